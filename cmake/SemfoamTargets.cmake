@@ -1,0 +1,34 @@
+# One line per library and per test elsewhere; what they have in common stands here.
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+add_library(semfoam_flags INTERFACE)
+target_compile_options(semfoam_flags INTERFACE -Wall -Wextra -Werror)
+# One machine's bytes are every machine's bytes: no contraction of a * b + c behind the source's back.
+target_compile_options(semfoam_flags INTERFACE -ffp-contract=off)
+target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
+if(SEMFOAM_SANITIZE)
+  target_compile_options(semfoam_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+                                                 -fno-omit-frame-pointer)
+  target_link_options(semfoam_flags INTERFACE -fsanitize=address,undefined)
+endif()
+
+# semfoam_library(NAME foam SRCS a.cc b.cc [LINK public...] [PRIVATE_LINK private...]) makes semfoam_foam.
+function(semfoam_library)
+  cmake_parse_arguments(ARG "" "NAME" "SRCS;LINK;PRIVATE_LINK" ${ARGN})
+  add_library(semfoam_${ARG_NAME} STATIC ${ARG_SRCS})
+  target_link_libraries(semfoam_${ARG_NAME} PUBLIC ${ARG_LINK} PRIVATE semfoam_flags ${ARG_PRIVATE_LINK})
+  target_include_directories(semfoam_${ARG_NAME} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
+
+# semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test.
+function(semfoam_test FOLDER NAME)
+  cmake_parse_arguments(ARG "" "" "LINK;LABELS" ${ARGN})
+  add_executable(${FOLDER}_${NAME} ${PROJECT_SOURCE_DIR}/tests/${FOLDER}/${NAME}.cc)
+  target_link_libraries(${FOLDER}_${NAME} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  add_test(NAME ${FOLDER}/${NAME} COMMAND ${FOLDER}_${NAME})
+  set_tests_properties(${FOLDER}/${NAME} PROPERTIES LABELS "${FOLDER};${ARG_LABELS}" TIMEOUT 1200)
+endfunction()

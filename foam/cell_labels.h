@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/delaunay.h"
+#include "foam/foam.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+// What every real cell is, read off the foam's parameters.
+struct CellLabels {
+  std::vector<int32_t>
+      class_index;  // [N] argmax of the classifier on the cell's own identity; -1 without semantics
+  std::vector<float> confidence;  // [N] softmax of that class, 0..1; 0 without semantics
+  std::vector<uint8_t>
+      solid;  // [N] 1 where density * cell radius >= the threshold: matter, not air
+};
+
+// Solid: density times cell radius, both of the normalised frame, at least this (about 40 % opaque
+// across the cell).
+inline constexpr float kSolidOpticalDepth = 0.5f;
+
+CellLabels LabelCells(const Foam& foam,
+                      const Delaunay& delaunay,
+                      float solid_optical_depth = kSolidOpticalDepth);
+
+}  // namespace semfoam

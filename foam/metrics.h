@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+// An 8-bit RGB image, display values, row-major, interleaved: [height][width][3].
+struct Image8 {
+  int width = 0;
+  int height = 0;
+  std::vector<uint8_t> data;
+};
+
+// An image of label ids, row-major: [height][width]. 0 = none.
+struct LabelImage {
+  int width = 0;
+  int height = 0;
+  std::vector<int32_t> data;
+};
+
+// Peak signal-to-noise ratio in dB over all pixels and channels, peak 255; infinity for equal
+// images. CHECKs equal sizes.
+double Psnr(const Image8& render, const Image8& photo);
+
+// Structural similarity (Wang et al. 2004), mean over pixels and channels: 11-pixel Gaussian
+// window, sigma 1.5, image borders mirrored with the border pixel repeated, K1 = 0.01, K2 = 0.03.
+// CHECKs equal sizes.
+double Ssim(const Image8& render, const Image8& photo);
+
+}  // namespace semfoam

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+namespace semfoam {
+
+// Caps the threads of every parallel loop of the process, those of the libraries that use oneTBB
+// included. -1 = all cores.
+void SetNumThreads(int num_threads);
+int NumThreads();
+
+// Calls body(begin, end) for the blocks [0, block), [block, 2 block), ... of [0, count), in
+// parallel and in no given order. The blocks depend on `block_size` alone, never on the threads: a
+// caller that keeps one partial result per block and adds them up in block order gets the same
+// bytes on any number of threads.
+void ParallelForBlocks(int64_t count,
+                       int64_t block_size,
+                       const std::function<void(int64_t begin, int64_t end)>& body);
+
+}  // namespace semfoam

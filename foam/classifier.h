@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/foam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+namespace semfoam {
+
+// The one linear layer from identity to classes (Semantic Foam, section 3): logits[k] = weight[k] .
+// identity + bias[k]. `weight` is [num_classes][kIdentityDim], `logits` [num_classes].
+template <typename T>
+void ClassLogits(const T* weight, const T* bias, int num_classes, const T* identity, T* logits) {
+  for (int k = 0; k < num_classes; ++k) {
+    T sum = bias[k];
+    for (int c = 0; c < kIdentityDim; ++c) sum += weight[k * kIdentityDim + c] * identity[c];
+    logits[k] = sum;
+  }
+}
+
+inline void ClassLogits(const Foam& foam, const float* identity, float* logits) {
+  ClassLogits(foam.classifier_weight.data(),
+              foam.classifier_bias.data(),
+              foam.num_classes,
+              identity,
+              logits);
+}
+
+struct MostLikelyClass {
+  int32_t class_index = -1;
+  float confidence = 0;  // softmax of that class
+};
+
+// The largest logit (ties: the lowest index) and its softmax. `logits` must not be empty.
+inline MostLikelyClass ArgmaxSoftmax(std::span<const float> logits) {
+  const auto best = std::max_element(logits.begin(), logits.end());
+  float sum = 0;
+  for (const float logit : logits) sum += std::exp(logit - *best);
+  return {static_cast<int32_t>(best - logits.begin()), 1 / sum};
+}
+
+}  // namespace semfoam

@@ -49,9 +49,9 @@ struct Model {
 };
 
 // The file is little-endian: 8 bytes magic "SEMFOAM\n", u32 version, u32 reserved (0), u64 length
-// of the JSON header, the header, then the arrays it lists (name, type, shape, byte offset), each
-// aligned to 64 bytes, and an XXH64 of all before it. Same model, same bytes. Throws UserError when
-// the file cannot be written.
+// of the JSON header, the header, then the arrays it lists (name -> type, shape, offset from the
+// end of the header), each starting at a multiple of 64 bytes, and an XXH64 of all before it. Same
+// model, same bytes. Throws UserError when the file cannot be written.
 void WriteModel(const std::filesystem::path& path, const Model& model);
 
 // Throws UserError with one sentence when the file is missing, is no foam, is of a newer version,

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/presets.h"
+
+#include <array>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+struct Preset {
+  const char* quality;
+  int64_t num_rays;
+  int final_sites;
+  int sh_degree;
+};
+
+constexpr std::array<Preset, 4> kPresets = {{
+    {"low", 4'000'000, 30'000, 1},
+    {"medium", 40'000'000, 100'000, 2},
+    {"high", 160'000'000, 200'000, 2},
+    {"extreme", 400'000'000, 400'000, 3},
+}};
+
+}  // namespace
+
+const std::vector<std::string>& Qualities() {
+  static const std::vector<std::string> qualities = [] {
+    std::vector<std::string> names;
+    for (const Preset& preset : kPresets) names.emplace_back(preset.quality);
+    return names;
+  }();
+  return qualities;
+}
+
+TrainingOptions OptionsForQuality(const std::string& quality) {
+  for (const Preset& preset : kPresets) {
+    if (quality != preset.quality) continue;
+    TrainingOptions options;
+    options.num_rays = preset.num_rays;
+    options.final_sites = preset.final_sites;
+    options.sh_degree = preset.sh_degree;
+    return options;
+  }
+  LOG(FATAL) << "no preset " << quality;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/exportable_scene.h"
+
+#include "export/names.h"
+#include "foam/activation.h"
+#include "foam/guard_sites.h"
+#include "foam/parallel.h"
+#include "foam/voronoi.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+constexpr float kSh0 = 0.28209479177387814f;  // the constant spherical harmonic, 1 / sqrt(4 pi)
+
+void CheckModel(const Model& model) {
+  const Foam& foam = model.foam;
+  const size_t n = foam.NumSites();
+  CHECK_EQ(foam.raw_density.size(), n);
+  CHECK_EQ(foam.sh.size(), n * foam.ShStride());
+  if (foam.HasSemantics()) {
+    CHECK_EQ(model.labels.size(), static_cast<size_t>(foam.num_classes));
+    CHECK_EQ(foam.identity.size(), n * kIdentityDim);
+  }
+  const CellStatistics& statistics = model.statistics;
+  CHECK(statistics.contribution.empty() || statistics.contribution.size() == n);
+  CHECK(statistics.mean_color.empty() || statistics.mean_color.size() == n);
+}
+
+std::vector<Eigen::Vector3f> DisplayColors(const Model& model) {
+  const Foam& foam = model.foam;
+  std::vector<Eigen::Vector3f> colors = model.statistics.mean_color;
+  if (colors.empty()) {
+    colors.resize(foam.NumSites());
+    for (size_t i = 0; i < colors.size(); ++i) {
+      colors[i] = Eigen::Vector3f::Constant(0.5f) +
+                  kSh0 * Eigen::Map<const Eigen::Vector3f>(&foam.sh[i * foam.ShStride()]);
+    }
+  }
+  for (Eigen::Vector3f& color : colors) color = color.cwiseMax(0.f).cwiseMin(1.f);
+  return colors;
+}
+
+void ListTetsOfCells(ExportableScene* scene) {
+  const auto& tets = scene->delaunay.tets;
+  auto& offsets = scene->cell_tet_offsets;
+  offsets.assign(scene->delaunay.num_cells + 1, 0);
+  for (const auto& tet : tets) {
+    for (const uint32_t cell : tet) ++offsets[cell + 1];
+  }
+  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+  scene->cell_tets.resize(offsets.back());
+  std::vector<uint32_t> fill(offsets.begin(), offsets.end() - 1);
+  for (uint32_t t = 0; t < tets.size(); ++t) {
+    for (const uint32_t cell : tets[t]) scene->cell_tets[fill[cell]++] = t;
+  }
+}
+
+std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene& scene) {
+  std::vector<uint8_t> has_camera(scene.delaunay.num_cells, 0);
+  uint32_t cell = 0;
+  for (const PhotoRecord& photo : model.photos) {
+    const Eigen::Vector3d center_in_world =
+        -(photo.cam_from_world_rotation.inverse() * photo.cam_from_world_translation);
+    cell = NearestCell(scene.cell_positions,
+                       scene.delaunay,
+                       scene.world_from_normalized.Invert(center_in_world),
+                       cell);
+    has_camera[cell] = 1;
+  }
+  return has_camera;
+}
+
+// The solid cells of a class that are photographed, and those that hang together with them.
+// `object_of_cell` gets `object_index` for each; returns them in the order found.
+std::vector<uint32_t> AttachedSolidCells(const ExportableScene& scene,
+                                         const std::vector<uint32_t>& solid_cells_of_class,
+                                         int32_t class_index,
+                                         int32_t object_index,
+                                         std::vector<int32_t>* object_of_cell) {
+  std::vector<uint32_t> cells;
+  for (const uint32_t cell : solid_cells_of_class) {
+    if (!scene.photographed[cell]) continue;
+    (*object_of_cell)[cell] = object_index;
+    cells.push_back(cell);
+  }
+  for (size_t k = 0; k < cells.size(); ++k) {
+    for (const uint32_t next : scene.delaunay.Neighbors(cells[k])) {
+      if (next >= scene.NumSites() || !scene.labels.solid[next] ||
+          scene.labels.class_index[next] != class_index ||
+          (*object_of_cell)[next] == object_index) {
+        continue;
+      }
+      (*object_of_cell)[next] = object_index;
+      cells.push_back(next);
+    }
+  }
+  return cells;
+}
+
+// Finds the hidden pockets that objects enclose. Cells get a mark while one object is looked at, so
+// that no cell is visited twice for it and nothing is cleared in between.
+class CavityFinder {
+ public:
+  CavityFinder(const ExportableScene& scene, const std::vector<uint8_t>& has_camera)
+      : scene_(scene), has_camera_(has_camera), mark_(scene.delaunay.num_cells, 0) {}
+
+  // The cells of all hidden pockets of the object, which owns `cells` so far.
+  std::vector<uint32_t> Find(const std::vector<uint32_t>& cells, int32_t object_index) {
+    const uint32_t pending = 2 * static_cast<uint32_t>(object_index) + 1;
+    const uint32_t open = pending + 1;
+    std::vector<uint32_t> cavities;
+    std::vector<uint32_t> pocket;
+    for (const uint32_t cell : cells) {
+      for (const uint32_t start : scene_.delaunay.Neighbors(cell)) {
+        if (Owned(start, object_index) || mark_[start] >= pending) continue;
+        pocket.assign(1, start);
+        mark_[start] = pending;
+        bool is_open = false;
+        for (size_t k = 0; k < pocket.size() && !is_open; ++k) {
+          is_open = InTheOpen(pocket[k]);
+          if (is_open) break;
+          for (const uint32_t next : scene_.delaunay.Neighbors(pocket[k])) {
+            if (Owned(next, object_index)) continue;
+            if (mark_[next] == open) is_open = true;
+            if (mark_[next] >= pending) continue;
+            mark_[next] = pending;
+            pocket.push_back(next);
+          }
+        }
+        if (is_open) {
+          for (const uint32_t visited : pocket) mark_[visited] = open;
+        } else {
+          cavities.insert(cavities.end(), pocket.begin(), pocket.end());
+        }
+      }
+    }
+    return cavities;
+  }
+
+ private:
+  bool Owned(uint32_t cell, int32_t object_index) const {
+    return cell < scene_.NumSites() && scene_.object_of_cell[cell] == object_index;
+  }
+
+  bool InTheOpen(uint32_t cell) const {
+    return cell >= scene_.NumSites() || has_camera_[cell] ||
+           (scene_.labels.solid[cell] && scene_.photographed[cell]);
+  }
+
+  const ExportableScene& scene_;
+  const std::vector<uint8_t>& has_camera_;
+  std::vector<uint32_t> mark_;
+};
+
+void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
+  const double scale = scene.world_from_normalized.scale;
+  double confidence = 0;
+  int64_t of_own_class = 0;
+  for (const uint32_t cell : object->cells) {
+    object->volume += scene.volume[cell];
+    if (scene.label_id[cell] == object->id) {
+      confidence += scene.labels.confidence[cell];
+      ++of_own_class;
+    }
+    for (const uint32_t tet : scene.TetsOfCell(cell)) {
+      object->bounding_box.extend(scene.world_from_normalized.Apply(scene.voronoi_vertices[tet]));
+    }
+  }
+  object->volume *= scale * scale * scale;
+  object->confidence = confidence / of_own_class;
+}
+
+void FindObjects(const Model& model,
+                 const ExportableSceneOptions& options,
+                 ExportableScene* scene) {
+  scene->object_of_cell.assign(scene->NumSites(), -1);
+  std::vector<std::vector<uint32_t>> solid_cells(model.foam.num_classes);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    // A site at the place of another one has no cell.
+    if (!scene->labels.solid[i] || scene->delaunay.Neighbors(i).empty()) continue;
+    if (scene->labels.class_index[i] >= 0) solid_cells[scene->labels.class_index[i]].push_back(i);
+  }
+
+  std::vector<int32_t> classes(model.foam.num_classes);
+  std::iota(classes.begin(), classes.end(), 0);
+  std::sort(classes.begin(), classes.end(), [&](int32_t a, int32_t b) {
+    return model.labels[a].id < model.labels[b].id;
+  });
+  for (const int32_t k : classes) {
+    const Label& label = model.labels[k];
+    if (label.id == 0) continue;
+    const int32_t index = static_cast<int32_t>(scene->objects.size());
+    ObjectInfo object;
+    object.cells = AttachedSolidCells(*scene, solid_cells[k], k, index, &scene->object_of_cell);
+    if (object.cells.empty()) {
+      scene->labels_without_cells.push_back(label);
+      continue;
+    }
+    object.id = label.id;
+    object.name = DisplayName(label.id, label.name);
+    object.file_stem = FileStem(label.id, label.name);
+    object.color = LabelColor(label.id);
+    scene->objects.push_back(std::move(object));
+  }
+
+  if (options.fill_hidden_cavities && !scene->objects.empty()) {
+    const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
+    CavityFinder finder(*scene, has_camera);
+    for (size_t index = 0; index < scene->objects.size(); ++index) {
+      ObjectInfo& object = scene->objects[index];
+      const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
+      for (const uint32_t cell : hidden) {
+        // Pockets of two objects cannot overlap: each would have to enclose the other.
+        CHECK_EQ(scene->object_of_cell[cell], -1);
+        scene->object_of_cell[cell] = static_cast<int32_t>(index);
+      }
+      object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
+    }
+  }
+  for (ObjectInfo& object : scene->objects) {
+    std::sort(object.cells.begin(), object.cells.end());
+    DescribeObject(*scene, &object);
+  }
+}
+
+}  // namespace
+
+ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOptions& options) {
+  CheckModel(model);
+  const size_t n = model.foam.NumSites();
+  ExportableScene scene;
+  scene.world_from_normalized = model.world_from_normalized;
+  scene.label_table = model.labels;
+  scene.cell_positions = WithGuardSites(model.foam.positions);
+  scene.delaunay = Triangulate(scene.cell_positions);
+  scene.voronoi_vertices = VoronoiVertices(scene.cell_positions, scene.delaunay);
+  ListTetsOfCells(&scene);
+  scene.volume =
+      CellVolumes(scene.cell_positions,
+                  scene.delaunay,
+                  FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices));
+  scene.radius = CellRadii(scene.cell_positions, scene.delaunay);
+  scene.labels = LabelCells(model.foam, scene.delaunay, options.solid_optical_depth);
+  scene.display_color = DisplayColors(model);
+
+  scene.density.resize(n);
+  scene.label_id.assign(n, 0);
+  scene.photographed.assign(n, 1);
+  for (size_t i = 0; i < n; ++i) {
+    scene.density[i] = Density(model.foam.raw_density[i]);
+    const int32_t k = scene.labels.class_index[i];
+    if (k >= 0) scene.label_id[i] = model.labels[k].id;
+    if (!model.statistics.contribution.empty()) {
+      scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
+    }
+  }
+  FindObjects(model, options, &scene);
+  return scene;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/cell_labels.h"
+#include "foam/delaunay.h"
+#include "foam/model.h"
+#include "foam/similarity.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace semfoam {
+
+// One segmented thing: the cells that carry its label, and what is known of it. Lengths, volumes
+// and boxes are of the world (COLMAP) frame.
+struct ObjectInfo {
+  int32_t id = 0;         // the label's id, 1..65535
+  std::string name;       // as people see it: "label_<id>" where the label has no name
+  std::string file_stem;  // "<id>_<sanitised name>"
+  std::array<uint8_t, 3> color = {0, 0, 0};  // LabelColor(id), display values
+  std::vector<uint32_t> cells;               // ascending
+  double volume = 0;                         // of all cells together, exact
+  Eigen::AlignedBox3d bounding_box;          // of all cells together, corners included
+  double confidence = 0;                     // mean over the cells of the object's own class
+};
+
+struct ExportableSceneOptions {
+  // Matter, not air: density * cell radius, both of the normalised frame, at least this.
+  float solid_optical_depth = kSolidOpticalDepth;
+  // A cell is photographed when some training ray gave it at least this rendering weight (0..1).
+  // Without statistics in the model every cell counts as photographed.
+  float photographed_contribution = 0.05f;
+  // Let an object own the hidden cavities that it encloses (see MakeExportableScene).
+  bool fill_hidden_cavities = true;
+};
+
+// Everything that the exporters read, computed once from a model. All per-cell arrays are indexed
+// as the foam's sites; positions, densities and volumes are of the normalised frame.
+struct ExportableScene {
+  std::vector<Eigen::Vector3f> cell_positions;    // [N + guards]
+  Delaunay delaunay;                              // of cell_positions
+  std::vector<Eigen::Vector3d> voronoi_vertices;  // [tets]
+  // CSR: the tetrahedra around cell i, whose circumcentres are its cell's corners, are
+  // cell_tets[cell_tet_offsets[i]] .. cell_tets[cell_tet_offsets[i + 1]], ascending.
+  std::vector<uint32_t> cell_tet_offsets;  // [N + guards + 1]
+  std::vector<uint32_t> cell_tets;
+
+  std::vector<float> density;                  // [N], activated, per normalised unit
+  std::vector<float> radius;                   // [N], see CellRadii
+  std::vector<double> volume;                  // [N]
+  CellLabels labels;                           // [N]
+  std::vector<int32_t> label_id;               // [N] id of the cell's class; 0 = none
+  std::vector<Eigen::Vector3f> display_color;  // [N] what photos show: sRGB values in 0..1
+  std::vector<uint8_t> photographed;           // [N]
+  std::vector<int32_t> object_of_cell;         // [N] index into `objects`; -1 = none
+
+  Similarity world_from_normalized;
+  std::vector<Label> label_table;
+  std::vector<ObjectInfo> objects;          // those with cells, by ascending id
+  std::vector<Label> labels_without_cells;  // ids other than 0 for which no object was found
+
+  uint32_t NumSites() const { return delaunay.num_sites; }
+  std::span<const uint32_t> TetsOfCell(uint32_t cell) const {
+    return {cell_tets.data() + cell_tet_offsets[cell],
+            cell_tets.data() + cell_tet_offsets[cell + 1]};
+  }
+};
+
+// Prepares a model for export and finds its objects.
+//
+// The object of label k follows Semantic Foam's extraction rule: it is made of the solid cells
+// whose own class is k, and the empty cells around them decide where it ends. Two things are added,
+// because nobody has seen the inside of anything:
+// - Solid cells that no photo shows (density left over behind a surface) belong to the object only
+//   if they hang together with a photographed cell of it; the others are no object at all.
+// - A pocket of other cells that the object encloses completely, in which there is neither a
+//   photographed solid cell nor a camera, is hidden inside the object and belongs to it
+//   (`fill_hidden_cavities`). So a trained shell becomes a body, while a room is not filled by its
+//   walls.
+// No cell belongs to two objects. The label of id 0 makes none.
+//
+// The display colour of a cell is CellStatistics::mean_color where the model has statistics, else
+// the view-independent part of its spherical harmonics, cut to 0..1.
+//
+// CHECKs that the model's arrays have the sizes that they promise.
+ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOptions& options = {});
+
+// What an exporter wrote.
+struct WrittenFile {
+  int32_t object_id = 0;  // 0 = the whole scene
+  std::string format;     // "vdb", "om", "ply", "obj"
+  std::string path;       // relative to the output folder, with '/'
+  std::string summary;    // what is in it, for the log: "1204 vertices, 2404 faces"
+};
+
+}  // namespace semfoam

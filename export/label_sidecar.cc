@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/label_sidecar.h"
+
+#include "export/names.h"
+#include "foam/output_file.h"
+
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+// Keeps the order of insertion, so that the file reads like its schema.
+using Json = nlohmann::ordered_json;
+
+Json LabelTable(const std::vector<Label>& labels) {
+  Json table = {{"version", 1}, {"labels", Json::object()}};
+  Json source_ids = Json::object();
+  for (const Label& label : labels) {
+    if (label.id == 0) continue;
+    const std::string id = std::to_string(label.id);
+    table["labels"][id] = DisplayName(label.id, label.name);
+    if (label.source_id != static_cast<uint32_t>(label.id)) source_ids[id] = label.source_id;
+  }
+  if (!source_ids.empty()) table["source_ids"] = source_ids;
+  return table;
+}
+
+// Bytes of a name that are no UTF-8 become U+FFFD instead of an exception.
+std::string Text(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string LabelTableJson(const std::vector<Label>& labels) {
+  return Text(LabelTable(labels), -1);
+}
+
+void WriteLabelSidecar(const std::filesystem::path& path,
+                       const ExportableScene& scene,
+                       const std::vector<WrittenFile>& files) {
+  Json sidecar = LabelTable(scene.label_table);
+  Json objects = Json::array();
+  for (const ObjectInfo& object : scene.objects) {
+    const auto& low = object.bounding_box.min();
+    const auto& high = object.bounding_box.max();
+    Json paths = Json::object();
+    for (const WrittenFile& file : files) {
+      if (file.object_id == object.id) paths[file.format] = file.path;
+    }
+    objects.push_back({{"id", object.id},
+                       {"name", object.name},
+                       {"color", object.color},
+                       {"cells", object.cells.size()},
+                       {"volume", object.volume},
+                       {"bounding_box",
+                        Json::array({Json::array({low.x(), low.y(), low.z()}),
+                                     Json::array({high.x(), high.y(), high.z()})})},
+                       {"confidence", object.confidence},
+                       {"files", paths}});
+  }
+  sidecar["objects"] = objects;
+  WriteTextFile(path, Text(sidecar, 2) + "\n");
+}
+
+}  // namespace semfoam

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "export/exportable_scene.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// The label table alone, as VDB files carry it: {"version": 1, "labels": {"7": "mug"}}. Ids in the
+// order of the table, id 0 left out; a label without a name is called "label_<id>". Where the
+// masks' own ids were renumbered, "source_ids": {"7": 81234} keeps them.
+std::string LabelTableJson(const std::vector<Label>& labels);
+
+// Writes labels.json: the label table, and under "objects" every object of the scene with id, name,
+// color (8-bit display values), cells, volume, bounding_box and confidence (world frame, as in
+// ObjectInfo), and "files": {"ply": "objects/7_mug.ply", ...} for those of `files` that belong to
+// it. An output is a valid input for labels.json: readers look at "labels" alone. Throws UserError
+// when the file cannot be written.
+void WriteLabelSidecar(const std::filesystem::path& path,
+                       const ExportableScene& scene,
+                       const std::vector<WrittenFile>& files);
+
+}  // namespace semfoam

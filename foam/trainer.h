@@ -7,25 +7,45 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
 namespace semfoam {
 
 // How a foam is trained. Lengths are of the normalised frame (the cameras' extent is about 1);
-// schedules are fractions of the run. Constants of the papers that were tuned for 2e10 rays on a
-// GPU are replaced by ones for 1e7 to 1e8 rays (foam/README.md).
+// times are fractions of the run. The papers' constants were tuned for 2e10 rays on a GPU; these
+// are for 1e7 to 1e8 (foam/README.md).
 struct TrainingOptions {
   // The work: fixed numbers, so that a preset gives the same bytes on every machine.
   int64_t num_rays = 40'000'000;  // over the whole run, > 0
   int rays_per_iteration = 8192;  // batch size, > 0
+  int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
   int final_sites = 80'000;       // what densification grows to, >= 64
   int sh_degree = 2;              // 0..3
 
+  // Weights of the loss terms (ray_loss.h, total_variation.h), >= 0. The colour term has weight 1.
+  double opacity_weight = 0.1;
+  double quantile_weight = 1e-3;
+  double identity_weight = 1;
+  double tv_weight = 10;
+
+  // Learning rates at the start; each falls on a cosine to `final_rate` times that.
+  double position_rate = 2e-4;
+  double density_rate = 0.1;
+  double color_rate = 2e-2;
+  double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate
+  double identity_rate = 2e-2;
+  double classifier_rate = 5e-3;  // constant
+  double final_rate = 0.05;
+
+  double densify_from = 0.05;
+  double densify_until = 0.6;
+  int densify_events = 20;
+  double freeze_positions = 0.9;  // from here on positions stay, and the topology is exact
+
   uint64_t random_seed = 0;
 
-  // Returns an empty string, or one sentence that names the option out of range.
+  // An empty string, or one sentence that names the option out of range and its range.
   std::string Check() const;
 };
 
@@ -42,25 +62,30 @@ struct TrainingProgress {
   double quantile_loss = NAN;
   double identity_loss = NAN;
   double tv_loss = NAN;
-  double held_out_psnr = NAN;  // dB over the held-out views, as of the last evaluation
+  double held_out_psnr =
+      NAN;  // dB over a grid of the held-out views' pixels, as of the last evaluation
 };
 
 struct TrainingSummary {
   Foam foam;
   CellStatistics statistics;
   TrainingProgress last;
+  int64_t pieces = 0;           // cells walked through, over all training rays
   int64_t step_limit_hits = 0;  // rays cut by the walk's step limit: 0 in a healthy run
   int64_t triangulations = 0;
   double seconds_triangulating = 0;
-  int64_t nonfinite_gradients =
-      0;  // parameters whose update was skipped because its gradient was not finite
+  int64_t nonfinite_gradients = 0;  // updates skipped because a gradient was not finite
 
   std::string BriefReport() const;  // one line
 };
 
+// Bytes that training holds at its largest, photos not counted.
+int64_t TrainingBytes(const TrainingOptions& options, int num_classes);
+
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. Calls
 // `report` about once a second and at the end. Deterministic in (views, seeds, num_classes,
-// options), whatever the number of threads. Throws UserError when there is nothing to train on.
+// options), whatever the number of threads. Throws UserError where the views hold nothing to train
+// on or the options are out of range.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -3,13 +3,18 @@
 
 #include "foam/delaunay.h"
 #include "foam/foam.h"
+#include "foam/ray_record.h"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace semfoam {
+
+// Rays stop where this share of the light is left, in training and in rendering alike.
+inline constexpr double kTransmittanceCutoff = 1e-3;
 
 // All rays of one view, from one origin, in the normalised frame.
 struct CameraRays {
@@ -17,7 +22,7 @@ struct CameraRays {
   int height = 0;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f>
-      directions;  // [height][width], unit length; zero where the camera has no ray for the pixel
+      directions;  // [height][width], unit length; zero = the camera has no ray for the pixel
 };
 
 // What the foam looks like along those rays. All arrays are [height][width].
@@ -35,21 +40,29 @@ struct RenderedView {
 };
 
 // A foam made ready to be rendered: the topology of its present positions and the planes of all
-// faces. Borrows the foam.
+// faces. The foam must stay as it is and outlive the renderer. Thread-safe.
 class ViewRenderer {
  public:
   explicit ViewRenderer(const Foam& foam);
-  ~ViewRenderer();
 
+  // Runs in parallel. The same bytes on any number of threads.
   RenderedView Render(const CameraRays& rays) const;
-  const Delaunay& delaunay() const;
 
-  // Rays that ever hit the step limit, over all renders: 0 in any valid foam (see walk.h).
-  int64_t StepLimitHits() const;
+  const Delaunay& delaunay() const { return delaunay_; }
+  const WalkGeometry<float>& geometry() const { return geometry_; }
+  CellShading<float> shading() const;
+
+  // The cell in which rays from `origin` start.
+  uint32_t StartCell(const Eigen::Vector3d& origin) const;
 
  private:
-  struct State;
-  State* state_;
+  const Foam& foam_;
+  Delaunay delaunay_;
+  WalkGeometry<float> geometry_;
+  std::vector<float> density_;  // [num_cells]
 };
+
+// Activated densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
+std::vector<float> CellDensities(const Foam& foam);
 
 }  // namespace semfoam

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/cell_statistics.h"
+
+#include "foam/parallel.h"
+#include "foam/spherical_harmonics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace semfoam {
+namespace {
+
+// What one ray saw of one cell.
+struct Sighting {
+  uint32_t cell;
+  float weight;
+  Eigen::Vector3f color;
+};
+
+}  // namespace
+
+CellStatistics MeasureCells(const Foam& foam,
+                            const ViewRenderer& renderer,
+                            const TrainingViews& views,
+                            int stride) {
+  const size_t n = foam.NumSites();
+  CellStatistics statistics;
+  statistics.contribution.assign(n, 0.f);
+  std::vector<double> weight_sum(n, 0.0);
+  std::vector<Eigen::Vector3d> color_sum(n, Eigen::Vector3d::Zero());
+  const CellShading<float> shading = renderer.shading();
+  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
+
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view)) continue;
+    const uint32_t start = renderer.StartCell(views.Origin(view));
+    const int rows = (views.Height(view) + stride - 1) / stride;
+    constexpr int kRowsPerBlock = 8;
+    std::vector<std::vector<Sighting>> blocks((rows + kRowsPerBlock - 1) / kRowsPerBlock);
+    ParallelForBlocks(rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
+      std::vector<Sighting>& sightings = blocks[begin / kRowsPerBlock];
+      RayRecord<float> record;
+      record.origin = views.Origin(view).cast<float>();
+      TrainingRay ray;
+      for (int64_t row = begin; row < end; ++row) {
+        for (int x = 0; x < views.Width(view); x += stride) {
+          if (!views.Ray(view, x, static_cast<int>(row * stride), &ray)) continue;
+          record.direction = ray.direction;
+          record.composite = {};
+          std::fill_n(
+              record.composite.quantile_tau, kNumQuantiles, std::numeric_limits<float>::infinity());
+          TraceRay(renderer.geometry(), shading, start, cutoff_tau, &record);
+          for (const RecordedPiece<float>& piece : record.pieces) {
+            if (piece.shaded < 0 || piece.cell >= n) continue;
+            const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
+            if (!(shaded.weight > 0)) continue;
+            sightings.push_back(
+                {piece.cell, shaded.weight, {shaded.color[0], shaded.color[1], shaded.color[2]}});
+          }
+        }
+      }
+    });
+    // In block order, so that the sums are the same on any number of threads.
+    for (const std::vector<Sighting>& sightings : blocks) {
+      for (const Sighting& s : sightings) {
+        statistics.contribution[s.cell] = std::max(statistics.contribution[s.cell], s.weight);
+        weight_sum[s.cell] += s.weight;
+        color_sum[s.cell] += s.weight * s.color.cast<double>();
+      }
+    }
+  }
+
+  statistics.mean_color.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const float* sh = &foam.sh[i * foam.ShStride()];
+    const Eigen::Vector3f color =
+        weight_sum[i] > 0
+            ? Eigen::Vector3f((color_sum[i] / weight_sum[i]).cast<float>())
+            : Eigen::Vector3f(Eigen::Vector3f(sh[0], sh[1], sh[2]).array() * float(kShDc) + 0.5f);
+    statistics.mean_color[i] = color.cwiseMax(0.f).cwiseMin(1.f);
+  }
+  return statistics;
+}
+
+}  // namespace semfoam

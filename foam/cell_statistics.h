@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/foam.h"
+#include "foam/training_views.h"
+#include "foam/view_renderer.h"
+
+namespace semfoam {
+
+// Casts every `stride`-th pixel, in x and y, of all views that are not held out, and gathers per
+// cell the largest weight and the weight-averaged visible colour. A cell that no ray meets has
+// contribution 0 and the colour of its constant SH term.
+CellStatistics MeasureCells(const Foam& foam,
+                            const ViewRenderer& renderer,
+                            const TrainingViews& views,
+                            int stride);
+
+}  // namespace semfoam

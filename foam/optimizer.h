@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/foam.h"
+#include "foam/ray_batch.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+struct LearningRates {
+  float position = 0;  // normalised units per step; 0 = frozen
+  float density = 0;   // of the raw density
+  float sh_dc = 0;
+  float sh_rest = 0;
+  float identity = 0;
+  float classifier = 0;
+};
+
+// What densification wants to know of a cell, gathered from the training rays since the last time
+// it was asked.
+struct DensificationStatistics {
+  std::vector<float> error;         // [N] sum over batches of |dL/dposition|
+  std::vector<float> contribution;  // [N] largest rendering weight over all rays
+
+  void Reset(size_t num_sites) {
+    error.assign(num_sites, 0.f);
+    contribution.assign(num_sites, 0.f);
+  }
+};
+
+// Adam (Kingma and Ba 2015) over all parameters of a foam. A cell that no ray of the batch touched
+// is left alone, its moments too: with some 1e4 rays a step, most cells are idle in most steps, and
+// momentum would push them blindly. Each cell counts its own steps for the bias correction, so a
+// new cell starts as cautiously as the first ones did.
+class FoamOptimizer {
+ public:
+  explicit FoamOptimizer(const Foam& foam);
+
+  // One step with the batch's gradients (grouped by cell here). `tv_gradient` is [N][kIdentityDim],
+  // or empty. A cell with a gradient that is not finite keeps its parameters; returns the number of
+  // such cells.
+  int64_t Step(BatchResult* batch,
+               const std::vector<float>& tv_gradient,
+               const LearningRates& rates,
+               Foam* foam,
+               DensificationStatistics* statistics);
+
+  // Follows the foam through a densification: new site k takes the moments of old site origin[k],
+  // or starts from zero where is_new[k].
+  void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
+
+ private:
+  int stride_;                   // parameters of a site: 3 position, 1 density, SH, identity
+  std::vector<float> first_;     // [N][stride_] first moments
+  std::vector<float> second_;    // [N][stride_] second moments
+  std::vector<uint32_t> steps_;  // [N]
+  std::vector<float> classifier_first_;  // [K][kIdentityDim + 1]
+  std::vector<float> classifier_second_;
+  uint32_t classifier_steps_ = 0;
+};
+
+}  // namespace semfoam

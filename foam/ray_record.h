@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/compositing.h"
+#include "foam/spherical_harmonics.h"
+#include "foam/walk.h"
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+// One ray, forward and backward: the walk's pieces are recorded as they are shaded, and the
+// backward pass runs over that record. In float for training and rendering, in double for the
+// gradient tests.
+
+namespace semfoam {
+
+inline constexpr int kMaxShCoefficients = 16;
+
+// What cells look like, as arrays indexed by cell. Borrowed.
+template <typename Real>
+struct CellShading {
+  int sh_degree = 0;
+  const Real* density = nullptr;   // [num_cells] activated; guards 0
+  const Real* sh = nullptr;        // [num_sites][(sh_degree + 1)^2][3]
+  const Real* identity = nullptr;  // [num_sites][kIdentityDim], or null without semantics
+};
+
+template <typename Real>
+struct RecordedPiece {
+  uint32_t cell;
+  uint32_t edge;   // exit face, index into delaunay->neighbors
+  int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the piece
+                   // has no length
+  bool clamped;    // the exit face has no say in t_out (see Walk)
+  Real t_out;
+};
+
+// A ray and all that the backward pass needs to know of it. Reused from ray to ray, so that nothing
+// is allocated in the long run.
+template <typename Real>
+struct RayRecord {
+  Eigen::Matrix<Real, 3, 1> origin;
+  Eigen::Matrix<Real, 3, 1> direction;
+  Real sh_basis[kMaxShCoefficients];
+  RayComposite<Real> composite;
+  std::vector<RecordedPiece<Real>> pieces;
+  std::vector<ShadedPiece<Real>> shaded;
+  bool hit_step_limit = false;
+};
+
+// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
+// which the optical depth passes `cutoff_tau`. The caller sets record->origin, direction, and
+// composite.quantile_tau (infinity: not wanted) before.
+template <typename Real>
+void TraceRay(const WalkGeometry<Real>& geometry,
+              const CellShading<Real>& shading,
+              uint32_t start,
+              Real cutoff_tau,
+              RayRecord<Real>* record) {
+  RayComposite<Real>& composite = record->composite;
+  record->pieces.clear();
+  record->shaded.clear();
+  const int num_coefficients = NumShCoefficients(shading.sh_degree);
+  ShBasis(shading.sh_degree, record->direction, record->sh_basis);
+  record->hit_step_limit =
+      !Walk(geometry,
+            record->origin,
+            record->direction,
+            start,
+            [&](uint32_t cell, Real t_in, Real t_out, uint32_t edge, bool clamped) {
+              RecordedPiece<Real>& piece = record->pieces.emplace_back();
+              piece.cell = cell;
+              piece.edge = edge;
+              piece.shaded = -1;
+              piece.clamped = clamped;
+              piece.t_out = t_out;
+              const Real sigma = shading.density[cell];
+              if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in)) return true;
+
+              const int index = static_cast<int>(record->shaded.size());
+              piece.shaded = index;
+              ShadedPiece<Real>& shaded =
+                  record->shaded.emplace_back(AddPiece(t_in, t_out, sigma, index, &composite));
+              ShColor(record->sh_basis,
+                      num_coefficients,
+                      shading.sh + size_t(cell) * 3 * num_coefficients,
+                      shaded.color);
+              for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
+              if (shading.identity != nullptr) {
+                const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
+                for (int c = 0; c < kIdentityDim; ++c) {
+                  composite.identity[c] += shaded.weight * identity[c];
+                }
+              }
+              return composite.tau < cutoff_tau;
+            });
+}
+
+// What one ray says to one cell. Colour and identity gradients are outer products with per-ray
+// vectors, so the weight is all that is needed: dL/dsh[k][c] = weight * gradient.color[c] *
+// sh_basis[k] where bit c of color_mask is set (the channel is not clamped at black), dL/df =
+// weight * gradient.identity.
+template <typename Real>
+struct CellContribution {
+  uint32_t cell;
+  uint32_t color_mask;
+  Real weight;
+  Real density;  // dL/dsigma, before the activation
+  Eigen::Matrix<Real, 3, 1> position;
+};
+
+// Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
+// any gradient, from the far end to the near one.
+template <typename Real, typename Emit>
+void BackpropagateRay(const WalkGeometry<Real>& geometry,
+                      const RayRecord<Real>& record,
+                      const RayGradient<Real>& gradient,
+                      Emit&& emit) {
+  using Vector = Eigen::Matrix<Real, 3, 1>;
+  const Delaunay& delaunay = *geometry.delaunay;
+  if (record.pieces.empty()) return;
+  BackwardPass<Real> pass(record.composite, gradient);
+
+  const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
+    if (contribution.cell >= delaunay.num_sites) return;
+    if (contribution.weight == 0 && contribution.density == 0 && contribution.position.isZero(0)) {
+      return;
+    }
+    emit(contribution);
+  };
+
+  // The cell behind the face at hand: it is complete once the face has added its share.
+  CellContribution<Real> behind{
+      delaunay.neighbors[record.pieces.back().edge], 0, Real(0), Real(0), Vector::Zero()};
+  Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
+  for (size_t n = record.pieces.size(); n-- > 0;) {
+    const RecordedPiece<Real>& piece = record.pieces[n];
+    CellContribution<Real> here{piece.cell, 0, Real(0), Real(0), Vector::Zero()};
+    Real by_t_out = by_t_in;
+    by_t_in = 0;
+    if (piece.shaded >= 0) {
+      const ShadedPiece<Real>& shaded = record.shaded[piece.shaded];
+      const PieceGradient<Real> own = pass.Step(piece.shaded, shaded);
+      here.weight = shaded.weight;
+      here.density = own.sigma;
+      for (int c = 0; c < 3; ++c) here.color_mask |= uint32_t(shaded.color[c] > 0) << c;
+      by_t_out += own.t_out;
+      by_t_in = own.t_in;
+    }
+    if (piece.clamped) {
+      by_t_in += by_t_out;
+    } else if (by_t_out != 0) {
+      const Vector r = record.origin - geometry.positions[piece.cell];
+      Vector dt_here, dt_behind;
+      CrossingDerivatives(r,
+                          geometry.planes[piece.edge].normal,
+                          record.direction,
+                          piece.t_out,
+                          &dt_here,
+                          &dt_behind);
+      here.position += by_t_out * dt_here;
+      behind.position += by_t_out * dt_behind;
+    }
+    emit_if_real(behind);
+    behind = here;
+  }
+  emit_if_real(behind);  // the first cell; its entry, t = 0, is the camera's and no site's
+}
+
+}  // namespace semfoam

@@ -1,0 +1,500 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/trainer.h"
+
+#include "foam/activation.h"
+#include "foam/cell_statistics.h"
+#include "foam/delaunay.h"
+#include "foam/densification.h"
+#include "foam/error.h"
+#include "foam/guard_sites.h"
+#include "foam/initialization.h"
+#include "foam/optimizer.h"
+#include "foam/parallel.h"
+#include "foam/random.h"
+#include "foam/ray_batch.h"
+#include "foam/schedule.h"
+#include "foam/total_variation.h"
+#include "foam/view_renderer.h"
+#include "foam/voronoi.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iomanip>
+#include <numeric>
+#include <sstream>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+constexpr uint64_t kRayPurpose = 0x4a1;
+
+// The regulariser touches every cell, the rays only some: it takes one step in so many, with so
+// many times the weight.
+constexpr int64_t kTvInterval = 4;
+
+// Iterations from one triangulation to the next: positions move most at first.
+constexpr int64_t kFirstTriangulationInterval = 20;
+constexpr int64_t kLastTriangulationInterval = 100;
+constexpr int64_t kTriangulationIntervalGrowth = 10;
+
+constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
+constexpr int kEvaluationStride = 4;  // pixels
+constexpr int kStatisticsStride = 2;  // pixels
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// The pixels of all training views as one range, so that every pixel is drawn equally often.
+class PixelRange {
+ public:
+  explicit PixelRange(const TrainingViews& views) {
+    for (int view = 0; view < views.NumViews(); ++view) {
+      if (views.IsHeldOut(view)) continue;
+      views_.push_back(view);
+      widths_.push_back(views.Width(view));
+      ends_.push_back((ends_.empty() ? 0 : ends_.back()) +
+                      int64_t{views.Width(view)} * views.Height(view));
+    }
+  }
+
+  int64_t size() const { return ends_.empty() ? 0 : ends_.back(); }
+
+  struct Pixel {
+    int view, x, y;
+  };
+  Pixel At(int64_t index) const {
+    const size_t k = std::upper_bound(ends_.begin(), ends_.end(), index) - ends_.begin();
+    const int64_t local = index - (k == 0 ? 0 : ends_[k - 1]);
+    return {views_[k], static_cast<int>(local % widths_[k]), static_cast<int>(local / widths_[k])};
+  }
+
+ private:
+  std::vector<int> views_;
+  std::vector<int> widths_;
+  std::vector<int64_t> ends_;
+};
+
+// One training run: the foam, all that hangs on its topology, and the optimiser.
+class Trainer {
+ public:
+  Trainer(const TrainingViews& views,
+          const std::vector<SeedPoint>& seeds,
+          int num_classes,
+          const TrainingOptions& options)
+      : views_(views), options_(options), pixels_(views) {
+    if (pixels_.size() == 0) {
+      throw UserError(
+          "There is no photo to train on: all are held out or missing; hold out fewer "
+          "(--test_every).");
+    }
+    InitializationOptions initialization;
+    initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
+    initialization.num_scattered = options.final_sites / 20;
+    initialization.num_far = options.final_sites / 40;
+    initialization.sh_degree = options.sh_degree;
+    initialization.num_classes = num_classes;
+    initialization.seed = options.random_seed;
+    std::vector<Eigen::Vector3d> centers;
+    for (int view = 0; view < views.NumViews(); ++view) centers.push_back(views.Origin(view));
+    foam_ = InitialFoam(seeds, centers, initialization);
+    optimizer_ = std::make_unique<FoamOptimizer>(foam_);
+    densification_.Reset(foam_.NumSites());
+    start_cells_.assign(views.NumViews(), 0);
+    progress_.num_iterations =
+        (options.num_rays + options.rays_per_iteration - 1) / options.rays_per_iteration;
+  }
+
+  TrainingSummary Run(const std::function<void(const TrainingProgress&)>& report);
+
+ private:
+  void Retriangulate();
+  void FollowSites();
+  void DrawRays();
+  void Iterate();
+  void DensifyIfDue();
+  double HeldOutPsnr() const;
+  void Report(const std::function<void(const TrainingProgress&)>& report);
+
+  double RunFraction() const {
+    return double(progress_.iteration) / double(progress_.num_iterations);
+  }
+  bool PositionsMove() const { return RunFraction() < options_.freeze_positions; }
+  LearningRates Rates() const;
+  CellShading<float> Shading() const {
+    return {foam_.sh_degree,
+            density_.data(),
+            foam_.sh.data(),
+            foam_.HasSemantics() ? foam_.identity.data() : nullptr};
+  }
+
+  const TrainingViews& views_;
+  const TrainingOptions& options_;
+  const PixelRange pixels_;
+
+  Foam foam_;
+  std::unique_ptr<FoamOptimizer> optimizer_;
+  DensificationStatistics densification_;
+  int densifications_ = 0;
+
+  Delaunay delaunay_;
+  WalkGeometry<float> geometry_;
+  std::vector<float> density_;     // [num_cells]
+  std::vector<float> tv_weights_;  // per directed edge
+  std::vector<float>
+      tv_gradient_;  // [N][kIdentityDim]; empty in iterations without the regulariser
+  std::vector<uint32_t> start_cells_;  // per view
+  int64_t next_triangulation_ = 0;
+  int64_t triangulation_interval_ = kFirstTriangulationInterval;
+  bool frozen_ = false;
+
+  std::vector<BatchRay> rays_;
+  BatchResult batch_;
+
+  TrainingSummary summary_;
+  TrainingProgress progress_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  RayLossTerms<double> loss_sum_;
+  double tv_sum_ = 0;
+  int64_t loss_count_ = 0, tv_count_ = 0;
+};
+
+LearningRates Trainer::Rates() const {
+  const TrainingOptions& o = options_;
+  const double at = RunFraction();
+  const auto cosine = [&](double initial, double warm_up, double end) {
+    return static_cast<float>(CosineSchedule{initial, initial * o.final_rate, warm_up, end}.At(at));
+  };
+  LearningRates rates;
+  rates.position = PositionsMove() ? cosine(o.position_rate, 0, o.freeze_positions) : 0.f;
+  rates.density = cosine(o.density_rate, 0, 1);
+  rates.sh_dc = cosine(o.color_rate, 0, 1);
+  rates.sh_rest = cosine(o.color_rate * o.sh_factor, 0.2, 1);
+  rates.identity = cosine(o.identity_rate, 0, 1);
+  rates.classifier = static_cast<float>(o.classifier_rate);
+  return rates;
+}
+
+void Trainer::Retriangulate() {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+  delaunay_ = Triangulate(cells);
+  if (foam_.HasSemantics()) {
+    tv_weights_ = TotalVariationWeights(
+        delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
+  }
+  ++summary_.triangulations;
+  summary_.seconds_triangulating += SecondsSince(begin);
+}
+
+// Brings everything that depends on the parameters up to date with them.
+void Trainer::FollowSites() {
+  if (!frozen_ || geometry_.positions.empty()) {
+    Refresh(WithGuardSites(foam_.positions), delaunay_, &geometry_);
+  }
+  density_ = CellDensities(foam_);
+}
+
+void Trainer::DrawRays() {
+  const int batch = options_.rays_per_iteration;
+  rays_.resize(batch);
+  struct Draw {
+    int64_t pixel;
+    double u0, u1;
+  };
+  std::vector<Draw> draws(batch);
+  for (int i = 0; i < batch; ++i) {
+    CounterRandom random(
+        options_.random_seed, kRayPurpose, uint64_t(progress_.iteration) * batch + i);
+    const int64_t pixel = static_cast<int64_t>(random.Uniform() * pixels_.size());
+    draws[i] = {pixel, 1 - random.Uniform(), 1 - random.Uniform()};
+  }
+  // Neighbours in the photos walk through the same cells; side by side they find them in the cache.
+  std::sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {
+    return std::tie(a.pixel, a.u0, a.u1) < std::tie(b.pixel, b.u0, b.u1);
+  });
+
+  for (int view = 0; view < views_.NumViews(); ++view) {
+    if (views_.IsHeldOut(view)) continue;
+    start_cells_[view] = NearestCell(geometry_.positions,
+                                     delaunay_,
+                                     views_.Origin(view),
+                                     std::min(start_cells_[view], delaunay_.num_cells - 1));
+  }
+  std::vector<uint8_t> valid(batch);
+  ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const PixelRange::Pixel pixel = pixels_.At(draws[i].pixel);
+      TrainingRay ray;
+      valid[i] = views_.Ray(pixel.view, pixel.x, pixel.y, &ray);
+      if (!valid[i]) continue;
+      BatchRay& out = rays_[i];
+      out.origin = views_.Origin(pixel.view).cast<float>();
+      out.direction = ray.direction;
+      out.start_cell = start_cells_[pixel.view];
+      const double near = std::max(draws[i].u0, draws[i].u1);
+      const double far = std::min(draws[i].u0, draws[i].u1);
+      out.quantile_tau[0] = static_cast<float>(-std::log(near));
+      out.quantile_tau[1] = static_cast<float>(-std::log(far));
+      for (int c = 0; c < 3; ++c) out.target.color[c] = ray.color[c];
+      out.target.class_index = ray.class_index;
+    }
+  });
+  // Pixels without a ray (a lens that cannot be inverted there) drop out of the batch.
+  size_t kept = 0;
+  for (int i = 0; i < batch; ++i) {
+    if (valid[i]) rays_[kept++] = rays_[i];
+  }
+  rays_.resize(kept);
+}
+
+void Trainer::Iterate() {
+  DrawRays();
+  if (rays_.empty()) return;
+  const RayLossWeights weights{1,
+                               options_.opacity_weight,
+                               options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
+                               options_.identity_weight};
+  CastBatch(geometry_,
+            Shading(),
+            {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
+            weights,
+            static_cast<float>(-std::log(kTransmittanceCutoff)),
+            rays_,
+            &batch_);
+  tv_gradient_.clear();
+  if (foam_.HasSemantics() && options_.tv_weight > 0 && progress_.iteration % kTvInterval == 0) {
+    tv_sum_ += TotalVariation(delaunay_,
+                              tv_weights_,
+                              foam_.identity,
+                              static_cast<float>(options_.tv_weight * kTvInterval),
+                              &tv_gradient_);
+    ++tv_count_;
+  }
+  summary_.nonfinite_gradients +=
+      optimizer_->Step(&batch_, tv_gradient_, Rates(), &foam_, &densification_);
+  summary_.step_limit_hits += batch_.step_limit_hits;
+  summary_.pieces += batch_.num_pieces;
+  loss_sum_.color += batch_.mean_loss.color;
+  loss_sum_.opacity += batch_.mean_loss.opacity;
+  loss_sum_.quantile += batch_.mean_loss.quantile;
+  loss_sum_.identity += batch_.mean_loss.identity;
+  ++loss_count_;
+}
+
+// Densification events are spread evenly over [densify_from, densify_until]; each multiplies the
+// sites by what is left to reach the final number, so that prunings are made up for.
+void Trainer::DensifyIfDue() {
+  if (densifications_ >= options_.densify_events) return;
+  const double due = options_.densify_from + (options_.densify_until - options_.densify_from) *
+                                                 densifications_ /
+                                                 std::max(1, options_.densify_events - 1);
+  if (RunFraction() < due || !PositionsMove()) return;
+  const double growth = std::pow(double(options_.final_sites) / foam_.NumSites(),
+                                 1.0 / (options_.densify_events - densifications_));
+  DensificationOptions densify;
+  densify.num_to_add = static_cast<size_t>(std::max(0.0, foam_.NumSites() * (growth - 1)));
+  const Rearrangement rearrangement =
+      Densify(delaunay_, densification_, densify, options_.random_seed, densifications_, &foam_);
+  optimizer_->Rearrange(rearrangement.origin, rearrangement.is_new);
+  densification_.Reset(foam_.NumSites());
+  ++densifications_;
+  start_cells_.assign(views_.NumViews(), 0);
+  triangulation_interval_ = kFirstTriangulationInterval;
+  next_triangulation_ = progress_.iteration;
+}
+
+double Trainer::HeldOutPsnr() const {
+  const CellShading<float> shading = Shading();
+  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
+  double sum = 0;
+  int count = 0;
+  for (int view = 0; view < views_.NumViews(); ++view) {
+    if (!views_.IsHeldOut(view)) continue;
+    const uint32_t start = NearestCell(geometry_.positions, delaunay_, views_.Origin(view), 0);
+    const int rows = (views_.Height(view) + kEvaluationStride - 1) / kEvaluationStride;
+    std::vector<double> row_error(rows, 0.0);
+    std::vector<int64_t> row_count(rows, 0);
+    ParallelForBlocks(rows, 4, [&](int64_t begin, int64_t end) {
+      RayRecord<float> record;
+      record.origin = views_.Origin(view).cast<float>();
+      TrainingRay ray;
+      for (int64_t row = begin; row < end; ++row) {
+        for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
+          if (!views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) continue;
+          record.direction = ray.direction;
+          record.composite = {};
+          std::fill_n(
+              record.composite.quantile_tau, kNumQuantiles, std::numeric_limits<float>::infinity());
+          TraceRay(geometry_, shading, start, cutoff_tau, &record);
+          const float transmittance = record.composite.Transmittance();
+          for (int c = 0; c < 3; ++c) {
+            const double shown = std::min(record.composite.color[c] + transmittance, 1.f);
+            row_error[row] += (shown - ray.color[c]) * (shown - ray.color[c]) / 3;
+          }
+          ++row_count[row];
+        }
+      }
+    });
+    const double error = std::accumulate(row_error.begin(), row_error.end(), 0.0);
+    const int64_t pixels = std::accumulate(row_count.begin(), row_count.end(), int64_t{0});
+    if (pixels == 0) continue;
+    sum += -10 * std::log10(std::max(error / pixels, 1e-12));
+    ++count;
+  }
+  return count > 0 ? sum / count : NAN;
+}
+
+void Trainer::Report(const std::function<void(const TrainingProgress&)>& report) {
+  progress_.sites = foam_.NumSites();
+  progress_.seconds = SecondsSince(begin_);
+  const double done = RunFraction();
+  progress_.seconds_left = done > 0 ? progress_.seconds * (1 - done) / done : NAN;
+  if (loss_count_ > 0) {
+    progress_.color_loss = loss_sum_.color / loss_count_;
+    progress_.opacity_loss = loss_sum_.opacity / loss_count_;
+    progress_.quantile_loss = loss_sum_.quantile / loss_count_;
+    progress_.identity_loss = foam_.HasSemantics() ? loss_sum_.identity / loss_count_ : NAN;
+    loss_sum_ = {};
+    loss_count_ = 0;
+  }
+  if (tv_count_ > 0) {
+    progress_.tv_loss = tv_sum_ / tv_count_;
+    tv_sum_ = 0;
+    tv_count_ = 0;
+  }
+  if (report) report(progress_);
+}
+
+TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>& report) {
+  double last_report = 0;
+  int evaluations = 0;
+  Retriangulate();
+  next_triangulation_ = triangulation_interval_;
+  FollowSites();
+  while (progress_.iteration < progress_.num_iterations) {
+    Iterate();
+    ++progress_.iteration;
+    progress_.rays += rays_.size();
+    DensifyIfDue();
+    if (!frozen_) {
+      const bool freeze_now = !PositionsMove();
+      if (freeze_now || progress_.iteration >= next_triangulation_) {
+        Retriangulate();
+        triangulation_interval_ = std::min(triangulation_interval_ + kTriangulationIntervalGrowth,
+                                           kLastTriangulationInterval);
+        next_triangulation_ = progress_.iteration + triangulation_interval_;
+      }
+      FollowSites();
+      frozen_ = freeze_now;
+    } else {
+      FollowSites();
+    }
+    if (RunFraction() * kNumEvaluations >= evaluations + 1) {
+      ++evaluations;
+      progress_.held_out_psnr = HeldOutPsnr();
+    }
+    if (SecondsSince(begin_) - last_report > 1 && progress_.iteration < progress_.num_iterations) {
+      last_report = SecondsSince(begin_);
+      Report(report);
+    }
+  }
+  Report(report);
+  summary_.foam = std::move(foam_);
+  summary_.statistics =
+      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, kStatisticsStride);
+  summary_.last = progress_;
+  return std::move(summary_);
+}
+
+}  // namespace
+
+std::string TrainingOptions::Check() const {
+  std::ostringstream reason;
+  const auto require = [&](bool ok, const char* name, const char* range, auto value) {
+    if (!ok && reason.str().empty()) {
+      reason << "--FoamTraining." << name << " is " << value << "; it must be " << range << ".";
+    }
+  };
+  const auto positive = [&](const char* name, double value) {
+    require(value > 0 && std::isfinite(value), name, "greater than 0", value);
+  };
+  const auto not_negative = [&](const char* name, double value) {
+    require(value >= 0 && std::isfinite(value), name, "0 or more", value);
+  };
+  const auto fraction = [&](const char* name, double value) {
+    require(value >= 0 && value <= 1, name, "from 0 to 1", value);
+  };
+  positive("num_rays", num_rays);
+  require(rays_per_iteration >= 1 && rays_per_iteration <= 1 << 24,
+          "rays_per_iteration",
+          "from 1 to 16777216",
+          rays_per_iteration);
+  not_negative("initial_sites", initial_sites);
+  require(final_sites >= 64 && final_sites <= 1 << 28,
+          "final_sites",
+          "from 64 to 268435456",
+          final_sites);
+  require(sh_degree >= 0 && sh_degree <= 3, "sh_degree", "from 0 to 3", sh_degree);
+  not_negative("opacity_weight", opacity_weight);
+  not_negative("quantile_weight", quantile_weight);
+  not_negative("identity_weight", identity_weight);
+  not_negative("tv_weight", tv_weight);
+  not_negative("position_rate", position_rate);
+  not_negative("density_rate", density_rate);
+  not_negative("color_rate", color_rate);
+  not_negative("sh_factor", sh_factor);
+  not_negative("identity_rate", identity_rate);
+  not_negative("classifier_rate", classifier_rate);
+  fraction("final_rate", final_rate);
+  fraction("densify_from", densify_from);
+  fraction("densify_until", densify_until);
+  not_negative("densify_events", densify_events);
+  fraction("freeze_positions", freeze_positions);
+  return reason.str();
+}
+
+std::string TrainingSummary::BriefReport() const {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << "Trained " << foam.NumSites() << " cells in "
+       << last.seconds << " s with " << last.rays / 1e6 << " M rays ("
+       << last.rays / std::max(last.seconds, 1e-9) / 1e3 << " k rays/s, "
+       << double(pieces) / std::max<int64_t>(last.rays, 1) << " cells a ray); " << triangulations
+       << " triangulations took " << seconds_triangulating << " s; " << step_limit_hits
+       << " rays hit the step limit, " << nonfinite_gradients << " updates skipped";
+  if (std::isfinite(last.held_out_psnr)) {
+    text << "; held-out PSNR " << std::setprecision(2) << last.held_out_psnr << " dB";
+  }
+  text << ".";
+  return text.str();
+}
+
+int64_t TrainingBytes(const TrainingOptions& options, int num_classes) {
+  const int64_t parameters =
+      4 + 3 * NumShCoefficients(options.sh_degree) + (num_classes > 0 ? kIdentityDim : 0);
+  constexpr int64_t kEdgesPerCell = 16, kTetsPerCell = 7;
+  // Parameters with two moments (twice while sites are rearranged), then what hangs on the
+  // topology: neighbours and planes, tetrahedra, and CGAL's own triangulation while it is being
+  // built.
+  const int64_t per_cell = 2 * 3 * 4 * parameters + kEdgesPerCell * (4 + 16 + 8 + 4) +
+                           kTetsPerCell * (32 + 24 + 88) + 64 +
+                           (num_classes > 0 ? 4 * kIdentityDim : 0);
+  constexpr int64_t kRecordsPerRay = 64;
+  const int64_t per_ray =
+      3 * kRecordsPerRay * sizeof(GradientRecord) + sizeof(BatchRay) + sizeof(RayOutput);
+  return options.final_sites * per_cell + options.rays_per_iteration * per_ray;
+}
+
+TrainingSummary TrainFoam(const TrainingViews& views,
+                          const std::vector<SeedPoint>& seeds,
+                          int num_classes,
+                          const TrainingOptions& options,
+                          const std::function<void(const TrainingProgress&)>& report) {
+  if (const std::string reason = options.Check(); !reason.empty()) throw UserError(reason);
+  return Trainer(views, seeds, num_classes, options).Run(report);
+}
+
+}  // namespace semfoam

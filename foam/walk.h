@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/delaunay.h"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+// The ray walk: from cell to cell through the Voronoi faces, in order along a ray, in float or
+// double.
+//
+// In cell i, with n = p_j - p_i and r = o - p_i, the ray o + t d leaves through the neighbour j
+// with n.d > 0 and the smallest t = (|n|^2 / 2 - r.n) / (n.d). Everything is relative to the site
+// of the current cell: n (p_i + p_j) / 2 in the frame's own coordinates would cancel.
+//
+// Why it ends: in exact arithmetic p.d grows at every step. In floating point a step forward in t
+// cannot return to where it came from, so a cycle could only consist of steps of zero length; and
+// such a step is taken only if fl(p_j.d) > fl(p_i.d), both computed from the sites themselves. So
+// there is no cycle, whatever the rounding.
+
+namespace semfoam {
+
+inline constexpr uint32_t kNoEdge = 0xffffffffu;
+
+// A face as its cell sees it.
+template <typename Real>
+struct FacePlane {
+  Eigen::Matrix<Real, 3, 1> normal;  // n = p_j - p_i
+  Real half_squared;                 // |n|^2 / 2
+};
+
+// The cells of a foam, laid out for walking. Sites may move while the topology stays: Refresh()
+// then brings the planes along.
+template <typename Real>
+struct WalkGeometry {
+  using Vector = Eigen::Matrix<Real, 3, 1>;
+
+  const Delaunay* delaunay = nullptr;
+  std::vector<Vector> positions;        // [num_cells], guards included
+  std::vector<FacePlane<Real>> planes;  // one per directed edge, aligned with delaunay->neighbors
+};
+
+// t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
+// ceres::Jet.
+template <typename T>
+T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
+                   const Eigen::Matrix<T, 3, 1>& n,
+                   const Eigen::Matrix<T, 3, 1>& d) {
+  return (T(0.5) * n.dot(n) - r.dot(n)) / n.dot(d);
+}
+
+// Derivatives of that t with respect to the two sites, x = o + t d being the crossing point:
+// dt/dp_i = (x - p_i) / (n.d) and dt/dp_j = (p_j - x) / (n.d).
+template <typename Real>
+void CrossingDerivatives(const Eigen::Matrix<Real, 3, 1>& r,
+                         const Eigen::Matrix<Real, 3, 1>& n,
+                         const Eigen::Matrix<Real, 3, 1>& d,
+                         Real t,
+                         Eigen::Matrix<Real, 3, 1>* dt_dpi,
+                         Eigen::Matrix<Real, 3, 1>* dt_dpj) {
+  const Real inverse = Real(1) / n.dot(d);
+  const Eigen::Matrix<Real, 3, 1> from_site = r + t * d;
+  *dt_dpi = from_site * inverse;
+  *dt_dpj = (n - from_site) * inverse;
+}
+
+// The exit of a cell. edge == kNoEdge: the cell is unbounded along the ray.
+template <typename Real>
+struct CellExit {
+  Real t = std::numeric_limits<Real>::infinity();
+  uint32_t edge = kNoEdge;  // index into delaunay->neighbors
+};
+
+// The face through which the ray leaves `cell`, which it entered at t_in. Equal t: the larger n.d /
+// |n|, which leaves an edge or a vertex in the fewest steps.
+template <typename Real>
+CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
+                        uint32_t cell,
+                        const Eigen::Matrix<Real, 3, 1>& origin,
+                        const Eigen::Matrix<Real, 3, 1>& direction,
+                        Real t_in) {
+  const Delaunay& delaunay = *geometry.delaunay;
+  const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
+  const uint32_t begin = delaunay.offsets[cell], end = delaunay.offsets[cell + 1];
+  CellExit<Real> exit;
+  Real best_cosine = 0;  // (n.d)^2 / (|n|^2 / 2) of the best face, for ties
+  for (uint32_t e = begin; e < end; ++e) {
+    const FacePlane<Real>& plane = geometry.planes[e];
+    const Real nd = plane.normal.dot(direction);
+    if (!(nd > 0)) continue;
+    const Real t = (plane.half_squared - plane.normal.dot(r)) / nd;
+    if (t < exit.t) {
+      exit = {t, e};
+      best_cosine = -1;
+    } else if (t == exit.t && exit.edge != kNoEdge) {
+      const auto cosine = [&](uint32_t edge) {
+        const FacePlane<Real>& face = geometry.planes[edge];
+        const Real dot = face.normal.dot(direction);
+        return dot * dot / face.half_squared;
+      };
+      if (best_cosine < 0) best_cosine = cosine(exit.edge);
+      if (cosine(e) > best_cosine) {
+        exit.edge = e;
+        best_cosine = cosine(e);
+      }
+    }
+  }
+  if (exit.edge == kNoEdge || exit.t > t_in) return exit;
+
+  // A step of zero length: only towards a site that lies farther along the ray.
+  const Real here = geometry.positions[cell].dot(direction);
+  const auto advances = [&](uint32_t e) {
+    return geometry.positions[delaunay.neighbors[e]].dot(direction) > here;
+  };
+  if (advances(exit.edge)) return exit;
+  exit = {};
+  for (uint32_t e = begin; e < end; ++e) {
+    const FacePlane<Real>& plane = geometry.planes[e];
+    const Real nd = plane.normal.dot(direction);
+    if (!(nd > 0)) continue;
+    const Real t = (plane.half_squared - plane.normal.dot(r)) / nd;
+    if (t < exit.t && (t > t_in || advances(e))) exit = {t, e};
+  }
+  return exit;
+}
+
+// Walks from `start`, the cell whose site is nearest to `origin`, calling
+//   visit(cell, t_in, t_out, edge, clamped) -> bool: go on?
+// for every cell that the ray leaves again: [t_in, t_out] is its piece of the ray, `edge` the exit
+// face. clamped: the exit lay before the entry (rounding, or a topology older than the positions),
+// so t_out = t_in, and the face has no say in it. The last, unbounded cell (a guard's) is not
+// visited. Returns false if the walk was cut by the step limit, which a valid topology never does:
+// no cell is visited twice, and the limit is the number of cells.
+template <typename Real, typename Visitor>
+bool Walk(const WalkGeometry<Real>& geometry,
+          const Eigen::Matrix<Real, 3, 1>& origin,
+          const Eigen::Matrix<Real, 3, 1>& direction,
+          uint32_t start,
+          Visitor&& visit) {
+  const Delaunay& delaunay = *geometry.delaunay;
+  uint32_t cell = start;
+  Real t_in = 0;
+  for (uint32_t step = 0; step <= delaunay.num_cells; ++step) {
+    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction, t_in);
+    if (exit.edge == kNoEdge) return true;
+    const bool clamped = exit.t < t_in;
+    const Real t_out = clamped ? t_in : exit.t;
+    if (!visit(cell, t_in, t_out, exit.edge, clamped)) return true;
+    t_in = t_out;
+    cell = delaunay.neighbors[exit.edge];
+  }
+  return false;
+}
+
+// Sets positions and planes for `cell_positions` (guards included); also after sites have moved on
+// an unchanged topology.
+template <typename Real>
+void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
+             const Delaunay& delaunay,
+             WalkGeometry<Real>* geometry);
+
+extern template void Refresh(const std::vector<Eigen::Vector3f>&,
+                             const Delaunay&,
+                             WalkGeometry<float>*);
+extern template void Refresh(const std::vector<Eigen::Vector3d>&,
+                             const Delaunay&,
+                             WalkGeometry<double>*);
+
+}  // namespace semfoam

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/masks.h"
+
+#include "foam/error.h"
+#include "plugin/for_each_file.h"
+#include "plugin/mask_png.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <unordered_map>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMaxClasses = 65535;
+
+// A decoded mask, at its own size, in two bytes a pixel: indices into its own ids.
+struct DecodedMask {
+  PhotoSize size;
+  bool is_rgb = false;
+  std::vector<uint32_t> ids;  // every value that occurs, in order of first occurrence
+  std::vector<uint16_t> pixels;
+};
+
+bool IsGrey(uint32_t rgb) { return (rgb & 0xff) == (rgb >> 8 & 0xff) && (rgb & 0xff) == rgb >> 16; }
+
+DecodedMask Decode(const fs::path& path) {
+  const MaskPng png = ReadMaskPng(path);
+  DecodedMask mask;
+  mask.size = {png.width, png.height};
+  mask.is_rgb = png.is_rgb;
+  mask.pixels.reserve(png.values.size());
+  std::unordered_map<uint32_t, uint16_t> index_of;
+  // Masks are runs of one value: most pixels need no look-up.
+  uint32_t last_value = 0;
+  uint16_t last_index = 0;
+  for (const uint32_t value : png.values) {
+    if (mask.ids.empty() || value != last_value) {
+      const auto [entry, is_new] =
+          index_of.try_emplace(value, static_cast<uint16_t>(mask.ids.size()));
+      if (is_new) {
+        if (mask.ids.size() == kMaxClasses) {
+          throw UserError(path.string(),
+                          ": has more than ",
+                          kMaxClasses,
+                          " ids, where one for each object would be right; is it a photo, or a "
+                          "resampled mask?");
+        }
+        mask.ids.push_back(value);
+      }
+      last_value = value;
+      last_index = entry->second;
+    }
+    mask.pixels.push_back(last_index);
+  }
+  return mask;
+}
+
+nlohmann::json ReadJson(const fs::path& path) {
+  std::ifstream file(path);
+  if (!file || !fs::is_regular_file(path)) {
+    throw UserError(path.string(), ": cannot be read, where a JSON file should be.");
+  }
+  nlohmann::json json = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (json.is_discarded()) {
+    throw UserError(path.string(), ": is no valid JSON file; is it damaged?");
+  }
+  return json;
+}
+
+// The ids that DEVA lists in pred.json: annotations[].segments_info[].id. Empty where there is no
+// such file.
+std::optional<std::set<uint32_t>> ReadPredictedIds(const fs::path& mask_folder) {
+  for (const fs::path& file : {mask_folder / "pred.json",
+                               fs::absolute(mask_folder).lexically_normal() / ".." / "pred.json"}) {
+    if (!fs::exists(file)) continue;
+    std::set<uint32_t> ids;
+    const nlohmann::json json = ReadJson(file);
+    const auto bad_form = [&] {
+      throw UserError(file.string(),
+                      ": is not as DEVA writes it; annotations, each with segments_info, each "
+                      "with an id, would be right.");
+    };
+    if (!json.is_object() || !json.contains("annotations") || !json["annotations"].is_array()) {
+      bad_form();
+    }
+    for (const auto& annotation : json["annotations"]) {
+      if (!annotation.is_object() || !annotation.contains("segments_info") ||
+          !annotation["segments_info"].is_array()) {
+        bad_form();
+      }
+      for (const auto& segment : annotation["segments_info"]) {
+        if (!segment.is_object() || !segment.contains("id") ||
+            !segment["id"].is_number_unsigned() || segment["id"].get<uint64_t>() > 0xffffff) {
+          bad_form();
+        }
+        ids.insert(segment["id"].get<uint32_t>());
+      }
+    }
+    return ids;
+  }
+  return std::nullopt;
+}
+
+// Long ids and nothing between them: interpolated colours are no ids.
+void CheckPredictedIds(const fs::path& mask_folder,
+                       const std::vector<fs::path>& paths,
+                       const std::vector<DecodedMask>& masks) {
+  const auto predicted = ReadPredictedIds(mask_folder);
+  if (!predicted) return;
+  for (size_t i = 0; i < masks.size(); ++i) {
+    if (!masks[i].is_rgb) continue;
+    const auto unknown = std::count_if(masks[i].ids.begin(), masks[i].ids.end(), [&](uint32_t id) {
+      return id != 0 && !predicted->contains(id);
+    });
+    if (unknown == 0) continue;
+    throw UserError(paths[i].string(),
+                    ": has ",
+                    unknown,
+                    unknown == 1 ? " colour that is no id" : " colours that are no ids",
+                    " in pred.json; a mask as DEVA wrote it, not resampled or recompressed, would "
+                    "be right.");
+  }
+}
+
+void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& photo) {
+  if (SameAspect(mask, photo)) return;
+  throw UserError(path.string(),
+                  ": is ",
+                  mask.width,
+                  " x ",
+                  mask.height,
+                  " pixels and its photo ",
+                  photo.width,
+                  " x ",
+                  photo.height,
+                  "; a mask of the photo's aspect would be right.");
+}
+
+std::string Lowercase(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+// All PNGs below the folder by their name in it, "/" between folders, with ".png" for ".PNG".
+std::map<std::string, fs::path> ListMasks(const fs::path& folder) {
+  std::map<std::string, fs::path> masks;
+  for (auto entry = fs::recursive_directory_iterator(
+           folder, fs::directory_options::follow_directory_symlink);
+       entry != fs::recursive_directory_iterator();
+       ++entry) {
+    const fs::path& path = entry->path();
+    if (path.filename().string().starts_with('.')) {
+      if (entry->is_directory()) entry.disable_recursion_pending();
+      continue;
+    }
+    if (!entry->is_regular_file() || Lowercase(path.extension().string()) != ".png") continue;
+    fs::path name = path.lexically_relative(folder);
+    name.replace_extension(".png");
+    masks.emplace(name.generic_string(), path);
+  }
+  return masks;
+}
+
+// The names that a photo's mask may have, the most specific first.
+std::vector<std::string> MaskNames(const std::string& photo_name) {
+  const fs::path photo = fs::path(photo_name).lexically_normal();
+  const std::string folder =
+      photo.has_parent_path() ? photo.parent_path().generic_string() + "/" : "";
+  const std::string file = photo.filename().string();
+  std::vector<std::string> names = {folder + file + ".png",
+                                    folder + photo.stem().string() + ".png"};
+  const size_t first_dot = file.find('.', 1);
+  if (first_dot != std::string::npos) names.push_back(folder + file.substr(0, first_dot) + ".png");
+  if (file.size() > 4) names.push_back(folder + file.substr(0, file.size() - 4) + ".png");
+  return names;
+}
+
+}  // namespace
+
+int MaskPairing::NumPaired() const {
+  return static_cast<int>(std::count_if(
+      masks.begin(), masks.end(), [](const fs::path& mask) { return !mask.empty(); }));
+}
+
+MaskPairing PairMasks(const fs::path& mask_folder, const std::vector<std::string>& photo_names) {
+  if (!fs::is_directory(mask_folder)) {
+    throw UserError(mask_folder.string(),
+                    ": there is no such folder; it should hold a PNG mask for each photo.");
+  }
+  const std::map<std::string, fs::path> all = ListMasks(mask_folder);
+  std::map<std::string, std::string> photo_of_mask;
+  MaskPairing pairing;
+  for (const std::string& photo : photo_names) {
+    fs::path& mask = pairing.masks.emplace_back();
+    for (const std::string& name : MaskNames(photo)) {
+      const auto found = all.find(name);
+      if (found == all.end()) continue;
+      const auto [other, is_free] = photo_of_mask.emplace(name, photo);
+      if (!is_free) {
+        throw UserError(found->second.string(),
+                        ": is by its name the mask of both ",
+                        other->second,
+                        " and ",
+                        photo,
+                        "; masks named like ",
+                        fs::path(photo).filename().string(),
+                        ".png would be right.");
+      }
+      mask = found->second;
+      break;
+    }
+  }
+  for (const auto& [name, path] : all) {
+    if (!photo_of_mask.contains(name)) pairing.unused.push_back(path);
+  }
+  if (photo_of_mask.empty() && !all.empty() && !photo_names.empty()) {
+    throw UserError(mask_folder.string(),
+                    ": none of the ",
+                    all.size(),
+                    " masks has the name of a photo; ",
+                    MaskNames(photo_names.front())[1],
+                    " would be right for ",
+                    photo_names.front(),
+                    ".");
+  }
+  return pairing;
+}
+
+ClassImage::ClassImage(PhotoSize size, int num_classes) {
+  const size_t pixels = static_cast<size_t>(size.width) * size.height;
+  if (BytesPerPixel(num_classes) == 1) {
+    narrow_.assign(pixels, kNarrowNone);
+  } else {
+    wide_.assign(pixels, kWideNone);
+  }
+}
+
+void ClassImage::Set(size_t pixel, int32_t class_index) {
+  if (!narrow_.empty()) {
+    narrow_[pixel] = class_index < 0 ? kNarrowNone : static_cast<uint8_t>(class_index);
+  } else {
+    wide_[pixel] = class_index < 0 ? kWideNone : static_cast<uint16_t>(class_index);
+  }
+}
+
+MaskSet LoadMasks(const MaskPairing& pairing,
+                  const std::vector<PhotoSize>& photo_sizes,
+                  const fs::path& mask_folder,
+                  bool zero_is_class) {
+  CHECK_EQ(pairing.masks.size(), photo_sizes.size());
+  std::vector<size_t> photos;
+  std::vector<fs::path> paths;
+  for (size_t i = 0; i < pairing.masks.size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    photos.push_back(i);
+    paths.push_back(pairing.masks[i]);
+  }
+  const auto count = static_cast<int64_t>(paths.size());
+  std::vector<DecodedMask> masks(count);
+  ForEachFile(count, [&](int64_t i) {
+    masks[i] = Decode(paths[i]);
+    CheckAspect(paths[i], masks[i].size, photo_sizes[photos[i]]);
+  });
+
+  const bool long_ids = std::any_of(masks.begin(), masks.end(), [](const DecodedMask& mask) {
+    return mask.is_rgb && !std::all_of(mask.ids.begin(), mask.ids.end(), IsGrey);
+  });
+  if (long_ids) {
+    CheckPredictedIds(mask_folder, paths, masks);
+  } else {
+    for (DecodedMask& mask : masks) {
+      for (uint32_t& id : mask.ids) {
+        if (mask.is_rgb) id &= 0xff;
+      }
+    }
+  }
+
+  std::set<uint32_t> ids;
+  for (const DecodedMask& mask : masks) ids.insert(mask.ids.begin(), mask.ids.end());
+  if (!zero_is_class) ids.erase(0);
+  if (ids.size() > kMaxClasses) {
+    throw UserError(mask_folder.string(),
+                    ": the masks have ",
+                    ids.size(),
+                    " ids, where at most ",
+                    kMaxClasses,
+                    " are possible; are they resampled, or photos?");
+  }
+  MaskSet set;
+  std::unordered_map<uint32_t, int32_t> class_of;
+  const bool keep_ids = ids.empty() || *ids.rbegin() <= kMaxClasses;
+  int32_t next_id = 1;
+  for (const uint32_t id : ids) {
+    class_of.emplace(id, static_cast<int32_t>(set.labels.size()));
+    Label label;
+    label.source_id = id;
+    label.id = keep_ids || id == 0 ? static_cast<int32_t>(id) : next_id++;
+    set.labels.push_back(label);
+  }
+
+  set.classes.resize(photo_sizes.size());
+  const int num_classes = static_cast<int>(set.labels.size());
+  ForEachFile(count, [&](int64_t i) {
+    DecodedMask& mask = masks[i];
+    std::vector<int32_t> classes;
+    for (const uint32_t id : mask.ids) {
+      const auto found = class_of.find(id);
+      classes.push_back(found == class_of.end() ? kUnlabelled : found->second);
+    }
+    const PhotoSize size = photo_sizes[photos[i]];
+    ClassImage image(size, num_classes);
+    size_t pixel = 0;
+    for (int64_t y = 0; y < size.height; ++y) {
+      // The mask's pixel in which the centre of the photo's pixel falls: floor((y + 1/2) h' / h).
+      const int64_t mask_y = (2 * y + 1) * mask.size.height / (2 * size.height);
+      for (int64_t x = 0; x < size.width; ++x) {
+        const int64_t mask_x = (2 * x + 1) * mask.size.width / (2 * size.width);
+        image.Set(pixel++, classes[mask.pixels[mask_y * mask.size.width + mask_x]]);
+      }
+    }
+    set.classes[photos[i]] = std::move(image);
+    mask = DecodedMask();
+  });
+  return set;
+}
+
+void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
+  const nlohmann::json json = ReadJson(labels_file);
+  if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
+    throw UserError(labels_file.string(),
+                    ": has no \"labels\"; {\"labels\": {\"7\": \"mug\"}} would be right.");
+  }
+  std::map<uint64_t, std::string> names;
+  for (const auto& [key, value] : json["labels"].items()) {
+    const bool is_id = !key.empty() && key.size() <= 10 &&
+                       key.find_first_not_of("0123456789") == std::string::npos;
+    if (!is_id || !value.is_string()) {
+      throw UserError(labels_file.string(),
+                      ": the label \"",
+                      key,
+                      "\" is not as in {\"labels\": {\"7\": \"mug\"}}, an id with a name.");
+    }
+    names[std::strtoull(key.c_str(), nullptr, 10)] = value.get<std::string>();
+  }
+  for (Label& label : *labels) {
+    const auto found = names.find(label.source_id);
+    if (found != names.end()) label.name = found->second;
+  }
+}
+
+}  // namespace semfoam

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/metrics.h"
+#include "foam/model.h"
+#include "foam/training_views.h"
+#include "plugin/photo.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// Instance masks: one PNG per photo whose pixels hold the id of an object, such as DEVA writes.
+
+// Which mask belongs to which photo, found by name and never by order.
+struct MaskPairing {
+  std::vector<std::filesystem::path> masks;   // one per photo; empty = this photo has none
+  std::vector<std::filesystem::path> unused;  // masks of no photo given, sorted
+
+  int NumPaired() const;
+};
+
+// Pairs the PNGs below `mask_folder` (sub-folders included, hidden files not) with the photos. The
+// mask of `a/b.c.jpg` is the first there is of `a/b.c.jpg.png` (COLMAP's way), `a/b.c.png`,
+// `a/b.png`, and the name less its last four characters (DEVA's way: `x.jpeg` has `x..png`).
+// Throws UserError when two photos would share a mask, or when there are masks and none has a
+// photo.
+MaskPairing PairMasks(const std::filesystem::path& mask_folder,
+                      const std::vector<std::string>& photo_names);
+
+// The class of every pixel of a photo, row-major, in as few bytes as the number of classes allows.
+class ClassImage {
+ public:
+  // An image without pixels: of a photo without a mask.
+  ClassImage() = default;
+  ClassImage(PhotoSize size, int num_classes);
+
+  bool Empty() const { return narrow_.empty() && wide_.empty(); }
+
+  // The class at y * width + x, or kUnlabelled.
+  int32_t operator[](size_t pixel) const {
+    if (!narrow_.empty()) return narrow_[pixel] == kNarrowNone ? kUnlabelled : narrow_[pixel];
+    return wide_[pixel] == kWideNone ? kUnlabelled : wide_[pixel];
+  }
+  void Set(size_t pixel, int32_t class_index);
+
+  // Bytes for each pixel with this many classes.
+  static int BytesPerPixel(int num_classes) { return num_classes <= kNarrowNone ? 1 : 2; }
+
+ private:
+  static constexpr uint8_t kNarrowNone = 0xff;
+  static constexpr uint16_t kWideNone = 0xffff;
+  std::vector<uint8_t> narrow_;
+  std::vector<uint16_t> wide_;
+};
+
+struct MaskSet {
+  std::vector<Label> labels;        // one per class, ascending by source id
+  std::vector<ClassImage> classes;  // one per photo, of the photo's size; empty without a mask
+};
+
+// Decodes all paired masks, in parallel, and numbers their ids as classes.
+//
+// A pixel's id is: the value of a grey mask (1 to 16 bits); the index, never the colour, of a
+// palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set
+// has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. A mask of
+// another size than its photo is read at the nearest pixel centre. Id 0 is no object: it becomes
+// kUnlabelled, or a class of its own (`zero_is_class`).
+//
+// Label::id is the mask's id where all ids of the set are at most 65535; else they are numbered
+// from 1 in ascending order, and Label::source_id keeps the mask's.
+//
+// Throws UserError, one sentence naming the file: a mask that is damaged or no PNG; one whose
+// aspect is not the photo's (to a pixel); long ids that DEVA's pred.json, in the mask folder or
+// beside it, does not have (a resampled mask); more than 65535 classes.
+MaskSet LoadMasks(const MaskPairing& pairing,
+                  const std::vector<PhotoSize>& photo_sizes,
+                  const std::filesystem::path& mask_folder,
+                  bool zero_is_class);
+
+// Names the labels from a file {"labels": {"7": "mug"}}, whose keys are ids of the masks. Other
+// keys of the file and ids that no mask has are ignored, so what the exports write can be read
+// here. Throws UserError when the file cannot be read or is not of that form.
+void NameLabels(const std::filesystem::path& labels_file, std::vector<Label>* labels);
+
+}  // namespace semfoam

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/photo.h"
+
+#include "foam/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <OpenImageIO/imageio.h>
+#include <glog/logging.h>
+#include <zlib.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One line of the decoder's words, for the inside of a sentence.
+std::string OneLine(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+  return text;
+}
+
+[[noreturn]] void ThrowUndecodable(const fs::path& path, const std::string& reason) {
+  throw UserError(path.string(),
+                  ": cannot be decoded completely (",
+                  OneLine(reason),
+                  "); is the copy complete?");
+}
+
+std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
+  // The photos are decoded in parallel already; more threads below them would escape the user's
+  // --num_threads.
+  static const bool single_threaded = OIIO::attribute("threads", 1);
+  CHECK(single_threaded);
+  if (!fs::is_regular_file(path)) {
+    throw UserError(path.string(), ": there is no such file, where a photo should be.");
+  }
+  OIIO::ImageSpec hints;
+  hints["oiio:UnassociatedAlpha"] = 1;
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &hints);
+  if (input == nullptr) {
+    const std::string reason = OIIO::geterror();
+    throw UserError(path.string(),
+                    ": is no readable image (",
+                    OneLine(reason),
+                    "); a photo, such as a JPEG or PNG, would be right.");
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  const uint64_t pixels = static_cast<uint64_t>(std::max(spec.width, 0)) *
+                          static_cast<uint64_t>(std::max(spec.height, 0));
+  // No compressed photo comes near this; a damaged header easily does.
+  constexpr uint64_t kPixelsPerByte = 20'000;
+  constexpr uint64_t kAlwaysPlausible = 1 << 24;
+  if (pixels == 0 || spec.depth > 1 ||
+      (pixels > kAlwaysPlausible && pixels / kPixelsPerByte > fs::file_size(path))) {
+    throw UserError(path.string(),
+                    ": claims ",
+                    spec.width,
+                    " x ",
+                    spec.height,
+                    " pixels in ",
+                    fs::file_size(path),
+                    " bytes; is it damaged?");
+  }
+  return input;
+}
+
+uint32_t BigEndian(const char* bytes) {
+  const auto* b = reinterpret_cast<const uint8_t*>(bytes);
+  return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | uint32_t{b[3]};
+}
+
+}  // namespace
+
+void CheckPngChunks(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  char signature[8];
+  if (!file.read(signature, 8) || std::memcmp(signature, "\x89PNG\r\n\x1a\n", 8) != 0) return;
+  uint64_t left = fs::file_size(path) - 8;
+  std::vector<char> chunk;
+  for (;;) {
+    char head[8];
+    if (left < 12 || !file.read(head, 8)) ThrowUndecodable(path, "the PNG has no end");
+    const uint64_t length = BigEndian(head);
+    if (length > left - 12) ThrowUndecodable(path, "the PNG ends within a chunk");
+    chunk.resize(length + 8);
+    std::memcpy(chunk.data(), head + 4, 4);
+    if (!file.read(chunk.data() + 4, static_cast<std::streamsize>(length + 4))) {
+      ThrowUndecodable(path, "the PNG ends within a chunk");
+    }
+    const auto crc =
+        crc32(0, reinterpret_cast<const Bytef*>(chunk.data()), static_cast<uInt>(length + 4));
+    if (crc != BigEndian(chunk.data() + 4 + length)) {
+      ThrowUndecodable(path, "a checksum in the PNG is wrong");
+    }
+    if (std::string_view(chunk.data(), 4) == "IEND") return;
+    left -= length + 12;
+  }
+}
+
+bool SameAspect(const PhotoSize& a, const PhotoSize& b) {
+  const double expected_height = static_cast<double>(a.width) * b.height / b.width;
+  const double expected_width = static_cast<double>(a.height) * b.width / b.height;
+  return std::abs(a.height - expected_height) <= 1 || std::abs(a.width - expected_width) <= 1;
+}
+
+PhotoSize ReadPhotoSize(const fs::path& path) {
+  const auto input = Open(path);
+  return {input->spec().width, input->spec().height};
+}
+
+Image8 ReadPhoto(const fs::path& path) {
+  CheckPngChunks(path);
+  const auto input = Open(path);
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.format.is_floating_point()) {
+    throw UserError(path.string(),
+                    ": holds floating-point values, where the display values of a photo (8 or 16 "
+                    "bits, such as a JPEG or PNG) would be right.");
+  }
+  const int channels = spec.nchannels;
+  const int alpha = spec.alpha_channel;
+  const bool premultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  const size_t pixels = static_cast<size_t>(spec.width) * spec.height;
+  std::vector<uint8_t> raw(pixels * channels);
+  const bool complete = input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, raw.data());
+  const std::string complaint = input->geterror();
+  if (!complete || !complaint.empty()) {
+    ThrowUndecodable(path, complaint.empty() ? "no reason given" : complaint);
+  }
+
+  Image8 image{spec.width, spec.height, {}};
+  if (channels == 3 && alpha < 0) {
+    image.data = std::move(raw);
+    return image;
+  }
+  // Grey, or grey with alpha, counts as three equal colours.
+  const bool grey = channels < 3;
+  image.data.resize(3 * pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    const uint8_t* pixel = raw.data() + i * channels;
+    const int coverage = alpha >= 0 && alpha < channels ? pixel[alpha] : 255;
+    for (int k = 0; k < 3; ++k) {
+      const int color = pixel[grey ? 0 : k];
+      const int covered = premultiplied ? color : (color * coverage + 127) / 255;
+      image.data[3 * i + k] = static_cast<uint8_t>(std::min(255, covered + 255 - coverage));
+    }
+  }
+  return image;
+}
+
+}  // namespace semfoam

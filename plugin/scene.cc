@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/scene.h"
+
+#include "foam/error.h"
+#include "foam/guard_sites.h"
+#include "plugin/colmap_model.h"
+#include "plugin/for_each_file.h"
+#include "plugin/normalized_frame.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <set>
+#include <sstream>
+#include <unordered_map>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t kMaxTableBytes = uint64_t{1} << 30;
+
+// "a/b/" and "a/b" name the same folder; only the second has the parent "a".
+fs::path WithoutTrailingSlash(const fs::path& path) {
+  const fs::path normal = path.lexically_normal();
+  return normal.has_filename() ? normal : normal.parent_path();
+}
+
+fs::path Beside(const fs::path& folder, const char* name) {
+  return WithoutTrailingSlash(folder).parent_path() / name;
+}
+
+fs::path FindMaskFolder(const SceneOptions& options) {
+  if (!options.mask_path.empty()) return options.mask_path;
+  for (const char* name : {"object_mask", "Annotations"}) {
+    const fs::path folder = Beside(options.image_path, name);
+    if (fs::is_directory(folder)) return folder;
+  }
+  return {};
+}
+
+fs::path FindLabelsFile(const SceneOptions& options, const fs::path& mask_folder) {
+  if (!options.labels_path.empty()) return options.labels_path;
+  if (mask_folder.empty()) return {};
+  const fs::path file = Beside(mask_folder, "labels.json");
+  return fs::is_regular_file(file) ? file : fs::path();
+}
+
+// Photos that the model does not have: those that the mapper did not register. Normal, and counted.
+int CountUnregistered(const fs::path& image_path, const std::vector<PhotoRecord>& photos) {
+  static const std::set<std::string> kPhotoExtensions = {
+      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm"};
+  std::set<std::string> registered;
+  for (const PhotoRecord& photo : photos) {
+    registered.insert(fs::path(photo.name).lexically_normal().generic_string());
+  }
+  int count = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(
+           image_path, fs::directory_options::follow_directory_symlink)) {
+    const fs::path& path = entry.path();
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+      return static_cast<char>(std::tolower(c));
+    });
+    if (!kPhotoExtensions.contains(extension) || path.filename().string().starts_with('.'))
+      continue;
+    if (!registered.contains(path.lexically_relative(image_path).generic_string())) ++count;
+  }
+  return count;
+}
+
+void CheckTestEvery(int test_every, size_t num_photos) {
+  if (test_every < 0) {
+    throw UserError(
+        "--test_every ", test_every, ": 0 (train on all photos) or more would be right.");
+  }
+  if (test_every == 1 || (test_every > 0 && num_photos < 2)) {
+    throw UserError("--test_every ",
+                    test_every,
+                    ": holds out all of the ",
+                    num_photos,
+                    " photos and leaves none to train on; 0 would train on all.");
+  }
+}
+
+std::vector<SeedPoint> MakeSeeds(std::vector<Point3D> points, const Similarity& frame) {
+  std::sort(
+      points.begin(), points.end(), [](const Point3D& a, const Point3D& b) { return a.id < b.id; });
+  const bool has_tracks = std::any_of(
+      points.begin(), points.end(), [](const Point3D& point) { return !point.track.empty(); });
+  std::vector<SeedPoint> seeds;
+  std::set<std::array<float, 3>> taken;
+  for (const Point3D& point : points) {
+    if (has_tracks && point.track.empty()) continue;
+    const Eigen::Vector3d position = frame.Invert(point.position);
+    if (!position.allFinite() || position.norm() > kFarRadius) continue;
+    const Eigen::Vector3f rounded = position.cast<float>();
+    if (!taken.insert({rounded.x(), rounded.y(), rounded.z()}).second) continue;
+    seeds.push_back({rounded, point.color.cast<float>() / 255.0f});
+  }
+  return seeds;
+}
+
+Camera CameraOfView(const PhotoRecord& photo) { return CameraOf(photo, "the scene"); }
+
+// Views whose rays are the same have the same key.
+using CameraKey = std::tuple<std::string, int, int, std::vector<double>>;
+CameraKey KeyOf(const PhotoRecord& photo) {
+  return {photo.camera_model, photo.width, photo.height, photo.camera_params};
+}
+
+// The cameras worth a table: those of the most photos first, while there is room.
+std::vector<int> ChooseTables(const std::vector<PhotoRecord>& photos) {
+  std::map<CameraKey, std::pair<int, int>> uses;  // first view, number of views
+  for (int view = 0; view < static_cast<int>(photos.size()); ++view) {
+    ++uses.try_emplace(KeyOf(photos[view]), view, 0).first->second.second;
+  }
+  std::vector<std::pair<int, int>> order;
+  for (const auto& [key, use] : uses) order.push_back(use);
+  std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+    return a.second != b.second ? a.second > b.second : a.first < b.first;
+  });
+  std::vector<int> views;
+  uint64_t total = 0;
+  for (const auto& [first_view, count] : order) {
+    const uint64_t bytes = PixelRays::TableBytes(CameraOfView(photos[first_view]));
+    if (bytes == 0 || total + bytes > kMaxTableBytes) continue;
+    total += bytes;
+    views.push_back(first_view);
+  }
+  return views;
+}
+
+std::string Plural(int64_t count, const char* noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+uint64_t ScenePlan::MemoryBytes() const {
+  uint64_t bytes = 0;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const uint64_t pixels =
+        static_cast<uint64_t>(photos[i].width) * static_cast<uint64_t>(photos[i].height);
+    bytes += 3 * pixels;
+    // A mask is held twice while ids become classes, in at most two bytes a pixel each.
+    if (!masks.masks[i].empty()) bytes += 4 * pixels;
+  }
+  for (const int view : table_views) bytes += PixelRays::TableBytes(CameraOfView(photos[view]));
+  return bytes;
+}
+
+ScenePlan PlanScene(const SceneOptions& options) {
+  const fs::path model_folder = FindModelFolder(options.input_path);
+  Reconstruction model = ReadReconstruction(model_folder);
+  const char* extension = FindModelFormat(model_folder) == ModelFormat::kBinary ? ".bin" : ".txt";
+  const fs::path images_file = model_folder / (std::string("images") + extension);
+  const fs::path cameras_file = model_folder / (std::string("cameras") + extension);
+  if (model.images.empty()) {
+    throw UserError(images_file.string(),
+                    ": has no registered image, where at least one would be right; did the "
+                    "reconstruction fail?");
+  }
+  if (!fs::is_directory(options.image_path)) {
+    throw UserError(options.image_path.string(),
+                    ": there is no such folder; it should hold the photos of the model.");
+  }
+  CheckTestEvery(options.test_every, model.images.size());
+  std::sort(model.images.begin(), model.images.end(), [](const Image& a, const Image& b) {
+    return a.name < b.name;
+  });
+  std::unordered_map<uint32_t, const Camera*> cameras;
+  for (const Camera& camera : model.cameras) cameras.emplace(camera.id, &camera);
+
+  ScenePlan plan;
+  plan.zero_is_class = options.zero_is_class;
+  const size_t num_views = model.images.size();
+  plan.photos.resize(num_views);
+  for (const Image& image : model.images) {
+    RequireRays(*cameras.at(image.camera_id), cameras_file);
+    plan.files.push_back(options.image_path / image.name);
+  }
+  std::vector<char> rescaled(num_views, 0);
+  ForEachFile(static_cast<int64_t>(num_views), [&](int64_t i) {
+    const Image& image = model.images[i];
+    const fs::path& file = plan.files[i];
+    if (!fs::is_regular_file(file)) {
+      throw UserError(file.string(),
+                      ": is missing, while ",
+                      images_file.string(),
+                      " has this image; is --image_path the folder that was given to COLMAP?");
+    }
+    const PhotoSize size = ReadPhotoSize(file);
+    const Camera& camera = *cameras.at(image.camera_id);
+    const PhotoSize camera_size = {static_cast<int>(camera.width), static_cast<int>(camera.height)};
+    if (!SameAspect(size, camera_size)) {
+      throw UserError(file.string(),
+                      ": is ",
+                      size.width,
+                      " x ",
+                      size.height,
+                      " pixels, while its camera (",
+                      camera.id,
+                      ") has ",
+                      camera_size.width,
+                      " x ",
+                      camera_size.height,
+                      "; the photo that COLMAP saw, or a smaller copy of it, neither turned nor "
+                      "cropped, would be right.");
+    }
+    rescaled[i] = size != camera_size;
+    const bool held_out = options.test_every > 0 && i % options.test_every == 0;
+    plan.photos[i] = MakePhotoRecord(
+        rescaled[i] ? RescaledCamera(camera, size.width, size.height) : camera, image, held_out);
+  });
+  plan.num_rescaled = static_cast<int>(std::count(rescaled.begin(), rescaled.end(), 1));
+  plan.num_unregistered = CountUnregistered(options.image_path, plan.photos);
+
+  std::vector<std::string> names;
+  for (const PhotoRecord& photo : plan.photos) names.push_back(photo.name);
+  plan.mask_folder = FindMaskFolder(options);
+  if (plan.mask_folder.empty()) {
+    plan.masks.masks.resize(num_views);
+  } else {
+    plan.masks = PairMasks(plan.mask_folder, names);
+  }
+  plan.labels_file = FindLabelsFile(options, plan.mask_folder);
+  if (!plan.labels_file.empty() && !fs::is_regular_file(plan.labels_file)) {
+    throw UserError(plan.labels_file.string(),
+                    ": there is no such file; {\"labels\": {\"7\": \"mug\"}} should be in it.");
+  }
+
+  std::vector<Viewpoint> viewpoints;
+  for (const Image& image : model.images) {
+    viewpoints.push_back(
+        {image.cam_from_world.Center(),
+         image.cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ()});
+  }
+  std::vector<Eigen::Vector3d> positions;
+  for (const Point3D& point : model.points) positions.push_back(point.position);
+  plan.world_from_normalized = NormalizedFrame(viewpoints, positions);
+  plan.num_points = static_cast<int64_t>(model.points.size());
+  plan.seeds = MakeSeeds(std::move(model.points), plan.world_from_normalized);
+  plan.table_views = ChooseTables(plan.photos);
+  return plan;
+}
+
+TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto num_views = static_cast<int64_t>(plan_.photos.size());
+  views_.resize(num_views);
+  std::vector<PhotoSize> sizes;
+  for (const PhotoRecord& photo : plan_.photos) sizes.push_back({photo.width, photo.height});
+  ForEachFile(num_views, [&](int64_t i) {
+    views_[i].photo = ReadPhoto(plan_.files[i]);
+    if (PhotoSize{views_[i].photo.width, views_[i].photo.height} != sizes[i]) {
+      throw UserError(plan_.files[i].string(),
+                      ": has changed its size since it was first looked at; photos that stay as "
+                      "they are would be right.");
+    }
+  });
+  if (!plan_.mask_folder.empty()) {
+    MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.zero_is_class);
+    labels_ = std::move(set.labels);
+    for (int64_t i = 0; i < num_views; ++i) views_[i].classes = std::move(set.classes[i]);
+  }
+  if (!plan_.labels_file.empty()) NameLabels(plan_.labels_file, &labels_);
+  seconds_decoding_ =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  std::map<CameraKey, std::shared_ptr<const PixelRays>> rays;
+  for (const int view : plan_.table_views) {
+    const PhotoRecord& photo = plan_.photos[view];
+    rays[KeyOf(photo)] = std::make_shared<PixelRays>(CameraOfView(photo), /*tabulate=*/true);
+  }
+  for (int64_t i = 0; i < num_views; ++i) {
+    const PhotoRecord& photo = plan_.photos[i];
+    std::shared_ptr<const PixelRays>& shared = rays[KeyOf(photo)];
+    if (!shared) shared = std::make_shared<PixelRays>(CameraOfView(photo), /*tabulate=*/false);
+    const Pose pose = PoseOf(photo);
+    views_[i].rays = shared;
+    views_[i].origin = plan_.world_from_normalized.Invert(pose.Center());
+    views_[i].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
+  }
+}
+
+bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
+  const View& v = views_[view];
+  Eigen::Vector3f direction;
+  if (!v.rays->Direction(x, y, &direction)) return false;
+  ray->direction = TurnedRay(v.world_from_cam, direction);
+  const size_t pixel = static_cast<size_t>(y) * v.photo.width + x;
+  const uint8_t* color = v.photo.data.data() + 3 * pixel;
+  ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  ray->class_index = v.classes.Empty() ? kUnlabelled : v.classes[pixel];
+  return true;
+}
+
+LabelImage TrainingScene::LabelIds(int view) const {
+  const View& v = views_[view];
+  LabelImage image{v.photo.width, v.photo.height, {}};
+  const size_t pixels = static_cast<size_t>(image.width) * image.height;
+  image.data.assign(pixels, 0);
+  if (v.classes.Empty()) return image;
+  for (size_t i = 0; i < pixels; ++i) {
+    const int32_t class_index = v.classes[i];
+    if (class_index != kUnlabelled) image.data[i] = labels_[class_index].id;
+  }
+  return image;
+}
+
+std::string TrainingScene::MaskReport() const {
+  const int paired = plan_.masks.NumPaired();
+  if (paired == 0) return "no masks: colour and geometry only, without labels";
+  const auto objects = std::count_if(
+      labels_.begin(), labels_.end(), [](const Label& label) { return label.id != 0; });
+  std::ostringstream text;
+  text << paired << " of " << views_.size() << (views_.size() == 1 ? " photo" : " photos")
+       << (paired == 1 && views_.size() == 1 ? " has" : " have") << " a mask, "
+       << Plural(objects, "label") << ", " << Plural(plan_.masks.unused.size(), "mask")
+       << " unused";
+  return text.str();
+}
+
+std::string TrainingScene::PhotoReport() const {
+  const auto held_out = std::count_if(plan_.photos.begin(),
+                                      plan_.photos.end(),
+                                      [](const PhotoRecord& photo) { return photo.held_out; });
+  std::ostringstream text;
+  text << Plural(NumViews(), "photo");
+  if (held_out > 0) text << ", " << held_out << " held out";
+  if (plan_.num_unregistered > 0) text << ", " << plan_.num_unregistered << " more not registered";
+  if (plan_.num_rescaled > 0) text << ", " << plan_.num_rescaled << " rescaled";
+  text << "; " << plan_.seeds.size() << " of " << plan_.num_points << " SfM points";
+  return text.str();
+}
+
+}  // namespace semfoam

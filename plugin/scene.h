@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/metrics.h"
+#include "foam/model.h"
+#include "foam/similarity.h"
+#include "foam/training_views.h"
+#include "plugin/camera_rays.h"
+#include "plugin/masks.h"
+#include "plugin/photo.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+struct SceneOptions {
+  std::filesystem::path image_path;   // the folder that image names are relative to
+  std::filesystem::path input_path;   // a COLMAP model, or a folder that FindModelFolder knows
+  std::filesystem::path mask_path;    // empty: object_mask or Annotations beside image_path, if any
+  std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
+  int test_every = 0;          // hold out every so many photos by name, from the first; 0 = none
+  bool zero_is_class = false;  // whether id 0 of the masks is a class, rather than unlabelled
+};
+
+// What there is to load, found without decoding a pixel.
+struct ScenePlan {
+  std::vector<PhotoRecord> photos;           // the registered images, sorted by name; cameras have
+                                             // the size of the photo's file
+  std::vector<std::filesystem::path> files;  // their photos
+  MaskPairing masks;                         // for `files`; all empty without masks
+  std::filesystem::path mask_folder;         // empty: no masks
+  std::filesystem::path labels_file;         // empty: no names
+  bool zero_is_class = false;
+  Similarity world_from_normalized;
+  std::vector<SeedPoint> seeds;
+  int64_t num_points = 0;        // of the model; more than seeds where some are unfit
+  int num_unregistered = 0;      // photos in the image folder that the model does not have
+  int num_rescaled = 0;          // photos of another size than their camera says
+  std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
+
+  // Memory that loading takes at its peak, in bytes: photos, masks and ray tables.
+  uint64_t MemoryBytes() const;
+};
+
+// Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.
+//
+// Seeds are the model's points within kFarRadius, in ascending order of their ids, finite, each
+// position once. Points without a track are left out, unless no point has one (models of other
+// programs).
+//
+// Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
+// PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
+// image or has another aspect than its camera; a camera model without rays; a test_every that
+// holds out everything or is negative; a mask or label path that is given but missing.
+ScenePlan PlanScene(const SceneOptions& options);
+
+// The photos, their cameras and their labels, ready to train on and to compare with. Views are
+// sorted by name. All is in memory: 3 bytes a pixel for the photo, 1 or 2 for its classes, and 12
+// for each distorted camera's table of rays (up to 1 GiB of tables; cameras shared by the most
+// photos come first, and those without a table compute each ray).
+class TrainingScene final : public TrainingViews {
+ public:
+  // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
+  // name, that is damaged, and whatever LoadMasks and NameLabels throw.
+  explicit TrainingScene(ScenePlan plan);
+
+  int NumViews() const override { return static_cast<int>(views_.size()); }
+  int Width(int view) const override { return views_[view].photo.width; }
+  int Height(int view) const override { return views_[view].photo.height; }
+  bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
+  Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override;
+
+  const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
+  const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
+  const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
+
+  // One label per class; none without masks, or when they are empty.
+  const std::vector<Label>& Labels() const { return labels_; }
+  int NumClasses() const { return static_cast<int>(labels_.size()); }
+
+  const Image8& Photo(int view) const { return views_[view].photo; }
+  bool HasMask(int view) const { return !views_[view].classes.Empty(); }
+  // The label ids (Label::id) of a view's pixels at the photo's size; 0 where unlabelled or without
+  // a mask.
+  LabelImage LabelIds(int view) const;
+
+  // Time that decoding and checking the photos and masks took.
+  double SecondsDecoding() const { return seconds_decoding_; }
+
+  // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
+  std::string MaskReport() const;
+  // The photos, in one line: how many, how many held out, what was left out or rescaled.
+  std::string PhotoReport() const;
+
+ private:
+  struct View {
+    Image8 photo;
+    ClassImage classes;
+    Eigen::Vector3d origin;          // normalised frame
+    Eigen::Matrix3d world_from_cam;  // rotation
+    std::shared_ptr<const PixelRays> rays;
+  };
+
+  ScenePlan plan_;
+  std::vector<View> views_;
+  std::vector<Label> labels_;
+  double seconds_decoding_ = 0;
+};
+
+}  // namespace semfoam

@@ -151,15 +151,11 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
     }
     if (piece.clamped) {
       by_t_in += by_t_out;
-    } else if (by_t_out != 0) {
+    } else if (const Vector& n = geometry.planes[piece.edge].normal;
+               by_t_out != 0 && !IsGrazing(n, record.direction)) {
       const Vector r = record.origin - geometry.positions[piece.cell];
       Vector dt_here, dt_behind;
-      CrossingDerivatives(r,
-                          geometry.planes[piece.edge].normal,
-                          record.direction,
-                          piece.t_out,
-                          &dt_here,
-                          &dt_behind);
+      CrossingDerivatives(r, n, record.direction, piece.t_out, &dt_here, &dt_behind);
       here.position += by_t_out * dt_here;
       behind.position += by_t_out * dt_behind;
     }

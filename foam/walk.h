@@ -52,6 +52,15 @@ T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
   return (T(0.5) * n.dot(n) - r.dot(n)) / n.dot(d);
 }
 
+// The ray runs in the plane between the two sites, to within 1e-5: its crossing is then anywhere,
+// to rounding, and its derivative without bound. Such a crossing counts as a constant of the
+// gradient.
+template <typename T>
+bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n, const Eigen::Matrix<T, 3, 1>& d) {
+  const T nd = n.dot(d);
+  return nd * nd < T(1e-10) * n.squaredNorm();
+}
+
 // Derivatives of that t with respect to the two sites, x = o + t d being the crossing point:
 // dt/dp_i = (x - p_i) / (n.d) and dt/dp_j = (p_j - x) / (n.d).
 template <typename Real>

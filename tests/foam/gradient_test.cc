@@ -1,0 +1,493 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Every gradient of a training ray, against two oracles: ceres::Jet run through the same templated
+// code along the recorded sequence of cells (1e-9 relative, in double), and central differences of
+// the whole walk where the sequence does not change.
+#include "foam/activation.h"
+#include "foam/ray_loss.h"
+#include "foam/ray_record.h"
+#include "foam/total_variation.h"
+#include "foam/voronoi.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tests/foam/random_cells.h"
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+using Jet = ceres::Jet<double, 1>;
+
+// All parameters of a small foam, in one row each.
+template <typename T>
+struct Parameters {
+  std::vector<Eigen::Matrix<T, 3, 1>> positions;  // guards included
+  std::vector<T> raw_density;                     // [num_sites]
+  std::vector<T> sh;
+  std::vector<T> identity;
+  std::vector<T> weight, bias;
+
+  // The k-th parameter of a kind; kinds in the order of kKinds.
+  T* Find(int kind, size_t k) {
+    switch (kind) {
+      case 0:
+        return &positions[k / 3][k % 3];
+      case 1:
+        return &raw_density[k];
+      case 2:
+        return &sh[k];
+      case 3:
+        return &identity[k];
+      case 4:
+        return &weight[k];
+      default:
+        return &bias[k];
+    }
+  }
+};
+
+constexpr int kNumKinds = 6;
+const char* const kKinds[kNumKinds] = {
+    "position", "raw density", "SH", "identity", "classifier weight", "classifier bias"};
+
+template <typename T>
+Parameters<T> Cast(const Parameters<double>& p) {
+  Parameters<T> out;
+  for (const auto& v : p.positions) out.positions.push_back(v.cast<T>());
+  const auto cast = [](const std::vector<double>& from, std::vector<T>* to) {
+    for (const double value : from) to->push_back(T(value));
+  };
+  cast(p.raw_density, &out.raw_density);
+  cast(p.sh, &out.sh);
+  cast(p.identity, &out.identity);
+  cast(p.weight, &out.weight);
+  cast(p.bias, &out.bias);
+  return out;
+}
+
+struct RayCase {
+  Eigen::Vector3d origin, direction;
+  double quantile_tau[2] = {0.3, 1.2};
+  RayTarget target{{0.2f, 0.9f, 0.4f}, 1};
+};
+
+constexpr int kNumClasses = 5;
+constexpr int kShDegree = 3;
+constexpr RayLossWeights kWeights{1, 0.7, 0.3, 0.9};
+
+class Scene {
+ public:
+  Scene(int num_sites, uint64_t seed) : cells_(RandomSites(num_sites, seed)) {
+    parameters_.positions = cells_.geometry.positions;
+    const size_t n = num_sites;
+    CounterRandom random(seed, 0x52, 0);
+    for (size_t i = 0; i < n; ++i) {
+      // Air, haze, matter, saturated matter, and cells that are transparent altogether.
+      const double raw[] = {-0.6, -0.1, 0.05, 0.3, 40, -3};
+      parameters_.raw_density.push_back(raw[random.Below(6)] + 0.01 * random.Uniform());
+    }
+    for (size_t k = 0; k < n * 3 * NumShCoefficients(kShDegree); ++k) {
+      parameters_.sh.push_back(
+          random.Normal());  // wide enough that some channels are clamped at black
+    }
+    for (size_t k = 0; k < n * kIdentityDim; ++k) parameters_.identity.push_back(random.Normal());
+    for (int k = 0; k < kNumClasses * kIdentityDim; ++k)
+      parameters_.weight.push_back(random.Normal());
+    for (int k = 0; k < kNumClasses; ++k) parameters_.bias.push_back(random.Normal());
+  }
+
+  // Walks for real, with the present topology, through the given parameters.
+  RayRecord<double> Trace(const RayCase& ray, const Parameters<double>& p) const {
+    WalkGeometry<double> geometry;
+    Refresh(p.positions, cells_.delaunay, &geometry);
+    const std::vector<double> density = Densities(p);
+    RayRecord<double> record;
+    record.origin = ray.origin;
+    record.direction = ray.direction;
+    std::copy_n(ray.quantile_tau, 2, record.composite.quantile_tau);
+    const CellShading<double> shading{kShDegree, density.data(), p.sh.data(), p.identity.data()};
+    TraceRay(geometry, shading, Start(ray), std::numeric_limits<double>::infinity(), &record);
+    return record;
+  }
+
+  uint32_t Start(const RayCase& ray) const { return cells_.BruteForceNearest(ray.origin); }
+
+  // The loss along a recorded sequence of cells, in any arithmetic.
+  template <typename T>
+  T Replay(const RayRecord<double>& record, const RayCase& ray, const Parameters<T>& p) const {
+    const Eigen::Matrix<T, 3, 1> origin = record.origin.cast<T>();
+    const Eigen::Matrix<T, 3, 1> direction = record.direction.cast<T>();
+    RayComposite<T> composite;
+    for (int k = 0; k < 2; ++k) composite.quantile_tau[k] = T(ray.quantile_tau[k]);
+    T basis[kMaxShCoefficients];
+    ShBasis(kShDegree, direction, basis);
+    T t_in = T(0);
+    for (const RecordedPiece<double>& piece : record.pieces) {
+      const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
+      const Eigen::Matrix<T, 3, 1> n =
+          p.positions[cells_.delaunay.neighbors[piece.edge]] - p.positions[piece.cell];
+      T t_out = t_in;
+      if (!piece.clamped) {
+        t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
+      }
+      if (piece.shaded >= 0) {
+        const T sigma = Density(p.raw_density[piece.cell]);
+        const ShadedPiece<T> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+        T color[3];
+        ShColor(basis,
+                NumShCoefficients(kShDegree),
+                &p.sh[piece.cell * 3 * NumShCoefficients(kShDegree)],
+                color);
+        for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
+        for (int c = 0; c < kIdentityDim; ++c) {
+          // The identity loss bends no geometry: its weight is a constant.
+          composite.identity[c] +=
+              T(record.shaded[piece.shaded].weight) * p.identity[piece.cell * kIdentityDim + c];
+        }
+      }
+      t_in = t_out;
+    }
+    std::vector<T> logits(kNumClasses);
+    const ClassifierView<T> classifier{kNumClasses, p.weight.data(), p.bias.data()};
+    return RayLoss(composite, ray.target, classifier, logits.data()).Total(kWeights);
+  }
+
+  // The hand-written gradient, by kind and parameter.
+  std::vector<std::vector<double>> Gradient(const RayRecord<double>& record,
+                                            const RayCase& ray) const {
+    const Parameters<double>& p = parameters_;
+    std::vector<std::vector<double>> out = {std::vector<double>(3 * p.positions.size()),
+                                            std::vector<double>(p.raw_density.size()),
+                                            std::vector<double>(p.sh.size()),
+                                            std::vector<double>(p.identity.size()),
+                                            std::vector<double>(p.weight.size()),
+                                            std::vector<double>(p.bias.size())};
+    std::vector<double> logits(kNumClasses);
+    const ClassifierView<double> classifier{kNumClasses, p.weight.data(), p.bias.data()};
+    RayLoss(record.composite, ray.target, classifier, logits.data());
+    const RayGradient<double> gradient =
+        RayLossGradient(record.composite, ray.target, classifier, kWeights, logits.data());
+    if (ray.target.class_index != kUnlabelled) {
+      for (int k = 0; k < kNumClasses; ++k) {
+        for (int c = 0; c < kIdentityDim; ++c) {
+          out[4][k * kIdentityDim + c] = logits[k] * record.composite.identity[c];
+        }
+        out[5][k] = logits[k];
+      }
+    }
+    WalkGeometry<double> geometry;
+    Refresh(p.positions, cells_.delaunay, &geometry);
+    constexpr int kCoefficients = NumShCoefficients(kShDegree);
+    BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
+      for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
+      out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
+      for (int k = 0; k < kCoefficients; ++k) {
+        for (int a = 0; a < 3; ++a) {
+          if (!(c.color_mask >> a & 1)) continue;
+          out[2][(c.cell * kCoefficients + k) * 3 + a] +=
+              c.weight * gradient.color[a] * record.sh_basis[k];
+        }
+      }
+      for (int a = 0; a < kIdentityDim; ++a) {
+        out[3][c.cell * kIdentityDim + a] += c.weight * gradient.identity[a];
+      }
+    });
+    return out;
+  }
+
+  // Compares the hand-written gradient of one ray with Jet, parameter by parameter.
+  void ExpectJetAgrees(const RayCase& ray) {
+    const RayRecord<double> record = Trace(ray, parameters_);
+    ASSERT_FALSE(record.hit_step_limit);
+    const auto gradient = Gradient(record, ray);
+    // What rounding leaves of terms that cancel: a derivative by optical depth is a difference of
+    // numbers of order 1, and the derivative by a crossing is that times the density of the cell.
+    double rounding = 1e-15;
+    for (const auto& shaded : record.shaded) rounding = std::max(rounding, 1e-16 * shaded.sigma);
+    Parameters<Jet> jets = Cast<Jet>(parameters_);
+    ExpectEqualTotals(record, ray, jets);
+    for (int kind = 0; kind < kNumKinds; ++kind) {
+      for (size_t k = 0; k < gradient[kind].size(); ++k) {
+        // Guards do not move: they get no gradient.
+        if (kind == 0 && k / 3 >= cells_.delaunay.num_sites) continue;
+        Jet* const parameter = jets.Find(kind, k);
+        parameter->v[0] = 1;
+        const double oracle = Replay(record, ray, jets).v[0];
+        parameter->v[0] = 0;
+        ASSERT_TRUE(std::isfinite(gradient[kind][k])) << kKinds[kind] << " " << k;
+        ASSERT_NEAR(gradient[kind][k], oracle, 1e-9 * std::abs(oracle) + rounding)
+            << kKinds[kind] << " " << k;
+        compared_ += oracle != 0;
+      }
+    }
+  }
+
+  // Compares with central differences of the whole walk; parameters whose step changes the sequence
+  // of cells are left out.
+  void ExpectDifferencesAgree(const RayCase& ray) {
+    const RayRecord<double> record = Trace(ray, parameters_);
+    const auto gradient = Gradient(record, ray);
+    constexpr double kStep = 1e-6;
+    for (int kind = 0; kind < kNumKinds; ++kind) {
+      double largest = 1e-3;
+      for (const double g : gradient[kind]) largest = std::max(largest, std::abs(g));
+      for (size_t k = 0; k < gradient[kind].size(); ++k) {
+        if (kind == 0 && k / 3 >= cells_.delaunay.num_sites) continue;
+        Parameters<double> moved = parameters_;
+        double* const parameter = moved.Find(kind, k);
+        const double value = *parameter;
+        double loss[2];
+        bool same = true;
+        for (int side = 0; side < 2 && same; ++side) {
+          *parameter = value + (side == 0 ? -kStep : kStep);
+          const RayRecord<double> other = Trace(ray, moved);
+          same = SameBranch(record, other);
+          // Identity bends no geometry, so its part of the loss is replayed with the weights of the
+          // unmoved ray.
+          loss[side] = same ? Replay(Reweighted(other, record), ray, moved) : 0;
+        }
+        if (!same) {
+          ++skipped_;
+          continue;
+        }
+        const double difference = (loss[1] - loss[0]) / (2 * kStep);
+        ASSERT_NEAR(gradient[kind][k], difference, 2e-6 * largest) << kKinds[kind] << " " << k;
+        differenced_ += std::abs(difference) > 1e-9;
+      }
+    }
+  }
+
+  WalkableCells cells_;
+  Parameters<double> parameters_;
+  size_t compared_ = 0, differenced_ = 0, skipped_ = 0;
+
+ private:
+  std::vector<double> Densities(const Parameters<double>& p) const {
+    std::vector<double> density(cells_.delaunay.num_cells, 0.0);
+    for (size_t i = 0; i < p.raw_density.size(); ++i) density[i] = Density(p.raw_density[i]);
+    return density;
+  }
+
+  static RayRecord<double> Reweighted(RayRecord<double> record, const RayRecord<double>& weights) {
+    for (size_t k = 0; k < record.shaded.size(); ++k) {
+      record.shaded[k].weight = weights.shaded[k].weight;
+    }
+    return record;
+  }
+
+  static bool SameBranch(const RayRecord<double>& a, const RayRecord<double>& b) {
+    if (a.pieces.size() != b.pieces.size() || a.shaded.size() != b.shaded.size()) return false;
+    for (size_t n = 0; n < a.pieces.size(); ++n) {
+      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].edge != b.pieces[n].edge ||
+          a.pieces[n].clamped != b.pieces[n].clamped || a.pieces[n].shaded != b.pieces[n].shaded) {
+        return false;
+      }
+    }
+    for (size_t n = 0; n < a.shaded.size(); ++n) {
+      for (int c = 0; c < 3; ++c) {
+        if ((a.shaded[n].color[c] > 0) != (b.shaded[n].color[c] > 0)) return false;
+      }
+    }
+    for (int k = 0; k < 2; ++k) {
+      if (a.composite.quantile_piece[k] != b.composite.quantile_piece[k]) return false;
+    }
+    return true;
+  }
+
+  // The replay must tell the same story as the walk, or it would be no oracle.
+  void ExpectEqualTotals(const RayRecord<double>& record,
+                         const RayCase& ray,
+                         const Parameters<Jet>& jets) const {
+    std::vector<double> logits(kNumClasses);
+    const ClassifierView<double> classifier{
+        kNumClasses, parameters_.weight.data(), parameters_.bias.data()};
+    const double walked =
+        RayLoss(record.composite, ray.target, classifier, logits.data()).Total(kWeights);
+    ASSERT_NEAR(Replay(record, ray, jets).a, walked, 1e-12 * std::max(1.0, std::abs(walked)));
+  }
+};
+
+RayCase RandomRay(uint64_t seed, int index) {
+  CounterRandom random(seed, 0x53, index);
+  RayCase ray;
+  ray.origin = RandomPoint(&random, index % 3 == 0 ? 2.5 : 0.8);
+  const Eigen::Vector3d aim = RandomPoint(&random, 0.7);
+  ray.direction = (aim - ray.origin).normalized();
+  for (float& c : ray.target.color) c = static_cast<float>(random.Uniform());
+  ray.target.class_index =
+      index % 4 == 3 ? kUnlabelled : static_cast<int>(random.Below(kNumClasses));
+  const double u = random.Uniform(), v = random.Uniform();
+  ray.quantile_tau[0] = -std::log(1 - std::min(u, v));
+  ray.quantile_tau[1] = -std::log(1 - std::max(u, v));
+  return ray;
+}
+
+TEST(Gradient, AgreesWithJetOnRandomRays) {
+  for (const uint64_t seed : {1, 2, 3}) {
+    Scene scene(60, seed);
+    for (int i = 0; i < 12; ++i) {
+      SCOPED_TRACE("scene " + std::to_string(seed) + " ray " + std::to_string(i));
+      scene.ExpectJetAgrees(RandomRay(seed, i));
+    }
+    EXPECT_GT(scene.compared_, 2000u);
+  }
+}
+
+TEST(Gradient, AgreesWithCentralDifferences) {
+  Scene scene(30, 5);
+  // Central differences cannot resolve optical depths of hundreds: matter, but no saturated matter
+  // here.
+  for (double& raw : scene.parameters_.raw_density) raw = std::min(raw, 0.3);
+  for (int i = 0; i < 6; ++i) {
+    SCOPED_TRACE(i);
+    scene.ExpectDifferencesAgree(RandomRay(5, i));
+  }
+  EXPECT_GT(scene.differenced_, 1000u);
+  EXPECT_LT(scene.skipped_, scene.differenced_ / 10);
+}
+
+TEST(Gradient, OfARayThatLeavesTheFoamWithoutMeetingAnything) {
+  Scene scene(40, 7);
+  RayCase ray = RandomRay(7, 0);
+  ray.origin = Eigen::Vector3d(1.5, 1.5, 1.5);
+  ray.direction = Eigen::Vector3d(1, 1, 1).normalized();
+  scene.ExpectJetAgrees(ray);
+}
+
+TEST(Gradient, OfTheLastCellBeforeTheGuards) {
+  // Only the cell that the ray leaves last is matter: published kernels lose its gradient.
+  Scene scene(40, 8);
+  RayCase ray = RandomRay(8, 1);
+  const RayRecord<double> walk = scene.Trace(ray, scene.parameters_);
+  uint32_t last = 0;
+  for (const auto& piece : walk.pieces) {
+    if (piece.cell < scene.cells_.delaunay.num_sites) last = piece.cell;
+  }
+  std::fill(scene.parameters_.raw_density.begin(), scene.parameters_.raw_density.end(), -3.0);
+  scene.parameters_.raw_density[last] = -0.2;
+  const auto gradient = scene.Gradient(scene.Trace(ray, scene.parameters_), ray);
+  EXPECT_NE(gradient[1][last], 0);
+  EXPECT_NE(gradient[0][3 * last], 0);
+  scene.ExpectJetAgrees(ray);
+}
+
+TEST(Gradient, OfSaturatedCellsIsFiniteAndAgrees) {
+  Scene scene(60, 9);
+  for (double& raw : scene.parameters_.raw_density) raw = raw > 0 ? 1e4 : raw;
+  for (int i = 0; i < 8; ++i) scene.ExpectJetAgrees(RandomRay(9, i));
+}
+
+TEST(Gradient, OfRaysAlongCellEdges) {
+  // A ray through two Voronoi vertices of one Voronoi edge runs along that edge: ties at every
+  // turn.
+  Scene scene(60, 10);
+  const auto vertices = VoronoiVertices(scene.cells_.positions, scene.cells_.delaunay);
+  int tried = 0;
+  for (uint32_t t = 0; t < vertices.size() && tried < 10; ++t) {
+    const uint32_t other = scene.cells_.delaunay.tet_neighbors[t][0];
+    if (other == kNoTet || vertices[t].norm() > 1 || vertices[other].norm() > 1) continue;
+    RayCase ray = RandomRay(10, t);
+    ray.direction = (vertices[other] - vertices[t]).normalized();
+    ray.origin = vertices[t] - 0.5 * ray.direction;
+    SCOPED_TRACE(t);
+    scene.ExpectJetAgrees(ray);
+    ++tried;
+  }
+  EXPECT_EQ(tried, 10);
+}
+
+TEST(Gradient, OnATopologyOlderThanThePositions) {
+  // Sites that moved since the last triangulation clamp some exits; the gradient must follow the
+  // branch taken.
+  Scene scene(60, 11);
+  CounterRandom random(11, 0x54, 0);
+  for (size_t i = 0; i < scene.cells_.delaunay.num_sites; ++i) {
+    scene.parameters_.positions[i] += 0.08 * RandomDirection(&random);
+  }
+  size_t clamped = 0;
+  for (int i = 0; i < 20; ++i) {
+    const RayCase ray = RandomRay(11, i);
+    for (const auto& piece : scene.Trace(ray, scene.parameters_).pieces) clamped += piece.clamped;
+    scene.ExpectJetAgrees(ray);
+  }
+  EXPECT_GT(clamped, 0u);
+}
+
+TEST(Gradient, OfQuantilesInOneCell) {
+  Scene scene(20, 12);
+  for (double& raw : scene.parameters_.raw_density) raw = 1;
+  RayCase ray = RandomRay(12, 1);
+  ray.quantile_tau[0] = 0.001;
+  ray.quantile_tau[1] = 0.01;
+  const RayRecord<double> record = scene.Trace(ray, scene.parameters_);
+  ASSERT_EQ(record.composite.quantile_piece[0], record.composite.quantile_piece[1]);
+  ASSERT_GE(record.composite.quantile_piece[0], 0);
+  scene.ExpectJetAgrees(ray);
+}
+
+TEST(Gradient, OfTotalVariation) {
+  WalkableCells cells(RandomSites(80, 13));
+  const auto areas =
+      FaceAreas(cells.positions, cells.delaunay, VoronoiVertices(cells.positions, cells.delaunay));
+  const std::vector<float> float_weights = TotalVariationWeights(cells.delaunay, areas);
+  const std::vector<double> weights(float_weights.begin(), float_weights.end());
+  CounterRandom random(13, 0x55, 0);
+  std::vector<double> identity(80 * kIdentityDim);
+  for (double& f : identity) f = random.Normal();
+  // A kink: two whole cells alike.
+  std::copy_n(identity.begin(), kIdentityDim, identity.begin() + kIdentityDim);
+  std::vector<double> gradient;
+  const double total = TotalVariation(cells.delaunay, weights, identity, 1.0, &gradient);
+
+  const auto variation = [&](const auto& f) {
+    using T = typename std::decay_t<decltype(f)>::value_type;
+    T sum = T(0);
+    for (uint32_t i = 0; i < cells.delaunay.num_sites; ++i) {
+      for (uint32_t e = cells.delaunay.offsets[i]; e < cells.delaunay.offsets[i + 1]; ++e) {
+        const uint32_t j = cells.delaunay.neighbors[e];
+        if (j >= cells.delaunay.num_sites || j < i) continue;
+        sum += EdgeVariation(T(weights[e]), &f[i * kIdentityDim], &f[j * kIdentityDim]);
+      }
+    }
+    return sum;
+  };
+  EXPECT_NEAR(total, variation(identity), 1e-12 * total);
+  std::vector<Jet> jets;
+  for (const double f : identity) jets.push_back(Jet(f));
+  for (size_t k = 0; k < jets.size(); ++k) {
+    // At the kink the stated derivative is 0 while Jet takes one side of |x|; compare where
+    // neighbours differ.
+    if (k < 2 * kIdentityDim) continue;
+    jets[k].v[0] = 1;
+    const double oracle = variation(jets).v[0];
+    jets[k].v[0] = 0;
+    ASSERT_NEAR(gradient[k], oracle, 1e-9 * std::max(std::abs(oracle), 1e-6)) << k;
+    const double value = identity[k];
+    identity[k] = value + 1e-7;
+    const double above = variation(identity);
+    identity[k] = value - 1e-7;
+    const double below = variation(identity);
+    identity[k] = value;
+    ASSERT_NEAR(gradient[k], (above - below) / 2e-7, 1e-6) << k;
+  }
+}
+
+TEST(Gradient, OfTotalVariationVanishesForEqualFeatures) {
+  WalkableCells cells(RandomSites(30, 14));
+  const auto areas =
+      FaceAreas(cells.positions, cells.delaunay, VoronoiVertices(cells.positions, cells.delaunay));
+  const std::vector<float> weights = TotalVariationWeights(cells.delaunay, areas);
+  const std::vector<float> identity(30 * kIdentityDim, 0.25f);
+  std::vector<float> gradient;
+  EXPECT_EQ(TotalVariation(cells.delaunay, weights, identity, 1.f, &gradient), 0);
+  for (const float g : gradient) EXPECT_EQ(g, 0);
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -242,6 +242,7 @@ TEST(Presets, GrowFromLowToExtremeAndAreValid) {
     const TrainingOptions options = OptionsForQuality(quality);
     EXPECT_GT(options.num_rays, rays) << quality;
     EXPECT_GT(options.final_sites, sites) << quality;
+    EXPECT_EQ(options.Check(), "") << quality;
     rays = options.num_rays;
     sites = options.final_sites;
   }

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What a user can get wrong: one sentence that names the file, exit code 1, and nothing left
+// behind.
+#include <functional>
+#include <memory>
+
+#include "tests/tools/program.h"
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+void Cut(const fs::path& path, double share) {
+  fs::resize_file(path, static_cast<uintmax_t>(share * static_cast<double>(fs::file_size(path))));
+}
+
+// Lets the file claim 2^40 records.
+void Overcount(const fs::path& path) {
+  std::string bytes = ReadFile(path);
+  bytes.replace(0, 8, std::string("\0\0\0\0\0\1\0\0", 8));
+  WriteFile(path, bytes);
+}
+
+void WriteGrey(const fs::path& path, int width, int height) {
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path.string());
+  ASSERT_NE(output, nullptr);
+  const OIIO::ImageSpec spec(width, height, 1, OIIO::TypeDesc::UINT8);
+  const std::vector<uint8_t> pixels(static_cast<size_t>(width) * height, 3);
+  ASSERT_TRUE(output->open(path.string(), spec));
+  ASSERT_TRUE(output->write_image(spec.format, pixels.data()));
+  ASSERT_TRUE(output->close());
+}
+
+struct BadWorkspace {
+  std::string name;
+  std::function<void(const fs::path& workspace)> spoil;
+  std::string named;  // what the sentence must name
+};
+
+class BadWorkspaceTest : public testing::TestWithParam<BadWorkspace> {};
+
+TEST_P(BadWorkspaceTest, GivesOneSentenceAndLeavesNothing) {
+  const TempFolder folder;
+  const fs::path workspace = folder / "workspace";
+  CopyTabletop(workspace);
+  GetParam().spoil(workspace);
+  for (const std::string& command : {"automatic_segmenter", "foam_trainer"}) {
+    std::vector<std::string> arguments = {command, "--output_path", (folder / "out").string()};
+    if (command == "automatic_segmenter") {
+      arguments.insert(arguments.end(), {"--workspace_path", workspace.string()});
+    } else {
+      arguments.insert(arguments.end(),
+                       {"--image_path",
+                        (workspace / "images").string(),
+                        "--input_path",
+                        (workspace / "sparse" / "0").string(),
+                        "--mask_path",
+                        (workspace / "object_mask").string()});
+    }
+    const Outcome outcome = RunSemfoam(TinyTraining(arguments));
+    EXPECT_EQ(outcome.exit_code, 1) << command << "\n" << outcome.err;
+    ASSERT_THAT(outcome.Errors(), SizeIs(1)) << command << "\n" << outcome.err;
+    EXPECT_THAT(outcome.Errors().front(), HasSubstr(GetParam().named)) << command;
+    EXPECT_THAT(FilesBelow(folder / "out"), IsEmpty()) << command;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All,
+    BadWorkspaceTest,
+    testing::Values(
+        BadWorkspace{"NoModel", [](auto& w) { fs::remove_all(w / "sparse"); }, "sparse"},
+        BadWorkspace{"NoPhotos", [](auto& w) { fs::remove_all(w / "images"); }, "images"},
+        BadWorkspace{
+            "MissingPhoto", [](auto& w) { fs::remove(w / "images/0007.jpg"); }, "0007.jpg"},
+        BadWorkspace{
+            "CutCameras", [](auto& w) { Cut(w / "sparse/0/cameras.bin", 0.5); }, "cameras.bin"},
+        BadWorkspace{
+            "CutImages", [](auto& w) { Cut(w / "sparse/0/images.bin", 0.7); }, "images.bin"},
+        BadWorkspace{
+            "CutPoints", [](auto& w) { Cut(w / "sparse/0/points3D.bin", 0.999); }, "points3D.bin"},
+        BadWorkspace{"OvercountedCameras",
+                     [](auto& w) { Overcount(w / "sparse/0/cameras.bin"); },
+                     "cameras.bin"},
+        BadWorkspace{"OvercountedImages",
+                     [](auto& w) { Overcount(w / "sparse/0/images.bin"); },
+                     "images.bin"},
+        BadWorkspace{"OvercountedPoints",
+                     [](auto& w) { Overcount(w / "sparse/0/points3D.bin"); },
+                     "points3D.bin"},
+        BadWorkspace{"EmptyModelFile",
+                     [](auto& w) { fs::resize_file(w / "sparse/0/images.bin", 0); },
+                     "images.bin"},
+        BadWorkspace{"MaskOfAnotherAspect",
+                     [](auto& w) { WriteGrey(w / "object_mask/0011.png", 320, 200); },
+                     "0011.png"},
+        BadWorkspace{"CutMask", [](auto& w) { Cut(w / "object_mask/0011.png", 0.6); }, "0011.png"},
+        BadWorkspace{"MaskIsNoImage",
+                     [](auto& w) { WriteFile(w / "object_mask/0011.png", "no image at all"); },
+                     "0011.png"},
+        BadWorkspace{"CutPhoto", [](auto& w) { Cut(w / "images/0005.jpg", 0.5); }, "0005.jpg"},
+        BadWorkspace{
+            "PhotoCutAtItsEnd", [](auto& w) { Cut(w / "images/0005.jpg", 0.97); }, "0005.jpg"},
+        BadWorkspace{"PhotoIsNoImage",
+                     [](auto& w) { WriteFile(w / "images/0005.jpg", "no image at all"); },
+                     "0005.jpg"},
+        BadWorkspace{"LabelsAreNoJson",
+                     [](auto& w) { WriteFile(w / "labels.json", "{\"labels\": {"); },
+                     "labels.json"}),
+    [](const auto& info) { return info.param.name; });
+
+struct BadCommand {
+  std::string name;
+  std::vector<std::string> arguments;  // OUT: an output folder that can be written
+  std::string named;
+};
+
+class BadCommandTest : public testing::TestWithParam<BadCommand> {};
+
+TEST_P(BadCommandTest, GivesOneSentenceAndLeavesNothing) {
+  const TempFolder folder;
+  std::vector<std::string> arguments = GetParam().arguments;
+  WriteFile(folder / "a file", "in the way");
+  WriteFile(folder / "bad.foam", "SEMFOAM\nand then nothing that is right");
+  for (std::string& argument : arguments) {
+    if (argument == "OUT") argument = (folder / "out").string();
+    if (argument == "BELOW_A_FILE") argument = (folder / "a file" / "out").string();
+    if (argument == "BAD_FOAM") argument = (folder / "bad.foam").string();
+    if (argument == "TABLETOP") argument = kTabletop.string();
+    if (argument == "SPARSE") argument = (kTabletop / "sparse/0").string();
+  }
+  const Outcome outcome = RunSemfoam(arguments);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  ASSERT_THAT(outcome.Errors(), SizeIs(1)) << outcome.err;
+  EXPECT_THAT(outcome.Errors().front(), HasSubstr(GetParam().named));
+  EXPECT_THAT(FilesBelow(folder / "out"), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All,
+    BadCommandTest,
+    testing::Values(
+        BadCommand{"UnknownCommand", {"nosuch"}, "Command `nosuch` not recognized"},
+        BadCommand{"NothingGiven",
+                   {"automatic_segmenter"},
+                   "the option '--workspace_path' is required but missing"},
+        BadCommand{"UnknownOption",
+                   {"automatic_segmenter", "--nosuch", "1"},
+                   "unrecognised option '--nosuch'"},
+        BadCommand{"BadQuality",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "OUT",
+                    "--quality",
+                    "best"},
+                   "('best') for option '--quality'"},
+        BadCommand{"NoRays",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "OUT",
+                    "--FoamTraining.num_rays",
+                    "0"},
+                   "num_rays"},
+        BadCommand{"NegativeTestEvery",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "OUT",
+                    "--test_every",
+                    "-8"},
+                   "test_every"},
+        BadCommand{"NegativeVoxels",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "OUT",
+                    "--VolumeExport.voxel_size",
+                    "-1"},
+                   "voxel_size"},
+        BadCommand{"NoWorkspace",
+                   {"automatic_segmenter", "--workspace_path", "no/such", "--output_path", "OUT"},
+                   "no/such"},
+        BadCommand{"OutputBelowAFile",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "BELOW_A_FILE"},
+                   "a file"},
+        BadCommand{"OutputWhereNobodyMayWrite",
+                   {"automatic_segmenter",
+                    "--workspace_path",
+                    "TABLETOP",
+                    "--output_path",
+                    "/proc/semfoam"},
+                   "/proc/semfoam"},
+        BadCommand{"NoFoam", {"foam_analyzer", "--foam_path", "no/such.foam"}, "no/such.foam"},
+        BadCommand{"BadFoam", {"foam_analyzer", "--foam_path", "BAD_FOAM"}, "bad.foam"},
+        BadCommand{"BadFoamForVolumes",
+                   {"volume_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT"},
+                   "bad.foam"},
+        BadCommand{"BadFoamForMeshes",
+                   {"mesh_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT"},
+                   "bad.foam"},
+        BadCommand{"BadFoamForRenders",
+                   {"foam_renderer",
+                    "--foam_path",
+                    "BAD_FOAM",
+                    "--input_path",
+                    "SPARSE",
+                    "--output_path",
+                    "OUT"},
+                   "bad.foam"},
+        BadCommand{
+            "NoProjectFile", {"foam_analyzer", "--project_path", "no/such.ini"}, "no/such.ini"}),
+    [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace semfoam

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Same input, seed and options: same bytes, whatever the number of threads.
+#include "tests/tools/program.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+std::string TrainedFoam(const std::vector<std::string>& arguments) {
+  const TempFolder folder;
+  std::vector<std::string> all = TinyTraining({"foam_trainer",
+                                               "--image_path",
+                                               (kTabletop / "images").string(),
+                                               "--input_path",
+                                               (kTabletop / "sparse/0").string(),
+                                               "--mask_path",
+                                               (kTabletop / "object_mask").string(),
+                                               "--output_path",
+                                               (folder / "out").string(),
+                                               "--test_every",
+                                               "8"});
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  const Outcome outcome = RunSemfoam(all);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return ReadFile(folder / "out" / "scene.foam");
+}
+
+TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
+  const std::string one = TrainedFoam({"--num_threads", "1"});
+  ASSERT_FALSE(one.empty());
+  EXPECT_TRUE(TrainedFoam({"--num_threads", "2"}) == one);
+  EXPECT_TRUE(TrainedFoam({"--num_threads", "5"}) == one);
+  EXPECT_FALSE(TrainedFoam({"--random_seed", "1"}) == one);
+}
+
+}  // namespace
+}  // namespace semfoam

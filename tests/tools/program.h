@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+// The built program as its users meet it: run in a shell, judged by exit code, text and files.
+namespace semfoam {
+
+inline const std::filesystem::path kTabletop = SEMFOAM_TEST_DATA "/tabletop";
+
+inline std::string ReadFile(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file.good()) << path;
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+inline void WriteFile(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file << bytes;
+  EXPECT_TRUE(file.good()) << path;
+}
+
+// A folder of its own for each test, with a space in its name, removed at the end.
+class TempFolder {
+ public:
+  TempFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "semfoam test XXXXXX").string();
+    EXPECT_NE(::mkdtemp(name.data()), nullptr);
+    path_ = name;
+  }
+  ~TempFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+
+  // The lines of stderr that begin with "ERROR:".
+  std::vector<std::string> Errors() const {
+    std::vector<std::string> errors;
+    std::istringstream lines(err);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.rfind("ERROR:", 0) == 0) errors.push_back(line);
+    }
+    return errors;
+  }
+};
+
+inline std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
+inline Outcome RunProgram(const std::string& program, const std::vector<std::string>& arguments) {
+  const TempFolder folder;
+  std::string command = Quoted(program);
+  for (const std::string& argument : arguments) command += " " + Quoted(argument);
+  command += " >" + Quoted((folder / "out").string()) + " 2>" + Quoted((folder / "err").string());
+  const int status = std::system(command.c_str());
+  Outcome outcome;
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = ReadFile(folder / "out");
+  outcome.err = ReadFile(folder / "err");
+  return outcome;
+}
+
+inline Outcome RunSemfoam(const std::vector<std::string>& arguments) {
+  return RunProgram(SEMFOAM_PROGRAM, arguments);
+}
+
+// The options of a run that is short and worth nothing but does everything.
+inline std::vector<std::string> TinyTraining(const std::vector<std::string>& arguments) {
+  std::vector<std::string> all = arguments;
+  for (const char* option : {"--quality",
+                             "low",
+                             "--FoamTraining.num_rays",
+                             "200000",
+                             "--FoamTraining.final_sites",
+                             "4000"}) {
+    all.emplace_back(option);
+  }
+  return all;
+}
+
+// A copy of the tabletop scene, without what is for scoring alone, to be spoilt by a test.
+inline void CopyTabletop(const std::filesystem::path& target) {
+  std::filesystem::create_directories(target);
+  for (const char* part : {"images", "sparse", "object_mask", "labels.json"}) {
+    std::filesystem::copy(
+        kTabletop / part, target / part, std::filesystem::copy_options::recursive);
+  }
+}
+
+// All files below a folder, relative to it; none where there is no such folder.
+inline std::vector<std::string> FilesBelow(const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  if (!std::filesystem::is_directory(folder)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_directory()) {
+      files.push_back(std::filesystem::relative(entry.path(), folder).generic_string());
+    }
+  }
+  return files;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace semfoam {
+
+// The commands of the program, each in commands/<name>.cc. argv[0] is the command's name. They
+// throw UserError where the user has to do something about it.
+void RunAutomaticSegmenter(int argc, char** argv);
+void RunFoamAnalyzer(int argc, char** argv);
+void RunFoamEvaluator(int argc, char** argv);
+void RunFoamRenderer(int argc, char** argv);
+void RunFoamTrainer(int argc, char** argv);
+void RunMeshExporter(int argc, char** argv);
+void RunVolumeExporter(int argc, char** argv);
+
+}  // namespace semfoam

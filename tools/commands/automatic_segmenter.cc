@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/exports.h"
+#include "tools/training_run.h"
+
+#include <filesystem>
+#include <string>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What the user did not give is looked for where COLMAP and mask trackers put it.
+void CompleteFromWorkspace(const fs::path& workspace, TrainingRun* run) {
+  if (!fs::is_directory(workspace)) {
+    throw UserError(workspace.string(),
+                    ": there is no such folder; --workspace_path takes the folder that holds "
+                    "images/ and sparse/.");
+  }
+  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
+  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
+  for (const char* masks : {"object_mask", "Annotations"}) {
+    if (run->mask_path.empty() && fs::is_directory(workspace / masks)) {
+      run->mask_path = (workspace / masks).string();
+    }
+  }
+}
+
+}  // namespace
+
+void RunAutomaticSegmenter(int argc, char** argv) {
+  std::string workspace_path;
+  std::string output_path;
+  TrainingRun run;
+  VolumeExportOptions volume;
+  SurfaceExportOptions surface;
+  OptionManager options("automatic_segmenter",
+                        "Trains a foam on a COLMAP workspace with instance masks and writes every "
+                        "object as volume and surface.");
+  options.AddRequiredOption(
+      "workspace_path", &workspace_path, "folder with images/, sparse/ and object_mask/");
+  options.AddRequiredOption("output_path", &output_path, "folder for all that is written");
+  options.AddDefaultOption(
+      "image_path", &run.image_path, "folder of the photos; by default images/");
+  options.AddDefaultOption(
+      "input_path", &run.input_path, "the COLMAP model; by default sparse/0/, then sparse/");
+  AddTrainingRunOptions(&options, &run);
+  AddVolumeExportOptions(&options, &volume);
+  AddMeshExportOptions(&options, &surface);
+  if (!options.Parse(argc, argv)) return;
+  RequireValid(volume);
+  CompleteFromWorkspace(workspace_path, &run);
+  FinishTrainingRun(options, &run);
+
+  RequireWritableFolder(output_path);
+  const ExportableScene scene = MakeExportableScene(TrainAndWrite(options, run, output_path));
+  WriteVolumes(scene, output_path, volume);
+  WriteMeshes(scene, output_path, surface);
+  WriteLabels(scene, output_path);
+  LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
+            << ", everything is in " << output_path;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/exports.h"
+#include "tools/training_run.h"
+
+#include <string>
+
+namespace semfoam {
+
+void RunFoamTrainer(int argc, char** argv) {
+  std::string output_path;
+  TrainingRun run;
+  OptionManager options("foam_trainer",
+                        "Trains a foam from a COLMAP model, its photos and instance masks.");
+  options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
+  options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
+  options.AddRequiredOption(
+      "output_path", &output_path, "folder for scene.foam, labels.json and training_log.csv");
+  AddTrainingRunOptions(&options, &run);
+  if (!options.Parse(argc, argv)) return;
+  FinishTrainingRun(options, &run);
+
+  RequireWritableFolder(output_path);
+  const Model model = TrainAndWrite(options, run, output_path);
+  WriteLabels(MakeExportableScene(model), output_path);
+}
+
+}  // namespace semfoam

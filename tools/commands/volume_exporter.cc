@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/model.h"
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/exports.h"
+
+#include <string>
+
+namespace semfoam {
+
+void RunVolumeExporter(int argc, char** argv) {
+  std::string foam_path;
+  std::string output_path;
+  VolumeExportOptions volume;
+  OptionManager options("volume_exporter",
+                        "Writes the scene and every object of a foam as OpenVDB volumes.");
+  options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
+  options.AddRequiredOption(
+      "output_path", &output_path, "folder for scene.vdb, objects/*.vdb and labels.json");
+  AddVolumeExportOptions(&options, &volume);
+  if (!options.Parse(argc, argv)) return;
+  RequireValid(volume);
+
+  RequireWritableFolder(output_path);
+  const ExportableScene scene = MakeExportableScene(ReadModel(foam_path));
+  WriteVolumes(scene, output_path, volume);
+  WriteLabels(scene, output_path);
+}
+
+}  // namespace semfoam

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/metrics.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace semfoam {
+
+// Images out, each written beside its target and renamed into place; parent folders are made. All
+// throw UserError naming the file where it cannot be written.
+
+// 8-bit RGB PNG, display values.
+void WriteRgbPng(const std::filesystem::path& path, const Image8& image);
+
+// 16-bit grey PNG whose values are the label ids. CHECKs that they fit, 0..65535.
+void WriteLabelPng(const std::filesystem::path& path, const LabelImage& labels);
+
+// Float EXR of one channel, row-major [height][width].
+void WriteDepthExr(const std::filesystem::path& path,
+                   int width,
+                   int height,
+                   const std::vector<float>& depth);
+
+// A mask as it is used for scoring: 1 where the first channel of the image is above 128 of 255,
+// else 0. Throws UserError where the file is missing or damaged.
+LabelImage ReadForeground(const std::filesystem::path& path);
+
+// Nearest neighbour, pixel (x, y) of the result from (floor(x * sx), floor(y * sy)) of the input,
+// sx and sy being the ratios of the sizes.
+LabelImage ResizeNearest(const LabelImage& image, int width, int height);
+
+}  // namespace semfoam

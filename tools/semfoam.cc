@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
+#include "tools/commands.h"
+#include "tools/logging.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
+#include <string>
+
+#include <unistd.h>
+
+namespace semfoam {
+namespace {
+
+struct Command {
+  const char* name;
+  const char* summary;
+  void (*run)(int argc, char** argv);
+};
+
+constexpr Command kCommands[] = {
+    {"automatic_segmenter", "a COLMAP workspace in, everything out", RunAutomaticSegmenter},
+    {"foam_trainer", "trains a foam from a COLMAP model, photos and masks", RunFoamTrainer},
+    {"foam_renderer", "renders a foam from the views of a COLMAP model", RunFoamRenderer},
+    {"foam_evaluator", "scores a foam on its held-out photos", RunFoamEvaluator},
+    {"foam_analyzer", "says what is in a foam", RunFoamAnalyzer},
+    {"volume_exporter", "writes the scene and every object as OpenVDB volumes", RunVolumeExporter},
+    {"mesh_exporter",
+     "writes every object's closed surface as .om, .ply and .obj",
+     RunMeshExporter},
+};
+
+void PrintHelp() {
+  std::printf("semfoam " SEMFOAM_VERSION
+              ": Semantic Foam for COLMAP, from a COLMAP model, photos and instance masks\n"
+              "to labelled volumes and meshes.\n\n"
+              "Usage:\n"
+              "  semfoam automatic_segmenter --workspace_path WORKSPACE --output_path OUTPUT\n"
+              "  semfoam COMMAND -h\n"
+              "  semfoam COMMAND [options]\n\n"
+              "Commands:\n");
+  for (const Command& command : kCommands) {
+    std::printf("  %-20s %s\n", command.name, command.summary);
+  }
+  std::printf("  %-20s %s\n", "help", "lists the commands");
+  std::printf("  %-20s %s\n", "version", "says which version this is");
+}
+
+int Fail(const std::string& sentence) {
+  std::fprintf(
+      stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", sentence.c_str());
+  return EXIT_FAILURE;
+}
+
+int Main(int argc, char** argv) {
+  const std::string name = argc < 2 ? "help" : argv[1];
+  if (name == "help" || name == "-h" || name == "--help") {
+    PrintHelp();
+    return EXIT_SUCCESS;
+  }
+  if (name == "version" || name == "-v" || name == "--version") {
+    std::printf("semfoam " SEMFOAM_VERSION "\n");
+    return EXIT_SUCCESS;
+  }
+  for (const Command& command : kCommands) {
+    if (name != command.name) continue;
+    try {
+      command.run(argc - 1, argv + 1);
+      return EXIT_SUCCESS;
+    } catch (const UserError& error) {
+      return Fail(error.what());
+    } catch (const std::bad_alloc&) {
+      return Fail("the memory is used up; choose a lower --quality or fewer sites.");
+    } catch (const std::exception& error) {
+      return Fail(std::string("something unexpected went wrong (") + error.what() + ").");
+    }
+  }
+  return Fail("Command `" + name +
+              "` not recognized. To list the available commands, run `semfoam help`.");
+}
+
+}  // namespace
+}  // namespace semfoam
+
+int main(int argc, char** argv) {
+  semfoam::InitLogging(argv[0]);
+  return semfoam::Main(argc, argv);
+}

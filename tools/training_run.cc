@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/training_run.h"
+
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "foam/parallel.h"
+#include "tools/presets.h"
+#include "tools/progress.h"
+#include "tools/training_log.h"
+#include "tools/training_options.h"
+
+#include <cstdio>
+#include <iostream>
+#include <utility>
+#include <vector>
+
+#include <glog/logging.h>
+#include <unistd.h>
+
+namespace semfoam {
+namespace {
+
+std::string Megabytes(uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.0f MB", static_cast<double>(bytes) / 1e6);
+  return text;
+}
+
+std::string Millions(int64_t count) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3g M", static_cast<double>(count) / 1e6);
+  return text;
+}
+
+std::map<std::string, std::string> ModelOptions(const OptionManager& options,
+                                                const TrainingRun& run) {
+  std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
+  values["quality"] = run.quality;
+  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["test_every"] = FormatValue(run.scene.test_every);
+  return values;
+}
+
+TrainingSummary Train(const TrainingScene& scene,
+                      const TrainingOptions& training,
+                      std::vector<TrainingProgress>* reports) {
+  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  return TrainFoam(
+      scene, scene.Seeds(), scene.NumClasses(), training, [&](const TrainingProgress& progress) {
+        reports->push_back(progress);
+        line.Update(progress);
+      });
+}
+
+}  // namespace
+
+void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
+  options->AddDefaultOption("mask_path",
+                            &run->mask_path,
+                            "folder of the instance masks; by default object_mask/, then "
+                            "Annotations/");
+  options->AddDefaultOption(
+      "labels_path",
+      &run->labels_path,
+      "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default labels.json beside the "
+      "masks' folder");
+  options->AddDefaultOption("test_every",
+                            &run->scene.test_every,
+                            "hold out every so many photos by name, from the first; 0 = none");
+  AddTrainingOptions(options, &run->quality, &run->training);
+  options->AddChoiceOption("FoamTraining.label_zero",
+                           &run->label_zero,
+                           {"ignore", "class"},
+                           "what id 0 of the masks is: unlabelled, or a label of its own");
+}
+
+void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
+  run->training.random_seed = options.RandomSeed();
+  run->scene.image_path = run->image_path;
+  run->scene.input_path = run->input_path;
+  run->scene.mask_path = run->mask_path;
+  run->scene.labels_path = run->labels_path;
+  run->scene.zero_is_class = run->label_zero == "class";
+  if (const std::string wrong = run->training.Check(); !wrong.empty()) {
+    throw UserError("Failed to parse options - ", wrong);
+  }
+}
+
+Model TrainAndWrite(const OptionManager& options,
+                    const TrainingRun& run,
+                    const std::filesystem::path& output_path) {
+  ScenePlan plan = PlanScene(run.scene);
+  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << Megabytes(plan.MemoryBytes())
+            << ")";
+  const TrainingScene scene(std::move(plan));
+  LOG(INFO) << scene.PhotoReport() << "; decoded in " << FormatDuration(scene.SecondsDecoding());
+  LOG(INFO) << scene.MaskReport();
+  if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
+  LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
+            << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
+            << NumThreads() << (NumThreads() == 1 ? " thread (" : " threads (")
+            << Megabytes(TrainingBytes(run.training, scene.NumClasses())) << ")";
+
+  std::vector<TrainingProgress> reports;
+  TrainingSummary summary = Train(scene, run.training, &reports);
+  LOG(INFO) << summary.BriefReport();
+  if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
+    LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
+                 << " rays hit the step limit, " << summary.nonfinite_gradients
+                 << " updates were skipped; both should be 0.";
+  }
+
+  Model model;
+  model.foam = std::move(summary.foam);
+  model.statistics = std::move(summary.statistics);
+  model.world_from_normalized = scene.WorldFromNormalized();
+  model.labels = scene.Labels();
+  model.photos = scene.Photos();
+  model.options = ModelOptions(options, run);
+  WriteModel(output_path / "scene.foam", model);
+  WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
+  return model;
+}
+
+}  // namespace semfoam

@@ -5,6 +5,7 @@
 #include "foam/output_file.h"
 
 #include <fstream>
+#include <sstream>
 
 #include <glog/logging.h>
 
@@ -71,14 +72,23 @@ SemanticMesh ToSemanticMesh(const ObjectSurface& surface) {
 
 void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface) {
   const SemanticMesh mesh = ToSemanticMesh(surface);
+  // Into memory first: OpenMesh meets a full disk with an assertion. It also tells the log about
+  // every file.
+  std::ostringstream bytes;
+  const OpenMesh::IO::Options options =
+      OpenMesh::IO::Options::VertexColor | OpenMesh::IO::Options::FaceColor;
+  const bool was_talking = omlog().is_enabled();
+  omlog().disable();
+  const bool written = OpenMesh::IO::write_mesh(mesh, bytes, ".om", options);
+  if (was_talking) omlog().enable();
+  CHECK(written);
+
   OutputFile file(path);
   {
     std::ofstream out(file.temporary_path(), std::ios::binary);
-    const OpenMesh::IO::Options options =
-        OpenMesh::IO::Options::VertexColor | OpenMesh::IO::Options::FaceColor;
-    const bool written = OpenMesh::IO::write_mesh(mesh, out, ".om", options);
+    out << bytes.view();
     out.close();
-    if (!written || out.fail()) {
+    if (out.fail()) {
       throw UserError(path.string(), ": cannot be written completely; is the disk full?");
     }
   }

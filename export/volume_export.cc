@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -187,40 +188,31 @@ int64_t CountVoxels(const std::vector<VoxelBlock>& blocks) {
   return count;
 }
 
-// OpenVDB does not look whether its bytes reach the disk. So the file is read again before it gets
-// its name; a full disk then is an error and not a volume with its end cut off.
-void RequireReadable(const fs::path& written, const fs::path& target, size_t num_grids) {
-  size_t found = 0;
-  std::string problem = "grids are missing";
-  try {
-    openvdb::io::File file(written.string());
-    file.open(/*delayLoad=*/false);
-    found = file.getGrids()->size();
-    file.close();
-  } catch (const std::exception& error) {
-    problem = error.what();
+// An io::File that writes into a stream of ours: OpenVDB's own does not look whether its bytes
+// reach the disk, and a volume with its end cut off crashes or stalls its readers.
+class StreamArchive : public openvdb::io::Archive {
+ public:
+  void Write(std::ostream& out,
+             const openvdb::GridPtrVec& grids,
+             const openvdb::MetaMap& metadata) const {
+    openvdb::io::Archive::write(out, grids, /*seekable=*/true, metadata);
   }
-  if (found != num_grids) {
-    throw UserError(target.string(),
-                    ": what was written cannot be read back (",
-                    problem,
-                    "); is the disk full?");
-  }
-}
+};
 
 void WriteGrids(const fs::path& path,
                 const openvdb::GridPtrVec& grids,
                 const openvdb::MetaMap& metadata) {
   OutputFile output(path);
-  try {
-    openvdb::io::File file(output.temporary_path().string());
-    file.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    file.write(grids, metadata);
-    file.close();
-  } catch (const openvdb::Exception& error) {
-    throw UserError(path.string(), ": cannot be written (", error.what(), "); is the disk full?");
+  {
+    std::ofstream out(output.temporary_path(), std::ios::binary);
+    StreamArchive archive;
+    archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    archive.Write(out, grids, metadata);
+    out.close();
+    if (out.fail()) {
+      throw UserError(path.string(), ": cannot be written completely; is the disk full?");
+    }
   }
-  RequireReadable(output.temporary_path(), path, grids.size());
   output.Commit();
 }
 

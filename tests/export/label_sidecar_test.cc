@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/label_sidecar.h"
+
+#include "foam/error.h"
+
+#include <fstream>
+
+#include "tests/export/test_foams.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+using nlohmann::json;
+
+class LabelSidecar : public TemporaryFolderTest {};
+
+TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
+  Model model = TouchingBalls(1000);
+  model.world_from_normalized = {2, {5e5, 4.5e6, 0.1}};
+  model.labels[1].name = "M\xC3\xBCtze \"blue\"";
+  const ExportableScene scene = MakeExportableScene(model);
+  const auto path = folder_ / "labels.json";
+  WriteLabelSidecar(path,
+                    scene,
+                    {{0, "vdb", "scene.vdb", ""},
+                     {7, "ply", "objects/7_mug.ply", ""},
+                     {7, "vdb", "objects/7_mug.vdb", ""}});
+  const json sidecar = json::parse(std::ifstream(path));
+  EXPECT_EQ(sidecar["version"], 1);
+  EXPECT_EQ(sidecar["labels"], (json{{"7", "mug"}, {"8", "M\xC3\xBCtze \"blue\""}}));
+  EXPECT_FALSE(sidecar.contains("source_ids"));
+  ASSERT_EQ(sidecar["objects"].size(), 2u);
+  for (size_t k = 0; k < 2; ++k) {
+    const json& object = sidecar["objects"][k];
+    const ObjectInfo& info = scene.objects[k];
+    EXPECT_EQ(object["id"], info.id);
+    EXPECT_EQ(object["name"], info.name);
+    EXPECT_EQ(object["color"], json(info.color));
+    EXPECT_EQ(object["cells"], info.cells.size());
+    EXPECT_EQ(object["volume"].get<double>(), info.volume) << "doubles survive";
+    EXPECT_EQ(object["confidence"].get<double>(), info.confidence);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(object["bounding_box"][0][a].get<double>(), info.bounding_box.min()[a]);
+      EXPECT_EQ(object["bounding_box"][1][a].get<double>(), info.bounding_box.max()[a]);
+    }
+  }
+  EXPECT_EQ(sidecar["objects"][0]["files"],
+            (json{{"ply", "objects/7_mug.ply"}, {"vdb", "objects/7_mug.vdb"}}));
+  EXPECT_EQ(sidecar["objects"][1]["files"], json::object());
+}
+
+TEST_F(LabelSidecar, KeepsLabelsWithoutObjectsAndTheMasksOwnIds) {
+  Model model = TouchingBalls(200);
+  model.foam.raw_density.assign(200, -10.f);
+  model.labels[1].source_id = 8'421'504;
+  const ExportableScene scene = MakeExportableScene(model);
+  WriteLabelSidecar(folder_ / "labels.json", scene, {});
+  const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
+  EXPECT_EQ(sidecar["labels"], (json{{"7", "mug"}, {"8", "label_8"}}));
+  EXPECT_EQ(sidecar["source_ids"], (json{{"8", 8'421'504}}));
+  EXPECT_EQ(sidecar["objects"], json::array());
+}
+
+TEST_F(LabelSidecar, WithoutLabelsItIsStillASidecar) {
+  EXPECT_EQ(json::parse(LabelTableJson({})), (json{{"version", 1}, {"labels", json::object()}}));
+}
+
+TEST_F(LabelSidecar, IdsStandInTheOrderOfTheTableAndZeroIsNoLabel) {
+  EXPECT_EQ(LabelTableJson({{0, 0, ""}, {2, 2, "b"}, {10, 10, "a"}}),
+            R"({"version":1,"labels":{"2":"b","10":"a"}})");
+}
+
+TEST_F(LabelSidecar, BytesThatAreNoTextDoNotStopIt) {
+  const json table = json::parse(LabelTableJson({{3,
+                                                  3,
+                                                  "a\xFF"
+                                                  "b"}}));
+  EXPECT_EQ(table["labels"]["3"],
+            "a\xEF\xBF\xBD"
+            "b");
+}
+
+TEST_F(LabelSidecar, AnUnwritablePlaceIsAUserError) {
+  std::ofstream(folder_ / "file") << "x";
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(100));
+  EXPECT_THROW(WriteLabelSidecar(folder_ / "file" / "labels.json", scene, {}), UserError);
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/surface_export.h"
+
+#include "export/semantic_mesh.h"
+#include "foam/voronoi.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tests/export/test_foams.h"
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+// Every side of a triangle lies in exactly one triangle per direction, and the triangles around
+// every vertex form one single fan.
+void ExpectClosedManifold(const ObjectSurface& surface) {
+  std::map<std::pair<uint32_t, uint32_t>, int> sides;
+  std::vector<std::map<uint32_t, uint32_t>> fans(surface.vertices.size());
+  for (const auto& t : surface.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
+      ASSERT_NE(a, b);
+      ASSERT_LT(a, surface.vertices.size());
+      ++sides[{a, b}];
+      fans[a][b] = c;
+    }
+  }
+  int wrong = 0;
+  for (const auto& [side, count] : sides) {
+    const auto opposite = sides.find({side.second, side.first});
+    if (count != 1 || opposite == sides.end() || opposite->second != 1) ++wrong;
+  }
+  EXPECT_EQ(wrong, 0) << "sides without their one opposite";
+  for (const auto& fan : fans) {
+    ASSERT_FALSE(fan.empty()) << "a vertex without triangle";
+    size_t length = 0;
+    uint32_t at = fan.begin()->first;
+    do {
+      ASSERT_TRUE(fan.count(at));
+      at = fan.at(at);
+      ++length;
+    } while (at != fan.begin()->first && length <= fan.size());
+    EXPECT_EQ(length, fan.size()) << "two fans meet in one vertex";
+  }
+}
+
+double EnclosedVolume(const ObjectSurface& surface) {
+  const Eigen::Vector3d origin = surface.vertices.front();
+  double volume = 0;
+  for (const auto& t : surface.triangles) {
+    volume += (surface.vertices[t[0]] - origin)
+                  .dot((surface.vertices[t[1]] - origin).cross(surface.vertices[t[2]] - origin)) /
+              6;
+  }
+  return volume;
+}
+
+// The cells' volumes in world units: pyramids over their faces, all in double.
+double VolumeOfCells(const ExportableScene& scene, const ObjectInfo& object) {
+  const std::vector<double> areas =
+      FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices);
+  double volume = 0;
+  for (const uint32_t i : object.cells) {
+    for (uint32_t e = scene.delaunay.offsets[i]; e < scene.delaunay.offsets[i + 1]; ++e) {
+      const Eigen::Vector3d from = scene.cell_positions[i].cast<double>();
+      const Eigen::Vector3d to = scene.cell_positions[scene.delaunay.neighbors[e]].cast<double>();
+      volume += areas[e] * (to - from).norm() / 6;
+    }
+  }
+  return volume * std::pow(scene.world_from_normalized.scale, 3);
+}
+
+int EulerCharacteristic(const ObjectSurface& surface) {
+  return static_cast<int>(surface.vertices.size()) -
+         static_cast<int>(surface.triangles.size() * 3 / 2) +
+         static_cast<int>(surface.triangles.size());
+}
+
+// What must hold for every object of every bounded foam.
+void ExpectSoundSurfaces(const Model& model) {
+  const ExportableScene scene = MakeExportableScene(model);
+  ASSERT_FALSE(scene.objects.empty());
+  for (const ObjectInfo& object : scene.objects) {
+    SCOPED_TRACE("object " + object.name);
+    const ObjectSurface surface = ExtractSurface(scene, object);
+    EXPECT_EQ(surface.object_id, object.id);
+    ExpectClosedManifold(surface);
+
+    const double volume = VolumeOfCells(scene, object);
+    EXPECT_NEAR(EnclosedVolume(surface), volume, 1e-9 * volume);
+    EXPECT_NEAR(object.volume, volume, 1e-6 * volume);
+
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& vertex : surface.vertices) box.extend(vertex);
+    EXPECT_EQ(box.min(), object.bounding_box.min());
+    EXPECT_EQ(box.max(), object.bounding_box.max());
+
+    // OpenMesh takes it and finds no border either.
+    const SemanticMesh mesh = ToSemanticMesh(surface);
+    EXPECT_EQ(mesh.n_vertices(), surface.vertices.size());
+    EXPECT_EQ(mesh.n_faces(), surface.triangles.size());
+    for (const auto edge : mesh.edges()) ASSERT_FALSE(mesh.is_boundary(edge));
+    for (const auto vertex : mesh.vertices()) ASSERT_TRUE(mesh.is_manifold(vertex));
+  }
+}
+
+TEST(Surface, BallsThatTouch) { ExpectSoundSurfaces(TouchingBalls()); }
+
+TEST(Surface, EveryCellDrawsItsClassByLot) {
+  // The hardest labelling: objects in crumbs that touch in faces, edges and vertices.
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    std::mt19937 random(seed);
+    ExpectSoundSurfaces(MakeModel(RandomSites(2000, seed), 3, [&](const Eigen::Vector3f& p) {
+      const int k = static_cast<int>(random() % 4);
+      return p.norm() < 0.7f && k < 3 ? k : kAir;
+    }));
+  }
+}
+
+TEST(Surface, CosphericalSites) {
+  // In an exact grid eight cells meet in every corner: circumcentres coincide, the surface has
+  // faces without area, and stays a manifold.
+  ExpectSoundSurfaces(MakeModel(GridSites(8, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {
+    return p.cwiseAbs().maxCoeff() < 0.5f ? 0 : kAir;
+  }));
+  std::mt19937 random(5);
+  ExpectSoundSurfaces(MakeModel(GridSites(10, 0.125f, 0, 0), 2, [&](const Eigen::Vector3f& p) {
+    const int k = static_cast<int>(random() % 3);
+    return p.cwiseAbs().maxCoeff() < 0.5f && k < 2 ? k : kAir;
+  }));
+  // Nearly cospherical: slivers of every kind.
+  ExpectSoundSurfaces(MakeModel(GridSites(10, 0.125f, 1e-3f, 3), 1, [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.4f ? 0 : kAir;
+  }));
+}
+
+TEST(Surface, ASingleCell) {
+  const Model model = MakeModel(GridSites(5, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.1f ? 0 : kAir;
+  });
+  ExpectSoundSurfaces(model);
+  const ExportableScene scene = MakeExportableScene(model);
+  ASSERT_EQ(scene.objects[0].cells.size(), 1u);
+  const ObjectSurface surface = ExtractSurface(scene, scene.objects[0]);
+  EXPECT_EQ(EulerCharacteristic(surface), 2);
+  EXPECT_NEAR(EnclosedVolume(surface), 1.0 / 64, 1e-15);
+}
+
+TEST(Surface, CellsThatTouchInAnEdgeOrAVertexOnly) {
+  for (const Eigen::Vector3f& other : {Eigen::Vector3f(0.25f, 0.25f, 0),
+                                       Eigen::Vector3f(0.25f, -0.25f, 0),
+                                       Eigen::Vector3f(0.25f, 0.25f, 0.25f),
+                                       Eigen::Vector3f(-0.25f, 0.25f, 0.25f),
+                                       Eigen::Vector3f(0.25f, -0.25f, 0.25f),
+                                       Eigen::Vector3f(0.25f, 0.25f, -0.25f)}) {
+    SCOPED_TRACE(other.transpose());
+    ExpectSoundSurfaces(MakeModel(GridSites(7, 0.25f, 0, 0), 1, [&](const Eigen::Vector3f& p) {
+      return p.norm() < 0.1f || (p - other).norm() < 0.1f ? 0 : kAir;
+    }));
+  }
+}
+
+TEST(Surface, ATorusKeepsItsHole) {
+  const Model model = MakeModel(GridSites(22, 0.09f, 0.2f, 4), 1, [](const Eigen::Vector3f& p) {
+    const float ring = p.head<2>().norm() - 0.6f;
+    return std::hypot(ring, p.z()) < 0.25f ? 0 : kAir;
+  });
+  ExpectSoundSurfaces(model);
+  const ExportableScene scene = MakeExportableScene(model);
+  EXPECT_EQ(EulerCharacteristic(ExtractSurface(scene, scene.objects[0])), 0);
+}
+
+TEST(Surface, AShellHasTwoSidesUnlessItsHollowIsFilled) {
+  const Model model = MakeModel(GridSites(16, 0.125f, 0.2f, 2), 1, [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.7f && p.norm() > 0.35f ? 0 : kAir;
+  });
+  ExpectSoundSurfaces(model);
+  const ExportableScene filled = MakeExportableScene(model);
+  EXPECT_EQ(EulerCharacteristic(ExtractSurface(filled, filled.objects[0])), 2);
+  ExportableSceneOptions options;
+  options.fill_hidden_cavities = false;
+  const ExportableScene shell = MakeExportableScene(model, options);
+  const ObjectSurface surface = ExtractSurface(shell, shell.objects[0]);
+  ExpectClosedManifold(surface);
+  EXPECT_EQ(EulerCharacteristic(surface), 4);
+}
+
+TEST(Surface, CellsAtTheRimOfTheFoamAreClosedToo) {
+  // Everything is matter: the surface lies between the outermost cells and the guards.
+  const ExportableScene scene =
+      MakeExportableScene(MakeModel(RandomSites(300, 9), 1, [](const auto&) { return 0; }));
+  const ObjectSurface surface = ExtractSurface(scene, scene.objects[0]);
+  ExpectClosedManifold(surface);
+  for (const Eigen::Vector3d& vertex : surface.vertices) EXPECT_TRUE(vertex.allFinite());
+}
+
+TEST(Surface, FewAndCoplanarSites) {
+  for (const std::vector<Eigen::Vector3f>& sites :
+       {std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}},
+        std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}},
+        std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}}) {
+    const ExportableScene scene = MakeExportableScene(
+        MakeModel(sites, 1, [](const Eigen::Vector3f& p) { return p.x() < 0.5f ? 0 : kAir; }));
+    ASSERT_EQ(scene.objects.size(), 1u);
+    ExpectClosedManifold(ExtractSurface(scene, scene.objects[0]));
+  }
+}
+
+TEST(Surface, NeighboursShareTheVerySameTriangles) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls());
+  const ObjectSurface a = ExtractSurface(scene, scene.objects[0]);
+  const ObjectSurface b = ExtractSurface(scene, scene.objects[1]);
+  using Triangle = std::array<std::array<double, 3>, 3>;
+  // The triangles on the side towards the other object; each begins with its smallest corner.
+  const auto shared = [&](const ObjectSurface& surface, int32_t other, bool reversed) {
+    std::multiset<Triangle> triangles;
+    for (size_t f = 0; f < surface.triangles.size(); ++f) {
+      const uint32_t outer = surface.triangle_cells[f][1];
+      if (outer >= scene.NumSites() || scene.object_of_cell[outer] != other) continue;
+      Triangle triangle;
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3d& x = surface.vertices[surface.triangles[f][reversed ? 2 - k : k]];
+        triangle[k] = {x.x(), x.y(), x.z()};
+      }
+      std::rotate(
+          triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+      triangles.insert(triangle);
+    }
+    return triangles;
+  };
+  const auto from_a = shared(a, 1, false);
+  EXPECT_GT(from_a.size(), 10u);
+  EXPECT_EQ(from_a, shared(b, 0, true));
+}
+
+TEST(Surface, TrianglesFaceAwayFromTheObject) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls());
+  const ObjectSurface surface = ExtractSurface(scene, scene.objects[0]);
+  for (size_t f = 0; f < surface.triangles.size(); ++f) {
+    const auto& t = surface.triangles[f];
+    const Eigen::Vector3d area = (surface.vertices[t[1]] - surface.vertices[t[0]])
+                                     .cross(surface.vertices[t[2]] - surface.vertices[t[0]]);
+    const auto& [inner, outer] = surface.triangle_cells[f];
+    const Eigen::Vector3d outwards =
+        (scene.cell_positions[outer] - scene.cell_positions[inner]).cast<double>();
+    // Not for triangles of next to no area, whose direction is rounding.
+    if (area.norm() > 1e-12) {
+      EXPECT_GT(area.dot(outwards), 0.99 * area.norm() * outwards.norm());
+    }
+  }
+}
+
+TEST(Surface, FacesShowTheirCellAndVerticesTheMean) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls());
+  const ObjectInfo& object = scene.objects[1];
+  const ObjectSurface surface = ExtractSurface(scene, object);
+  for (size_t f = 0; f < surface.triangles.size(); ++f) {
+    const uint32_t cell = surface.triangle_cells[f][0];
+    EXPECT_EQ(scene.object_of_cell[cell], 1);
+    EXPECT_EQ(surface.face_confidence[f], scene.labels.confidence[cell]);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(surface.face_color[f][c], 255 * scene.display_color[cell][c], 0.501);
+    }
+  }
+  for (size_t v = 0; v < surface.vertices.size(); ++v) {
+    Eigen::Vector3f color = Eigen::Vector3f::Zero();
+    float confidence = 0;
+    int count = 0;
+    for (const uint32_t cell : scene.delaunay.tets[surface.vertex_tet[v]]) {
+      if (cell >= scene.NumSites() || scene.object_of_cell[cell] != 1) continue;
+      color += scene.display_color[cell];
+      confidence += scene.labels.confidence[cell];
+      ++count;
+    }
+    ASSERT_GE(count, 1);
+    EXPECT_NEAR(surface.vertex_confidence[v], confidence / count, 1e-6);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(surface.vertex_color[v][c], 255 * color[c] / count, 0.502);
+    }
+  }
+}
+
+TEST(Surface, FarFromTheWorldsOriginItIsTheSameToTheMillimetre) {
+  Model model = TouchingBalls();
+  model.world_from_normalized = {50, {0, 0, 0}};
+  const ExportableScene near = MakeExportableScene(model);
+  const Eigen::Vector3d offset(5e5, 4.5e6, 250);
+  model.world_from_normalized.translation = offset;
+  const ExportableScene far = MakeExportableScene(model);
+  const ObjectSurface at_origin = ExtractSurface(near, near.objects[0]);
+  const ObjectSurface at_utm = ExtractSurface(far, far.objects[0]);
+  EXPECT_EQ(at_origin.triangles, at_utm.triangles);
+  ASSERT_EQ(at_origin.vertices.size(), at_utm.vertices.size());
+  for (size_t v = 0; v < at_origin.vertices.size(); ++v) {
+    EXPECT_LT((at_utm.vertices[v] - offset - at_origin.vertices[v]).norm(), 1e-6);
+  }
+  EXPECT_DOUBLE_EQ(far.objects[0].volume, near.objects[0].volume);
+}
+
+TEST(Surface, SpikesIntoEmptySpaceAreCounted) {
+  // A cluster of cells with nothing around it for a long way reaches out to the guards.
+  std::vector<Eigen::Vector3f> sites = GridSites(5, 0.01f, 0.2f, 1);
+  const ExportableScene bare =
+      MakeExportableScene(MakeModel(sites, 1, [](const Eigen::Vector3f& p) {
+        return p.x() > 0.015f || p.norm() < 0.012f ? 0 : kAir;
+      }));
+  EXPECT_GT(CountFarVertices(bare, ExtractSurface(bare, bare.objects[0])), 0);
+  const ExportableScene bounded = MakeExportableScene(TouchingBalls());
+  EXPECT_EQ(CountFarVertices(bounded, ExtractSurface(bounded, bounded.objects[0])), 0);
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/camera_models.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/plugin/test_util.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Camera MakeCamera(std::string_view model, std::vector<double> params, int width = 640) {
+  Camera camera;
+  camera.id = 7;
+  camera.model_id = FindCameraModel(model)->id;
+  camera.width = width;
+  camera.height = width * 3 / 4;
+  camera.params = std::move(params);
+  return camera;
+}
+
+// Lenses as calibrations find them.
+std::vector<Camera> RealisticCameras() {
+  return {
+      MakeCamera("SIMPLE_PINHOLE", {533.3, 320, 240}),
+      MakeCamera("PINHOLE", {533.3, 540.1, 318.2, 243.7}),
+      MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, -0.08}),
+      MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, 0.12}),
+      MakeCamera("RADIAL", {533.3, 320, 240, -0.24, 0.09}),
+      MakeCamera("OPENCV", {533.3, 540.1, 318.2, 243.7, -0.28, 0.11, 8e-4, -1.3e-3}),
+      MakeCamera("OPENCV_FISHEYE", {250, 251, 320, 240, 0.05, -0.012, 0.004, -9e-4}),
+      MakeCamera("FULL_OPENCV",
+                 {533.3, 540.1, 318.2, 243.7, 0.3, 0.1, 5e-4, -7e-4, 0.02, 0.55, 0.15, 0.01}),
+      MakeCamera("FOV", {320, 322, 320, 240, 0.92}),
+      MakeCamera("FOV", {533, 533, 320, 240, 1e-7}),
+      MakeCamera("SIMPLE_RADIAL_FISHEYE", {230, 320, 240, 0.03}),
+      MakeCamera("RADIAL_FISHEYE", {230, 320, 240, 0.04, -0.008}),
+      MakeCamera("THIN_PRISM_FISHEYE",
+                 {230, 231, 318, 242, 0.03, -0.006, 4e-4, -6e-4, 1e-3, -1e-4, 8e-4, -5e-4}),
+  };
+}
+
+std::string NameOf(const Camera& camera) {
+  return std::string(FindCameraModel(camera.model_id)->name);
+}
+
+TEST(CameraModels, TheTableIsTheDocumentedOne) {
+  const std::vector<std::pair<std::string, int>> documented = {{"SIMPLE_PINHOLE", 3},
+                                                               {"PINHOLE", 4},
+                                                               {"SIMPLE_RADIAL", 4},
+                                                               {"RADIAL", 5},
+                                                               {"OPENCV", 8},
+                                                               {"OPENCV_FISHEYE", 8},
+                                                               {"FULL_OPENCV", 12},
+                                                               {"FOV", 5},
+                                                               {"SIMPLE_RADIAL_FISHEYE", 4},
+                                                               {"RADIAL_FISHEYE", 5},
+                                                               {"THIN_PRISM_FISHEYE", 12},
+                                                               {"RAD_TAN_THIN_PRISM_FISHEYE", 16},
+                                                               {"SIMPLE_DIVISION", 4},
+                                                               {"DIVISION", 5},
+                                                               {"SIMPLE_FISHEYE", 3},
+                                                               {"FISHEYE", 4},
+                                                               {"EUCM", 6},
+                                                               {"EQUIRECTANGULAR", 2}};
+  for (int id = 0; id < static_cast<int>(documented.size()); ++id) {
+    const CameraModel* model = FindCameraModel(id);
+    ASSERT_NE(model, nullptr);
+    EXPECT_EQ(model->id, id);
+    EXPECT_EQ(model->name, documented[id].first);
+    EXPECT_EQ(model->num_params, documented[id].second);
+    EXPECT_EQ(model->has_rays, id <= 10);
+    EXPECT_EQ(FindCameraModel(model->name), model);
+  }
+  EXPECT_EQ(FindCameraModel(-1), nullptr);
+  EXPECT_EQ(FindCameraModel(18), nullptr);
+  EXPECT_EQ(FindCameraModel("FISHY"), nullptr);
+}
+
+TEST(CameraModels, UnprojectionInvertsProjectionOverTheWholeImage) {
+  for (const Camera& camera : RealisticCameras()) {
+    SCOPED_TRACE(NameOf(camera));
+    int rays = 0;
+    for (double y = 0; y <= static_cast<double>(camera.height); y += 10) {
+      for (double x = 0; x <= static_cast<double>(camera.width); x += 10) {
+        const auto ray = Unproject(camera, {x, y});
+        ASSERT_TRUE(ray) << x << " " << y;
+        EXPECT_NEAR(ray->norm(), 1, 1e-12);
+        const auto pixel = Project(camera, 3.7 * *ray);
+        ASSERT_TRUE(pixel);
+        EXPECT_LT((*pixel - Vector2d(x, y)).norm(), 1e-6) << x << " " << y;
+        ++rays;
+      }
+    }
+    EXPECT_EQ(rays, 65 * 49);
+  }
+}
+
+TEST(CameraModels, ProjectionInvertsUnprojectionInSpace) {
+  for (const Camera& camera : RealisticCameras()) {
+    SCOPED_TRACE(NameOf(camera));
+    for (double angle = 0; angle < 6; angle += 0.5) {
+      for (const double theta : {0.0, 1e-9, 0.05, 0.2, 0.35}) {
+        const Vector3d ray(
+            std::sin(theta) * std::cos(angle), std::sin(theta) * std::sin(angle), std::cos(theta));
+        const auto pixel = Project(camera, 0.01 * ray);
+        ASSERT_TRUE(pixel);
+        const auto back = Unproject(camera, *pixel);
+        ASSERT_TRUE(back);
+        EXPECT_LT((*back - ray).norm(), 1e-10);
+      }
+    }
+  }
+}
+
+// Each formula once more, from the documentation's words and by hand for one point.
+TEST(CameraModels, ProjectsByTheDocumentedFormulas) {
+  const Vector3d x(0.6, -0.4, 2);  // u = 0.3, v = -0.2, r^2 = 0.13
+  const double u = 0.3, v = -0.2, r2 = 0.13;
+  const auto expect = [&](const Camera& camera, double px, double py) {
+    SCOPED_TRACE(NameOf(camera));
+    const auto pixel = Project(camera, x);
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x(), px, 1e-9);
+    EXPECT_NEAR(pixel->y(), py, 1e-9);
+  };
+  expect(MakeCamera("SIMPLE_PINHOLE", {100, 320, 240}), 350, 220);
+  expect(MakeCamera("PINHOLE", {100, 200, 320, 240}), 350, 200);
+  expect(MakeCamera("SIMPLE_RADIAL", {100, 320, 240, 0.1}), 320 + 30 * 1.013, 240 - 20 * 1.013);
+  const double radial = 1 + 0.1 * r2 + 0.2 * r2 * r2;
+  expect(MakeCamera("RADIAL", {100, 320, 240, 0.1, 0.2}), 320 + 30 * radial, 240 - 20 * radial);
+  // k1 k2 p1 p2
+  const double du = 2 * 0.01 * u * v + 0.02 * (r2 + 2 * u * u);
+  const double dv = 2 * 0.02 * u * v + 0.01 * (r2 + 2 * v * v);
+  expect(MakeCamera("OPENCV", {100, 200, 320, 240, 0.1, 0.2, 0.01, 0.02}),
+         320 + 100 * (u * radial + du),
+         240 + 200 * (v * radial + dv));
+  // k1 k2 p1 p2 k3 k4 k5 k6
+  const double rational = (1 + 0.1 * r2 + 0.2 * r2 * r2 + 0.3 * r2 * r2 * r2) /
+                          (1 + 0.4 * r2 + 0.5 * r2 * r2 + 0.6 * r2 * r2 * r2);
+  expect(MakeCamera("FULL_OPENCV", {100, 200, 320, 240, 0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6}),
+         320 + 100 * (u * rational + du),
+         240 + 200 * (v * rational + dv));
+  const double r = std::sqrt(r2);
+  const double fov = std::atan(2 * r * std::tan(0.45)) / 0.9 / r;
+  expect(MakeCamera("FOV", {100, 200, 320, 240, 0.9}), 320 + 100 * u * fov, 240 + 200 * v * fov);
+  const double theta = std::atan(r);
+  const double a = u * theta / r, b = v * theta / r, t2 = theta * theta;
+  expect(MakeCamera("SIMPLE_RADIAL_FISHEYE", {100, 320, 240, 0.1}),
+         320 + 100 * a * (1 + 0.1 * t2),
+         240 + 100 * b * (1 + 0.1 * t2));
+  expect(MakeCamera("RADIAL_FISHEYE", {100, 320, 240, 0.1, 0.2}),
+         320 + 100 * a * (1 + 0.1 * t2 + 0.2 * t2 * t2),
+         240 + 100 * b * (1 + 0.1 * t2 + 0.2 * t2 * t2));
+  const double fisheye =
+      1 + 0.1 * t2 + 0.2 * t2 * t2 + 0.3 * t2 * t2 * t2 + 0.4 * t2 * t2 * t2 * t2;
+  expect(MakeCamera("OPENCV_FISHEYE", {100, 200, 320, 240, 0.1, 0.2, 0.3, 0.4}),
+         320 + 100 * a * fisheye,
+         240 + 200 * b * fisheye);
+  // k1 k2 p1 p2 k3 k4 sx1 sy1
+  expect(MakeCamera("THIN_PRISM_FISHEYE",
+                    {100, 200, 320, 240, 0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.05, 0.06}),
+         320 + 100 * (a * fisheye + 2 * 0.01 * a * b + 0.02 * (t2 + 2 * a * a) + 0.05 * t2),
+         240 + 200 * (b * fisheye + 2 * 0.02 * a * b + 0.01 * (t2 + 2 * b * b) + 0.06 * t2));
+}
+
+TEST(CameraModels, FisheyeSeesBeyondNinetyDegrees) {
+  const double focal = 100;
+  for (const Camera& camera :
+       {MakeCamera("OPENCV_FISHEYE", {focal, focal, 320, 240, 0, 0, 0, 0}),
+        MakeCamera("SIMPLE_RADIAL_FISHEYE", {focal, 320, 240, 0.01}),
+        MakeCamera("RADIAL_FISHEYE", {focal, 320, 240, 0.01, 0.001}),
+        MakeCamera("THIN_PRISM_FISHEYE",
+                   {focal, focal, 320, 240, 0.01, 0, 1e-4, 1e-4, 0, 0, 1e-4, 0})}) {
+    SCOPED_TRACE(NameOf(camera));
+    const double theta = 110 * std::numbers::pi / 180;
+    const Vector3d behind(0.6 * std::sin(theta), 0.8 * std::sin(theta), std::cos(theta));
+    const auto pixel = Project(camera, behind);
+    ASSERT_TRUE(pixel);
+    const auto ray = Unproject(camera, *pixel);
+    ASSERT_TRUE(ray);
+    EXPECT_LT(ray->z(), 0);
+    EXPECT_LT((*ray - behind).norm(), 1e-10);
+  }
+  // Angles beyond 180 degrees are no directions.
+  const Camera wide = MakeCamera("OPENCV_FISHEYE", {100, 100, 320, 240, 0, 0, 0, 0});
+  EXPECT_TRUE(Unproject(wide, {320 + 313, 240}));
+  EXPECT_FALSE(Unproject(wide, {320 + 315, 240}));
+}
+
+TEST(CameraModels, NothingBehindAPerspectiveCameraIsSeen) {
+  const Camera camera = MakeCamera("OPENCV", {500, 500, 320, 240, 0, 0, 0, 0});
+  EXPECT_FALSE(Project(camera, {0.1, 0.1, -1}));
+  EXPECT_FALSE(Project(camera, {0.1, 0.1, 0}));
+  EXPECT_FALSE(Project(camera, {NAN, 0.1, 1}));
+}
+
+TEST(CameraModels, PixelsBeyondTheFoldHaveNoRay) {
+  // r (1 - r^2 / 3) grows up to r = 1 only, where it is 2 / 3.
+  const Camera camera = MakeCamera("SIMPLE_RADIAL", {300, 320, 240, -1.0 / 3});
+  const auto inside = Unproject(camera, {320 + 300 * 0.66, 240});
+  ASSERT_TRUE(inside);
+  const double r = inside->x() / inside->z();
+  EXPECT_LT(r, 1);
+  EXPECT_NEAR(r * (1 - r * r / 3), 0.66, 1e-12);
+  EXPECT_FALSE(Unproject(camera, {320 + 300 * 0.67, 240}));
+  EXPECT_FALSE(Unproject(camera, {320 + 300 * 5.0, 240}));
+  // The polynomial folds back and comes forth again: what lies behind the fold is no ray either.
+  const Camera wavy = MakeCamera("RADIAL", {300, 320, 240, -1.0 / 3, 0.04});
+  for (double distorted = 0; distorted < 3; distorted += 0.01) {
+    const auto ray = Unproject(wavy, {320 + 300 * distorted, 240});
+    if (ray) {
+      const double radius = ray->x() / ray->z();
+      EXPECT_LT(radius, 1.2) << distorted;
+      EXPECT_GE(radius, 0) << distorted;
+    }
+  }
+}
+
+TEST(CameraModels, WildParametersGiveNoRayRatherThanANonsenseOne) {
+  const Camera camera =
+      MakeCamera("FULL_OPENCV", {300, 300, 320, 240, 1e8, -1e8, 3, 4, 1e9, -5, 6, -7});
+  for (double x = 0; x < 640; x += 7) {
+    const auto ray = Unproject(camera, {x, 100});
+    if (!ray) continue;
+    EXPECT_TRUE(ray->allFinite());
+    const auto pixel = Project(camera, *ray);
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x(), x, 1e-5);
+  }
+}
+
+TEST(CameraModels, RescalingFollowsColmapsRule) {
+  const Camera one = MakeCamera("SIMPLE_RADIAL", {500, 320, 240, 0.1});
+  const Camera half = RescaledCamera(one, 320, 120);  // sx = 1/2, sy = 1/4
+  EXPECT_EQ(half.width, 320u);
+  EXPECT_EQ(half.height, 120u);
+  EXPECT_THAT(half.params, testing::ElementsAre(500 * 0.375, 160, 60, 0.1));
+  const Camera two = MakeCamera("OPENCV", {500, 510, 320, 240, 1, 2, 3, 4});
+  EXPECT_THAT(RescaledCamera(two, 320, 120).params,
+              testing::ElementsAre(250, 127.5, 160, 60, 1, 2, 3, 4));
+  // At the same aspect, pixels of the small photo see what those of the large one see.
+  for (const Camera& camera : RealisticCameras()) {
+    const Camera small = RescaledCamera(camera, 160, 120);
+    const auto ray = Unproject(camera, {4 * 30.5, 4 * 20.5});
+    const auto same = Unproject(small, {30.5, 20.5});
+    ASSERT_TRUE(ray && same);
+    EXPECT_LT((*ray - *same).norm(), 1e-9) << NameOf(camera);
+  }
+}
+
+TEST(CameraModels, ModelsWithoutRaysAreNamed) {
+  Camera camera = MakeCamera("FISHEYE", {100, 100, 320, 240});
+  const std::string message = UserErrorOf([&] { RequireRays(camera, "sparse/0/cameras.bin"); });
+  EXPECT_THAT(message, testing::HasSubstr("sparse/0/cameras.bin: camera 7 has the model FISHEYE"));
+  camera.model_id = 4;
+  EXPECT_EQ(UserErrorOf([&] { RequireRays(camera, "cameras.bin"); }), "");
+}
+
+}  // namespace
+}  // namespace semfoam

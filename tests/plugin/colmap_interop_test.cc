@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The real colmap program reads what we write and writes what we read.
+#include "plugin/camera_models.h"
+#include "plugin/colmap_model.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+
+#include "tests/plugin/small_model.h"
+#include "tests/plugin/test_util.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// Runs `colmap arguments` and returns its output; fails the test where it fails.
+std::string RunColmap(const TempFolder& temp, const std::string& arguments) {
+  const fs::path log = temp / "colmap.log";
+  const std::string command =
+      "QT_QPA_PLATFORM=offscreen colmap " + arguments + " > '" + log.string() + "' 2>&1";
+  const int status = std::system(command.c_str());
+  const std::string output = ReadFile(log);
+  EXPECT_EQ(status, 0) << command << "\n" << output;
+  return output;
+}
+
+void Convert(const TempFolder& temp, const fs::path& from, const fs::path& to, const char* type) {
+  fs::create_directories(to);
+  RunColmap(temp,
+            "model_converter --input_path '" + from.string() + "' --output_path '" + to.string() +
+                "' --output_type " + type);
+}
+
+// COLMAP 3.8 writes in the order of its hash maps: the content is the same, the order is not.
+Reconstruction Sorted(Reconstruction model) {
+  const auto by_id = [](const auto& a, const auto& b) { return a.id < b.id; };
+  std::sort(model.cameras.begin(), model.cameras.end(), by_id);
+  std::sort(model.images.begin(), model.images.end(), by_id);
+  std::sort(model.points.begin(), model.points.end(), by_id);
+  return model;
+}
+
+// The binary files of the sorted model: equal bytes are equal models.
+std::vector<std::string> Content(const TempFolder& temp, const Reconstruction& model) {
+  const fs::path folder = temp / "content";
+  WriteReconstruction(folder, Sorted(model), ModelFormat::kBinary);
+  return {ReadFile(folder / "cameras.bin"),
+          ReadFile(folder / "images.bin"),
+          ReadFile(folder / "points3D.bin")};
+}
+
+// A model that COLMAP 3.8 takes as it is: consistent tracks, names without blanks (its text format
+// ends a name there).
+Reconstruction ConsistentModel() {
+  Reconstruction model = SmallModel(false);
+  model.images[0].name = "left/day_1/a.b.jpg";
+  model.points.pop_back();
+  // COLMAP 3.8 normalises quaternions as it reads; this one has length 1 exactly.
+  for (Image& image : model.images) {
+    image.cam_from_world.rotation = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);
+  }
+  return model;
+}
+
+TEST(ColmapInterop, ReadsWhatColmapWrites) {
+  TempFolder temp;
+  const fs::path source = fs::path(SEMFOAM_TEST_DATA) / "tabletop/sparse/0";
+  const auto ours = Content(temp, ReadReconstruction(source));
+  Convert(temp, source, temp / "txt", "TXT");
+  EXPECT_TRUE(fs::exists(temp / "txt/images.txt"));
+  EXPECT_EQ(Content(temp, ReadReconstruction(temp / "txt")), ours);
+  Convert(temp, temp / "txt", temp / "bin", "BIN");
+  EXPECT_TRUE(fs::exists(temp / "bin/images.bin"));
+  EXPECT_EQ(Content(temp, ReadReconstruction(temp / "bin")), ours);
+}
+
+TEST(ColmapInterop, ColmapAcceptsWhatWeWrite) {
+  TempFolder temp;
+  const Reconstruction model = ConsistentModel();
+  const auto ours = Content(temp, model);
+  WriteReconstruction(temp / "bin", model, ModelFormat::kBinary);
+  WriteReconstruction(temp / "txt", model, ModelFormat::kText);
+  for (const char* format : {"bin", "txt"}) {
+    const std::string output =
+        RunColmap(temp, "model_analyzer --path '" + (temp / format).string() + "'");
+    EXPECT_THAT(output, HasSubstr("Cameras: 2"));
+    EXPECT_THAT(output, HasSubstr("Registered images: 3"));
+    EXPECT_THAT(output, HasSubstr("Points: 2"));
+    EXPECT_THAT(output, HasSubstr("Observations: 3"));
+    for (const char* type : {"BIN", "TXT"}) {
+      const fs::path converted = temp / (std::string(format) + "_to_" + type);
+      Convert(temp, temp / format, converted, type);
+      EXPECT_EQ(Content(temp, ReadReconstruction(converted)), ours) << format << " to " << type;
+    }
+  }
+}
+
+TEST(ColmapInterop, ColmapAcceptsTheRealModelAsText) {
+  TempFolder temp;
+  const Reconstruction model =
+      ReadReconstruction(fs::path(SEMFOAM_TEST_DATA) / "tabletop/sparse/0");
+  WriteReconstruction(temp / "txt", model, ModelFormat::kText);
+  const std::string output =
+      RunColmap(temp, "model_analyzer --path '" + (temp / "txt").string() + "'");
+  EXPECT_THAT(output, HasSubstr("Points: 5621"));
+  Convert(temp, temp / "txt", temp / "bin", "BIN");
+  EXPECT_EQ(Content(temp, ReadReconstruction(temp / "bin")), Content(temp, model));
+}
+
+// COLMAP stored the mean reprojection error of every point, when the photos were twice as large;
+// projected anew by us, the observations must give the same.
+TEST(ColmapInterop, OurProjectionReproducesColmapsErrors) {
+  const Reconstruction model =
+      ReadReconstruction(fs::path(SEMFOAM_TEST_DATA) / "tabletop/sparse/0");
+  int points = 0;
+  double stored = 0;
+  double ours = 0;
+  for (const Point3D& point : model.points) {
+    double sum = 0;
+    for (const TrackElement& element : point.track) {
+      const auto image = std::find_if(model.images.begin(),
+                                      model.images.end(),
+                                      [&](const Image& i) { return i.id == element.image_id; });
+      ASSERT_NE(image, model.images.end());
+      const Pose& pose = image->cam_from_world;
+      const auto pixel =
+          Project(model.cameras[0], pose.UnitRotation() * point.position + pose.translation);
+      ASSERT_TRUE(pixel);
+      const Point2D& seen = image->points[element.point2d_index];
+      sum += (*pixel - Eigen::Vector2d(seen.x, seen.y)).norm();
+    }
+    ours += sum / static_cast<double>(point.track.size());
+    stored += point.error;
+    ++points;
+  }
+  EXPECT_NEAR(2 * ours / points, stored / points, 0.001);
+  EXPECT_LT(ours / points, 1);
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -15,13 +15,6 @@ namespace {
 
 void SayWritten(const WrittenFile& file) { LOG(INFO) << "  " << file.path << ": " << file.summary; }
 
-void SayLeftOut(const ExportableScene& scene) {
-  for (const Label& label : scene.labels_without_cells) {
-    LOG(INFO) << "  " << DisplayName(label.id, label.name) << " (id " << label.id
-              << ") has no solid cells and gets no files.";
-  }
-}
-
 }  // namespace
 
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume) {
@@ -59,12 +52,24 @@ void RequireValid(const VolumeExportOptions& volume) {
   }
 }
 
+ExportableScene PrepareExport(const Model& model) {
+  ExportableScene scene = MakeExportableScene(model);
+  std::string left_out;
+  for (const Label& label : scene.labels_without_cells) {
+    left_out += (left_out.empty() ? "" : ", ") + DisplayName(label.id, label.name) + " (" +
+                std::to_string(label.id) + ")";
+  }
+  if (!left_out.empty()) {
+    LOG(INFO) << "Labels without solid cells, for which there will be no object: " << left_out;
+  }
+  return scene;
+}
+
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume) {
   LOG(INFO) << "Writing volumes";
   ExportVolumes(scene, output_path, volume, SayWritten);
-  SayLeftOut(scene);
 }
 
 void WriteMeshes(const ExportableScene& scene,
@@ -72,7 +77,6 @@ void WriteMeshes(const ExportableScene& scene,
                  const SurfaceExportOptions& surface) {
   LOG(INFO) << "Writing meshes";
   ExportSurfaces(scene, output_path, surface, SayWritten);
-  SayLeftOut(scene);
 }
 
 void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path) {

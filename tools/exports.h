@@ -4,6 +4,7 @@
 #include "export/exportable_scene.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
+#include "foam/model.h"
 #include "tools/option_manager.h"
 
 #include <filesystem>
@@ -18,8 +19,10 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);
 
-// Write the files and say what was written. The labels of which no object is left (no solid cells)
-// get a line in the log.
+// Finds the model's objects, and says which labels have none because no cell of theirs is solid.
+ExportableScene PrepareExport(const Model& model);
+
+// Write the files and say what was written.
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume);

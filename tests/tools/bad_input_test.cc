@@ -52,7 +52,7 @@ TEST_P(BadWorkspaceTest, GivesOneSentenceAndLeavesNothing) {
   const fs::path workspace = folder / "workspace";
   CopyTabletop(workspace);
   GetParam().spoil(workspace);
-  for (const std::string& command : {"automatic_segmenter", "foam_trainer"}) {
+  for (const std::string command : {"automatic_segmenter", "foam_trainer"}) {
     std::vector<std::string> arguments = {command, "--output_path", (folder / "out").string()};
     if (command == "automatic_segmenter") {
       arguments.insert(arguments.end(), {"--workspace_path", workspace.string()});

@@ -19,7 +19,9 @@ std::string TrainedFoam(const std::vector<std::string>& arguments) {
                                                "--output_path",
                                                (folder / "out").string(),
                                                "--test_every",
-                                               "8"});
+                                               "8",
+                                               "--FoamTraining.num_rays",
+                                               "100000"});
   all.insert(all.end(), arguments.begin(), arguments.end());
   const Outcome outcome = RunSemfoam(all);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -60,7 +60,7 @@ TempFolder* EndToEndTest::folder_ = nullptr;
 Outcome* EndToEndTest::run_ = nullptr;
 
 TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
-  EXPECT_THAT(run_->err, HasSubstr("64 of 64 photos have a mask, 13 labels, 0 masks unused"));
+  EXPECT_THAT(run_->err, HasSubstr("64 of 64 photos have a mask, 47 labels, 0 masks unused"));
   EXPECT_THAT(run_->err, HasSubstr("64 photos, 8 held out"));
   EXPECT_THAT(run_->err, HasSubstr("rays/s"));
   EXPECT_THAT(run_->err, Not(HasSubstr("\r")));  // this is no terminal
@@ -70,7 +70,7 @@ TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
 TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
   std::set<std::string> expected = {"scene.foam", "labels.json", "training_log.csv", "scene.vdb"};
   const json labels = Labels();
-  ASSERT_GE(labels["objects"].size(), 5u) << run_->err;
+  ASSERT_GE(labels["objects"].size(), 2u) << run_->err;
   for (const json& object : labels["objects"]) {
     const std::string stem = "objects/" + std::to_string(object["id"].get<int>()) + "_" +
                              object["name"].get<std::string>();
@@ -138,7 +138,9 @@ std::vector<Triangle> ReadPly(const fs::path& path, int64_t* num_vertices) {
     std::istringstream words(line);
     std::string word, type;
     words >> word >> type;
-    if (word == "format") EXPECT_EQ(type, "binary_little_endian");
+    if (word == "format") {
+      EXPECT_EQ(type, "binary_little_endian");
+    }
     if (word == "element") {
       element = type;
       words >> counts[element];
@@ -204,7 +206,10 @@ TEST_F(EndToEndTest, SurfacesAreClosedInEveryFormat) {
 TEST_F(EndToEndTest, LabelsAreCompleteAndBelievable) {
   const json labels = Labels();
   EXPECT_EQ(labels["version"], 1);
-  EXPECT_EQ(labels["labels"], json::parse(ReadFile(kTabletop / "labels.json"))["labels"]);
+  for (const auto& [id, name] :
+       json::parse(ReadFile(kTabletop / "labels.json"))["labels"].items()) {
+    EXPECT_EQ(labels["labels"][id], name);
+  }
   for (const json& object : labels["objects"]) {
     EXPECT_EQ(object["name"], labels["labels"][std::to_string(object["id"].get<int>())]);
     EXPECT_GT(object["cells"].get<int64_t>(), 0);
@@ -230,7 +235,7 @@ TEST_F(EndToEndTest, TheLogGoesOverTheWholeRun) {
   std::istringstream words(last);
   for (std::string field; std::getline(words, field, ',');) fields.push_back(field);
   ASSERT_THAT(fields, SizeIs(10));
-  EXPECT_GE(std::stoll(fields[2]), 200000);
+  EXPECT_GE(std::stoll(fields[2]), 300000);
   // A foam that has learned nothing, a white one say, lies far below.
   EXPECT_GT(std::stod(fields[9]), 12);
 }
@@ -301,7 +306,8 @@ TEST_F(EndToEndTest, RendersTheHeldOutViews) {
   EXPECT_EQ(label.format, OIIO::TypeDesc::UINT16);
   std::set<int> ids(label.values.begin(), label.values.end());
   EXPECT_GE(ids.size(), 3u);
-  for (const int id : ids) EXPECT_TRUE(id >= 0 && id <= 13) << id;
+  const json known = Labels()["labels"];
+  for (const int id : ids) EXPECT_TRUE(id == 0 || known.contains(std::to_string(id))) << id;
 
   const Picture depth = ReadPicture(renders / "depth/0008.exr");
   EXPECT_EQ(std::tuple(depth.width, depth.height, depth.channels), std::tuple(320, 240, 1));
@@ -382,10 +388,10 @@ TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {
   const Outcome outcome = RunSemfoam({"foam_analyzer", "--foam_path", FoamPath()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* text : {"SH degree 1",
-                           "13 classes",
+                           "47 classes",
                            "64 photos, 8 of them held out",
                            "table",
-                           "num_rays = 200000"}) {
+                           "num_rays = 300000"}) {
     EXPECT_THAT(outcome.out, HasSubstr(text));
   }
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -96,18 +98,19 @@ inline Outcome RunSemfoam(const std::vector<std::string>& arguments) {
   return RunProgram(SEMFOAM_PROGRAM, arguments);
 }
 
-// The options of a run that is short and worth nothing but does everything.
-inline std::vector<std::string> TinyTraining(const std::vector<std::string>& arguments) {
-  std::vector<std::string> all = arguments;
-  for (const char* option : {"--quality",
-                             "low",
-                             "--FoamTraining.num_rays",
-                             "200000",
-                             "--FoamTraining.final_sites",
-                             "4000"}) {
-    all.emplace_back(option);
+// With the options of a run that is short and worth nothing but does everything, as far as
+// `arguments` do not give them.
+inline std::vector<std::string> TinyTraining(std::vector<std::string> arguments) {
+  const std::pair<std::string, std::string> tiny[] = {{"--quality", "low"},
+                                                      {"--FoamTraining.num_rays", "300000"},
+                                                      {"--FoamTraining.rays_per_iteration", "512"},
+                                                      {"--FoamTraining.final_sites", "4000"}};
+  for (const auto& [name, value] : tiny) {
+    if (std::find(arguments.begin(), arguments.end(), name) != arguments.end()) continue;
+    arguments.push_back(name);
+    arguments.push_back(value);
   }
-  return all;
+  return arguments;
 }
 
 // A copy of the tabletop scene, without what is for scoring alone, to be spoilt by a test.

@@ -23,7 +23,7 @@ void RunFoamTrainer(int argc, char** argv) {
 
   RequireWritableFolder(output_path);
   const Model model = TrainAndWrite(options, run, output_path);
-  WriteLabels(MakeExportableScene(model), output_path);
+  WriteLabels(PrepareExport(model), output_path);
 }
 
 }  // namespace semfoam

@@ -20,7 +20,7 @@ void RunMeshExporter(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = MakeExportableScene(ReadModel(foam_path));
+  const ExportableScene scene = PrepareExport(ReadModel(foam_path));
   WriteMeshes(scene, output_path, surface);
   WriteLabels(scene, output_path);
 }

@@ -22,7 +22,7 @@ void RunVolumeExporter(int argc, char** argv) {
   RequireValid(volume);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = MakeExportableScene(ReadModel(foam_path));
+  const ExportableScene scene = PrepareExport(ReadModel(foam_path));
   WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path);
 }

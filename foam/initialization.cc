@@ -19,8 +19,8 @@ constexpr uint64_t kThinPurpose = 0x1a1, kScatterPurpose = 0x1a2, kFarPurpose = 
 
 // SfM points begin half opaque or so across a cell of radius 0.01, empty space as a thin haze that
 // colour can still turn to matter.
-constexpr double kSeedDensity = 40;
-constexpr double kScatteredDensity = 0.05;
+constexpr double kSeedDensity = 3;
+constexpr double kScatteredDensity = 0.002;
 
 // Per axis, the values below and above which 2 % of the points lie: the robust box of what the
 // photos see.

@@ -40,6 +40,11 @@ constexpr int64_t kFirstTriangulationInterval = 20;
 constexpr int64_t kLastTriangulationInterval = 100;
 constexpr int64_t kTriangulationIntervalGrowth = 10;
 
+// Fractions of the run. Colours settle before matter forms, and the mean colour before its change
+// with direction.
+constexpr double kDensityWarmUp = 0.1;
+constexpr double kShWarmUp = 0.2;
+
 constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
 constexpr int kEvaluationStride = 4;  // pixels
 constexpr int kStatisticsStride = 2;  // pixels
@@ -93,7 +98,7 @@ class Trainer {
     }
     InitializationOptions initialization;
     initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
-    initialization.num_scattered = options.final_sites / 20;
+    initialization.num_scattered = options.final_sites / 10;
     initialization.num_far = options.final_sites / 40;
     initialization.sh_degree = options.sh_degree;
     initialization.num_classes = num_classes;
@@ -170,9 +175,9 @@ LearningRates Trainer::Rates() const {
   };
   LearningRates rates;
   rates.position = PositionsMove() ? cosine(o.position_rate, 0, o.freeze_positions) : 0.f;
-  rates.density = cosine(o.density_rate, 0, 1);
+  rates.density = cosine(o.density_rate, kDensityWarmUp, 1);
   rates.sh_dc = cosine(o.color_rate, 0, 1);
-  rates.sh_rest = cosine(o.color_rate * o.sh_factor, 0.2, 1);
+  rates.sh_rest = cosine(o.color_rate * o.sh_factor, kShWarmUp, 1);
   rates.identity = cosine(o.identity_rate, 0, 1);
   rates.classifier = static_cast<float>(o.classifier_rate);
   return rates;

@@ -31,7 +31,7 @@ struct TrainingOptions {
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.
   double position_rate = 2e-4;
-  double density_rate = 0.1;
+  double density_rate = 0.05;
   double color_rate = 2e-2;
   double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate
   double identity_rate = 2e-2;

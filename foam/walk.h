@@ -119,11 +119,13 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
   }
   if (exit.edge == kNoEdge || exit.t > t_in) return exit;
 
-  // A step of zero length: only towards a site that lies farther along the ray.
-  const Real here = geometry.positions[cell].dot(direction);
-  const auto advances = [&](uint32_t e) {
-    return geometry.positions[delaunay.neighbors[e]].dot(direction) > here;
+  // A step of zero length: only towards a site that lies farther along the ray. In double, where
+  // products of floats are exact: sites one ulp apart must still be told apart.
+  const auto along = [&](uint32_t c) {
+    return geometry.positions[c].template cast<double>().dot(direction.template cast<double>());
   };
+  const double here = along(cell);
+  const auto advances = [&](uint32_t e) { return along(delaunay.neighbors[e]) > here; };
   if (advances(exit.edge)) return exit;
   exit = {};
   for (uint32_t e = begin; e < end; ++e) {

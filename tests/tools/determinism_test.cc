@@ -7,6 +7,7 @@
 namespace semfoam {
 namespace {
 
+// Batches of many blocks, and a foam that grows: all that could depend on the threads takes part.
 std::string TrainedFoam(const std::vector<std::string>& arguments) {
   const TempFolder folder;
   std::vector<std::string> all = TinyTraining({"foam_trainer",
@@ -21,7 +22,11 @@ std::string TrainedFoam(const std::vector<std::string>& arguments) {
                                                "--test_every",
                                                "8",
                                                "--FoamTraining.num_rays",
-                                               "100000"});
+                                               "60000",
+                                               "--FoamTraining.rays_per_iteration",
+                                               "4096",
+                                               "--FoamTraining.initial_sites",
+                                               "1500"});
   all.insert(all.end(), arguments.begin(), arguments.end());
   const Outcome outcome = RunSemfoam(all);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/view_images.h"
+
+#include "export/names.h"
+#include "foam/error.h"
+#include "tools/image_files.h"
+
+#include <memory>
+
+#include "tests/tools/program.h"
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(ViewImages, ColoursAreCutAndRounded) {
+  RenderedView view;
+  view.width = 2;
+  view.height = 1;
+  view.color = {Eigen::Vector3f(-0.5f, 0.5f, 1.5f), Eigen::Vector3f(0, 1, 0.999f)};
+  EXPECT_THAT(ColorImage(view).data, ElementsAre(0, 128, 255, 0, 255, 255));
+}
+
+TEST(ViewImages, IdsAreTheLabelsAndNotTheClasses) {
+  RenderedView view;
+  view.width = 3;
+  view.height = 1;
+  view.class_index = {1, -1, 0};
+  std::vector<Label> labels(2);
+  labels[0].id = 7;
+  labels[1].id = 40000;
+  EXPECT_THAT(IdImage(view, labels).data, ElementsAre(40000, 0, 7));
+}
+
+TEST(ViewImages, DepthIsAlongTheCameraAxisInWorldUnits) {
+  RenderedView view;
+  view.width = 3;
+  view.height = 1;
+  view.distance = {2, 2, 0};
+  CameraRays rays;
+  rays.width = 3;
+  rays.height = 1;
+  rays.directions = {
+      Eigen::Vector3f::UnitX(), Eigen::Vector3f(0.6f, 0.8f, 0), Eigen::Vector3f::UnitX()};
+  const std::vector<float> depth = DepthImage(view, rays, Eigen::Vector3d::UnitX(), 10);
+  EXPECT_FLOAT_EQ(depth[0], 20);
+  EXPECT_FLOAT_EQ(depth[1], 12);
+  EXPECT_EQ(depth[2], 0);
+}
+
+TEST(ViewImages, PicturesStandSideBySideRowByRow) {
+  const Image8 left{1, 2, {1, 1, 1, 2, 2, 2}};
+  const Image8 right{2, 2, {3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6}};
+  const Image8 both = SideBySide({left, right});
+  EXPECT_EQ(both.width, 3);
+  EXPECT_THAT(both.data, ElementsAre(1, 1, 1, 3, 3, 3, 4, 4, 4, 2, 2, 2, 5, 5, 5, 6, 6, 6));
+}
+
+TEST(ViewImages, PaletteIsThatOfTheLabels) {
+  const Image8 image = PaletteImage({2, 1, {0, 7}});
+  const auto color = LabelColor(7);
+  EXPECT_THAT(image.data, ElementsAre(0, 0, 0, color[0], color[1], color[2]));
+}
+
+TEST(ViewImages, NearestResizingKeepsIdsAndEdges) {
+  const LabelImage ids{2, 2, {1, 2, 3, 4}};
+  EXPECT_THAT(ResizeNearest(ids, 4, 2).data, ElementsAre(1, 1, 2, 2, 3, 3, 4, 4));
+  EXPECT_THAT(ResizeNearest(ids, 1, 1).data, ElementsAre(1));
+  const Image8 image{1, 1, {9, 8, 7}};
+  EXPECT_THAT(ResizeNearest(image, 2, 1).data, ElementsAre(9, 8, 7, 9, 8, 7));
+}
+
+TEST(ImageFiles, LabelsKeepAllSixteenBits) {
+  const TempFolder folder;
+  const LabelImage ids{3, 1, {0, 256, 65535}};
+  WriteLabelPng(folder / "a/b.png", ids);
+  const auto input = OIIO::ImageInput::open((folder / "a/b.png").string());
+  ASSERT_NE(input, nullptr);
+  EXPECT_EQ(input->spec().format, OIIO::TypeDesc::UINT16);
+  EXPECT_EQ(input->spec().nchannels, 1);
+  std::vector<uint16_t> values(3);
+  ASSERT_TRUE(input->read_image(0, 0, 0, 1, OIIO::TypeDesc::UINT16, values.data()));
+  EXPECT_THAT(values, ElementsAre(0, 256, 65535));
+}
+
+TEST(ImageFiles, DepthKeepsItsFloats) {
+  const TempFolder folder;
+  WriteDepthExr(folder / "d.exr", 2, 1, {0, 1.2345678f});
+  const auto input = OIIO::ImageInput::open((folder / "d.exr").string());
+  ASSERT_NE(input, nullptr);
+  std::vector<float> values(2);
+  ASSERT_TRUE(input->read_image(0, 0, 0, 1, OIIO::TypeDesc::FLOAT, values.data()));
+  EXPECT_THAT(values, ElementsAre(0, 1.2345678f));
+}
+
+TEST(ImageFiles, ForegroundIsWhatIsBrighterThanHalf) {
+  const TempFolder folder;
+  WriteRgbPng(folder / "mask.png", {3, 1, {0, 0, 0, 128, 128, 128, 255, 255, 255}});
+  EXPECT_THAT(ReadForeground(folder / "mask.png").data, ElementsAre(0, 0, 1));
+}
+
+TEST(ImageFiles, SaysWhichFileItCannotReadOrWrite) {
+  const TempFolder folder;
+  WriteFile(folder / "mask.png", "no image");
+  for (const char* name : {"mask.png", "missing.png"}) {
+    try {
+      ReadForeground(folder / name);
+      ADD_FAILURE() << name;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(name));
+    }
+  }
+  EXPECT_THROW(WriteRgbPng(folder / "mask.png" / "x.png", {1, 1, {0, 0, 0}}), UserError);
+}
+
+}  // namespace
+}  // namespace semfoam

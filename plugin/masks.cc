@@ -2,7 +2,7 @@
 #include "plugin/masks.h"
 
 #include "foam/error.h"
-#include "plugin/for_each_file.h"
+#include "plugin/files.h"
 #include "plugin/mask_png.h"
 
 #include <algorithm>
@@ -157,16 +157,8 @@ std::string Lowercase(std::string text) {
 // All PNGs below the folder by their name in it, "/" between folders, with ".png" for ".PNG".
 std::map<std::string, fs::path> ListMasks(const fs::path& folder) {
   std::map<std::string, fs::path> masks;
-  for (auto entry = fs::recursive_directory_iterator(
-           folder, fs::directory_options::follow_directory_symlink);
-       entry != fs::recursive_directory_iterator();
-       ++entry) {
-    const fs::path& path = entry->path();
-    if (path.filename().string().starts_with('.')) {
-      if (entry->is_directory()) entry.disable_recursion_pending();
-      continue;
-    }
-    if (!entry->is_regular_file() || Lowercase(path.extension().string()) != ".png") continue;
+  for (const fs::path& path : ListFiles(folder)) {
+    if (Lowercase(path.extension().string()) != ".png") continue;
     fs::path name = path.lexically_relative(folder);
     name.replace_extension(".png");
     masks.emplace(name.generic_string(), path);

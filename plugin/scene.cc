@@ -4,7 +4,7 @@
 #include "foam/error.h"
 #include "foam/guard_sites.h"
 #include "plugin/colmap_model.h"
-#include "plugin/for_each_file.h"
+#include "plugin/files.h"
 #include "plugin/normalized_frame.h"
 
 #include <algorithm>
@@ -57,15 +57,12 @@ int CountUnregistered(const fs::path& image_path, const std::vector<PhotoRecord>
     registered.insert(fs::path(photo.name).lexically_normal().generic_string());
   }
   int count = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(
-           image_path, fs::directory_options::follow_directory_symlink)) {
-    const fs::path& path = entry.path();
+  for (const fs::path& path : ListFiles(image_path)) {
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
       return static_cast<char>(std::tolower(c));
     });
-    if (!kPhotoExtensions.contains(extension) || path.filename().string().starts_with('.'))
-      continue;
+    if (!kPhotoExtensions.contains(extension)) continue;
     if (!registered.contains(path.lexically_relative(image_path).generic_string())) ++count;
   }
   return count;

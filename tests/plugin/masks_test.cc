@@ -109,6 +109,19 @@ TEST(MaskPairing, NeverGuesses) {
               HasSubstr("scan.png: is by its name the mask of both scan.1.jpg and scan.2.jpg"));
 }
 
+TEST(MaskPairing, FollowsLinksToFoldersButNotForEver) {
+  TempFolder temp;
+  WriteGrey(temp / "elsewhere/a.png", std::vector<uint8_t>(8, 1));
+  fs::create_directories(temp / "masks/.hidden");
+  fs::create_directory_symlink(temp / "elsewhere", temp / "masks/left");
+  fs::create_directory_symlink("..", temp / "elsewhere/loop");
+  fs::create_symlink("nothing", temp / "masks/broken.png");
+  WriteGrey(temp / "masks/.hidden/b.png", std::vector<uint8_t>(8, 1));
+  const MaskPairing pairing = PairMasks(temp / "masks", {"left/a.jpg", ".hidden/b.jpg"});
+  EXPECT_EQ(pairing.masks[0], temp / "masks/left/a.png");
+  EXPECT_TRUE(pairing.masks[1].empty());
+}
+
 TEST(MaskPng, ReadsEveryGreyDepthUnstretched) {
   TempFolder temp;
   const fs::path path = temp / "m.png";

@@ -263,6 +263,14 @@ TEST(Scene, TablesAndNewtonGiveTheSameBits) {
   }
 }
 
+TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
+  const SmallWorkspace workspace;
+  const ScenePlan plan = PlanScene(workspace.Options());
+  // Two views share the distorted camera, and one table.
+  EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
+  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 4 + 12));
+}
+
 TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
   SmallWorkspace workspace;
   const TrainingScene whole(PlanScene(workspace.Options()));

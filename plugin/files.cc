@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/files.h"
+
+#include "foam/error.h"
+#include "foam/parallel.h"
+
+#include <algorithm>
+#include <exception>
+#include <system_error>
+
+namespace semfoam {
+
+void ForEachFile(int64_t count, const std::function<void(int64_t index)>& body) {
+  std::vector<std::exception_ptr> errors(count);
+  ParallelForBlocks(count, 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      try {
+        body(i);
+      } catch (const UserError&) {
+        errors[i] = std::current_exception();
+      }
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+std::vector<std::filesystem::path> ListFiles(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  constexpr int kMaxDepth = 16;
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder,
+                                         fs::directory_options::follow_directory_symlink |
+                                             fs::directory_options::skip_permission_denied,
+                                         error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code unreadable;
+    const bool hidden = entry->path().filename().string().starts_with('.');
+    if (hidden || entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    if (!hidden && entry->is_regular_file(unreadable)) files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace semfoam

@@ -83,7 +83,8 @@ void CheckSize(const fs::path& path,
   if (box.isEmpty()) return;
   double filled = 0;
   for (const uint32_t cell : cells) {
-    if (box.contains(scene.cell_positions[cell].cast<double>())) filled += scene.volume[cell];
+    const Eigen::AlignedBox3d around = CellBox(scene, cell, box);
+    if (!around.isEmpty()) filled += std::min(scene.volume[cell], around.volume());
   }
   filled = std::min(filled, box.volume());
   const double voxel = lattice.voxel_size;

@@ -73,20 +73,6 @@ IndexBox CentersIn(const Eigen::AlignedBox3d& box, const VoxelLattice& lattice) 
   return result;
 }
 
-// A box around the cell, cut to `box`. A corner of the cell that was cut to the outer sphere
-// (VoronoiVertices) bounds nothing.
-Eigen::AlignedBox3d CellBox(const ExportableScene& scene,
-                            uint32_t cell,
-                            const Eigen::AlignedBox3d& box) {
-  Eigen::AlignedBox3d result;
-  for (const uint32_t tet : scene.TetsOfCell(cell)) {
-    const Eigen::Vector3d& corner = scene.voronoi_vertices[tet];
-    if (corner.norm() > 1.99 * kGuardRadius) return box;
-    result.extend(corner);
-  }
-  return result.intersection(box);
-}
-
 void ListHalfSpaces(const ExportableScene& scene,
                     uint32_t cell,
                     double reach,
@@ -263,6 +249,19 @@ bool FillBlock(const ExportableScene& scene,
 }
 
 }  // namespace
+
+Eigen::AlignedBox3d CellBox(const ExportableScene& scene,
+                            uint32_t cell,
+                            const Eigen::AlignedBox3d& box) {
+  Eigen::AlignedBox3d result;
+  for (const uint32_t tet : scene.TetsOfCell(cell)) {
+    const Eigen::Vector3d& corner = scene.voronoi_vertices[tet];
+    // A corner that was cut to the outer sphere (VoronoiVertices) bounds nothing.
+    if (corner.norm() > 1.99 * kGuardRadius) return box;
+    result.extend(corner);
+  }
+  return result.intersection(box);
+}
 
 std::vector<VoxelBlock> VoxelizeCells(const ExportableScene& scene,
                                       const std::vector<uint32_t>& cells,

@@ -28,6 +28,12 @@ struct VoxelBlock {
   std::array<uint32_t, 512> cells;
 };
 
+// A box around the cell (its corners' for a cell that is bounded, else everything), cut to `box`.
+// Empty where they do not meet. Normalised frame.
+Eigen::AlignedBox3d CellBox(const ExportableScene& scene,
+                            uint32_t cell,
+                            const Eigen::AlignedBox3d& box);
+
 // Finds the voxels whose centres lie in the cells listed in `cells` and within `box` (normalised
 // frame). Each such voxel gets the cell of the nearest site (a voxel exactly on the face between
 // two listed cells: the lower index). Blocks without any are left out; the others come in a fixed

@@ -26,6 +26,12 @@ std::string Megabytes(uint64_t bytes) {
   return text;
 }
 
+std::string Seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f s", seconds);
+  return text;
+}
+
 std::string Millions(int64_t count) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.3g M", static_cast<double>(count) / 1e6);
@@ -93,7 +99,8 @@ Model TrainAndWrite(const OptionManager& options,
   LOG(INFO) << "Loading " << plan.files.size() << " photos (" << Megabytes(plan.MemoryBytes())
             << ")";
   const TrainingScene scene(std::move(plan));
-  LOG(INFO) << scene.PhotoReport() << "; decoded in " << FormatDuration(scene.SecondsDecoding());
+  LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
+            << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "

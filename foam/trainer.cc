@@ -29,7 +29,13 @@
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kRayPurpose = 0x4a1;
+constexpr uint64_t kTilePurpose = 0x4a1, kQuantilePurpose = 0x4a2;
+
+// A tile is kTileSide x kTileSide pixels, kTileStep apart: near enough to share cells, far enough
+// not to say the same thing.
+constexpr int kTileSide = 2;
+constexpr int kTileRays = kTileSide * kTileSide;
+constexpr int kTileStep = 2;
 
 // The regulariser touches every cell, the rays only some: it takes one step in so many, with so
 // many times the weight.
@@ -204,23 +210,18 @@ void Trainer::FollowSites() {
 }
 
 void Trainer::DrawRays() {
-  const int batch = options_.rays_per_iteration;
-  rays_.resize(batch);
-  struct Draw {
-    int64_t pixel;
-    double u0, u1;
-  };
-  std::vector<Draw> draws(batch);
-  for (int i = 0; i < batch; ++i) {
+  // Rays come in tiles of neighbouring pixels, which walk through the same cells and find them in
+  // the cache, and tiles in the order of the photos.
+  const int num_tiles = (options_.rays_per_iteration + kTileRays - 1) / kTileRays;
+  std::vector<int64_t> tiles(num_tiles);
+  for (int i = 0; i < num_tiles; ++i) {
     CounterRandom random(
-        options_.random_seed, kRayPurpose, uint64_t(progress_.iteration) * batch + i);
-    const int64_t pixel = static_cast<int64_t>(random.Uniform() * pixels_.size());
-    draws[i] = {pixel, 1 - random.Uniform(), 1 - random.Uniform()};
+        options_.random_seed, kTilePurpose, uint64_t(progress_.iteration) * num_tiles + i);
+    tiles[i] = static_cast<int64_t>(random.Uniform() * pixels_.size());
   }
-  // Neighbours in the photos walk through the same cells; side by side they find them in the cache.
-  std::sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {
-    return std::tie(a.pixel, a.u0, a.u1) < std::tie(b.pixel, b.u0, b.u1);
-  });
+  std::sort(tiles.begin(), tiles.end());
+  const int batch = num_tiles * kTileRays;
+  rays_.resize(batch);
 
   for (int view = 0; view < views_.NumViews(); ++view) {
     if (views_.IsHeldOut(view)) continue;
@@ -232,7 +233,12 @@ void Trainer::DrawRays() {
   std::vector<uint8_t> valid(batch);
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const PixelRange::Pixel pixel = pixels_.At(draws[i].pixel);
+      PixelRange::Pixel pixel = pixels_.At(tiles[i / kTileRays]);
+      // The drawn pixel is the tile's corner; tiles wrap around the photo's border, so that every
+      // pixel is drawn equally often.
+      const int in_tile = static_cast<int>(i % kTileRays);
+      pixel.x = (pixel.x + kTileStep * (in_tile % kTileSide)) % views_.Width(pixel.view);
+      pixel.y = (pixel.y + kTileStep * (in_tile / kTileSide)) % views_.Height(pixel.view);
       TrainingRay ray;
       valid[i] = views_.Ray(pixel.view, pixel.x, pixel.y, &ray);
       if (!valid[i]) continue;
@@ -240,10 +246,11 @@ void Trainer::DrawRays() {
       out.origin = views_.Origin(pixel.view).cast<float>();
       out.direction = ray.direction;
       out.start_cell = start_cells_[pixel.view];
-      const double near = std::max(draws[i].u0, draws[i].u1);
-      const double far = std::min(draws[i].u0, draws[i].u1);
-      out.quantile_tau[0] = static_cast<float>(-std::log(near));
-      out.quantile_tau[1] = static_cast<float>(-std::log(far));
+      CounterRandom random(
+          options_.random_seed, kQuantilePurpose, uint64_t(progress_.iteration) * batch + i);
+      const double tau0 = -std::log(1 - random.Uniform()), tau1 = -std::log(1 - random.Uniform());
+      out.quantile_tau[0] = static_cast<float>(std::min(tau0, tau1));
+      out.quantile_tau[1] = static_cast<float>(std::max(tau0, tau1));
       for (int c = 0; c < 3; ++c) out.target.color[c] = ray.color[c];
       out.target.class_index = ray.class_index;
     }

@@ -3,6 +3,7 @@
 
 #include "foam/delaunay.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -94,26 +95,47 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
   const Delaunay& delaunay = *geometry.delaunay;
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
   const uint32_t begin = delaunay.offsets[cell], end = delaunay.offsets[cell + 1];
-  CellExit<Real> exit;
-  Real best_cosine = 0;  // (n.d)^2 / (|n|^2 / 2) of the best face, for ties
-  for (uint32_t e = begin; e < end; ++e) {
+  const auto crossing = [&](uint32_t e) {
     const FacePlane<Real>& plane = geometry.planes[e];
     const Real nd = plane.normal.dot(direction);
-    if (!(nd > 0)) continue;
     const Real t = (plane.half_squared - plane.normal.dot(r)) / nd;
-    if (t < exit.t) {
-      exit = {t, e};
-      best_cosine = -1;
-    } else if (t == exit.t && exit.edge != kNoEdge) {
-      const auto cosine = [&](uint32_t edge) {
-        const FacePlane<Real>& face = geometry.planes[edge];
-        const Real dot = face.normal.dot(direction);
-        return dot * dot / face.half_squared;
-      };
-      if (best_cosine < 0) best_cosine = cosine(exit.edge);
-      if (cosine(e) > best_cosine) {
+    return nd > 0 ? t : std::numeric_limits<Real>::infinity();
+  };
+  // Whether a face looks along the ray, and whether it is the nearest so far, is as good as random;
+  // so there is no branch on either. First all crossings of a chunk, a loop that compilers turn
+  // into vector code, then their minimum.
+  CellExit<Real> exit;
+  Real second = std::numeric_limits<Real>::infinity();
+  constexpr uint32_t kChunk = 32;
+  Real crossings[kChunk];
+  const Real dx = direction[0], dy = direction[1], dz = direction[2];
+  const Real rx = r[0], ry = r[1], rz = r[2];
+  for (uint32_t chunk = begin; chunk < end; chunk += kChunk) {
+    const FacePlane<Real>* planes = geometry.planes.data() + chunk;
+    const uint32_t count = std::min(kChunk, end - chunk);
+    for (uint32_t k = 0; k < count; ++k) {
+      const Real nx = planes[k].normal[0], ny = planes[k].normal[1], nz = planes[k].normal[2];
+      const Real nd = nx * dx + ny * dy + nz * dz;
+      const Real t = (planes[k].half_squared - (nx * rx + ny * ry + nz * rz)) / nd;
+      crossings[k] = nd > 0 ? t : std::numeric_limits<Real>::infinity();
+    }
+    for (uint32_t k = 0; k < count; ++k) {
+      const Real t = crossings[k];
+      second = std::min(second, std::max(exit.t, t));
+      exit.edge = t < exit.t ? chunk + k : exit.edge;
+      exit.t = std::min(exit.t, t);
+    }
+  }
+  if (second == exit.t && exit.edge != kNoEdge) {
+    Real best_cosine = -1;
+    for (uint32_t e = begin; e < end; ++e) {
+      if (crossing(e) != exit.t) continue;
+      const FacePlane<Real>& plane = geometry.planes[e];
+      const Real nd = plane.normal.dot(direction);
+      const Real cosine = nd * nd / plane.half_squared;
+      if (cosine > best_cosine) {
+        best_cosine = cosine;
         exit.edge = e;
-        best_cosine = cosine(e);
       }
     }
   }
@@ -129,10 +151,7 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
   if (advances(exit.edge)) return exit;
   exit = {};
   for (uint32_t e = begin; e < end; ++e) {
-    const FacePlane<Real>& plane = geometry.planes[e];
-    const Real nd = plane.normal.dot(direction);
-    if (!(nd > 0)) continue;
-    const Real t = (plane.half_squared - plane.normal.dot(r)) / nd;
+    const Real t = crossing(e);
     if (t < exit.t && (t > t_in || advances(e))) exit = {t, e};
   }
   return exit;

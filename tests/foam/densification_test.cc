@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/densification.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/foam/random_cells.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+// A foam whose every parameter tells which site it belongs to.
+Foam MarkedFoam(int num_sites) {
+  Foam foam;
+  foam.sh_degree = 1;
+  foam.num_classes = 2;
+  foam.positions = RandomSites(num_sites, 1);
+  for (int i = 0; i < num_sites; ++i) {
+    foam.raw_density.push_back(i);
+    for (int k = 0; k < foam.ShStride(); ++k) foam.sh.push_back(1000 * i + k);
+    for (int k = 0; k < kIdentityDim; ++k) foam.identity.push_back(-1000 * i - k);
+  }
+  return foam;
+}
+
+void ExpectParametersFollow(const Foam& before, const Foam& after, const Rearrangement& how) {
+  ASSERT_EQ(how.origin.size(), after.NumSites());
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    const size_t from = how.origin[k];
+    if (!how.is_new[k]) {
+      ASSERT_EQ(after.positions[k], before.positions[from]);
+    }
+    ASSERT_EQ(after.raw_density[k], before.raw_density[from]);
+    for (int c = 0; c < before.ShStride(); ++c) {
+      ASSERT_EQ(after.sh[k * before.ShStride() + c], before.sh[from * before.ShStride() + c]);
+    }
+    for (int c = 0; c < kIdentityDim; ++c) {
+      ASSERT_EQ(after.identity[k * kIdentityDim + c], before.identity[from * kIdentityDim + c]);
+    }
+  }
+}
+
+TEST(Densification, AddsChildrenOfErroneousCellsAndMovesParametersAlong) {
+  const WalkableCells cells(RandomSites(400, 1));
+  const Foam before = MarkedFoam(400);
+  DensificationStatistics statistics;
+  statistics.Reset(400);
+  std::fill(statistics.contribution.begin(), statistics.contribution.end(), 0.5f);
+  for (int i = 0; i < 40; ++i) statistics.error[i] = 1;  // only these may have children
+  Foam after = before;
+  DensificationOptions options;
+  options.num_to_add = 30;
+  const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, 0, &after);
+  EXPECT_EQ(how.num_pruned, 0u);
+  EXPECT_EQ(how.num_added, 30u);
+  EXPECT_EQ(after.NumSites(), 430u);
+  ExpectParametersFollow(before, after, how);
+  std::vector<int> copies(400, 0);
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    ++copies[how.origin[k]];
+    if (!how.is_new[k]) continue;
+    EXPECT_LT(how.origin[k], 40u);
+    EXPECT_NE(after.positions[k], before.positions[how.origin[k]]);
+  }
+  EXPECT_EQ(*std::max_element(copies.begin(), copies.end()), 2) << "drawn without replacement";
+}
+
+TEST(Densification, PrunesOnlySmallCellsThatNothingAroundSees) {
+  const WalkableCells cells(RandomSites(400, 1));
+  Foam foam = MarkedFoam(400);
+  const Foam before = foam;
+  DensificationStatistics statistics;
+  statistics.Reset(400);
+  for (int i = 0; i < 400; ++i) {
+    if (foam.positions[i].x() > 0) statistics.contribution[i] = 1;
+  }
+  DensificationOptions options;
+  options.prune_radius = 10;  // every cell counts as small
+  Foam after = foam;
+  const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, 0, &after);
+  EXPECT_GT(how.num_pruned, 50u);
+  EXPECT_EQ(after.NumSites(), 400 - how.num_pruned);
+  std::vector<bool> kept(400, false);
+  for (const uint32_t origin : how.origin) kept[origin] = true;
+  for (uint32_t i = 0; i < 400; ++i) {
+    bool seen = statistics.contribution[i] > 0;
+    for (const uint32_t j : cells.delaunay.Neighbors(i)) {
+      seen |= j < 400 && statistics.contribution[j] > 0;
+    }
+    EXPECT_EQ(kept[i], seen) << i;
+  }
+
+  options.prune_radius = 0;  // no cell is small enough
+  after = foam;
+  EXPECT_EQ(Densify(cells.delaunay, statistics, options, 1, 0, &after).num_pruned, 0u);
+  // What is unseen becomes transparent all the same.
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    EXPECT_LE(after.raw_density[k], after.positions[k].x() > 0 ? 400 : -1);
+  }
+}
+
+TEST(Densification, DrawsInProportionToErrorTimesRadius) {
+  const WalkableCells cells(RandomSites(300, 1));
+  const Foam before = MarkedFoam(300);
+  DensificationStatistics statistics;
+  statistics.Reset(300);
+  std::fill(statistics.contribution.begin(), statistics.contribution.end(), 0.5f);
+  // Two cells with errors that make their scores 3 : 1, over many single draws.
+  std::vector<uint32_t> inner;
+  for (uint32_t i = 0; i < 300 && inner.size() < 2; ++i) {
+    if (before.positions[i].norm() < 0.6f) inner.push_back(i);
+  }
+  const auto radius = [&](uint32_t i) {
+    double sum = 0;
+    for (const uint32_t j : cells.delaunay.Neighbors(i)) {
+      sum += (before.positions[j] - before.positions[i]).norm();
+    }
+    return sum / cells.delaunay.Neighbors(i).size();
+  };
+  statistics.error[inner[0]] = 3 / radius(inner[0]);
+  statistics.error[inner[1]] = 1 / radius(inner[1]);
+  DensificationOptions options;
+  options.num_to_add = 1;
+  int first = 0;
+  const int draws = 400;
+  for (int event = 0; event < draws; ++event) {
+    Foam after = before;
+    const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, event, &after);
+    ASSERT_EQ(how.num_added, 1u);
+    for (size_t k = 0; k < how.origin.size(); ++k)
+      first += how.is_new[k] && how.origin[k] == inner[0];
+  }
+  EXPECT_NEAR(first / double(draws), 0.75, 0.09);  // four standard deviations
+}
+
+}  // namespace
+}  // namespace semfoam

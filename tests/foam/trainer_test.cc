@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/trainer.h"
+
+#include "foam/cell_labels.h"
+#include "foam/error.h"
+#include "foam/guard_sites.h"
+#include "foam/parallel.h"
+#include "foam/view_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/foam/synthetic_views.h"
+#include <gtest/gtest.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace semfoam {
+namespace {
+
+TrainingOptions SmallRun() {
+  TrainingOptions options;
+  options.num_rays = 300'000;
+  options.rays_per_iteration = 1024;
+  options.initial_sites = 1000;
+  options.final_sites = 3000;
+  options.sh_degree = 1;
+  options.densify_events = 6;
+  return options;
+}
+
+template <typename T>
+uint64_t Digest(const std::vector<T>& values, uint64_t seed) {
+  return XXH64(values.data(), values.size() * sizeof(T), seed);
+}
+
+uint64_t Digest(const TrainingSummary& summary) {
+  const Foam& foam = summary.foam;
+  uint64_t hash = Digest(foam.positions, 0);
+  for (const std::vector<float>* v : {&foam.raw_density,
+                                      &foam.sh,
+                                      &foam.identity,
+                                      &foam.classifier_weight,
+                                      &foam.classifier_bias,
+                                      &summary.statistics.contribution}) {
+    hash = Digest(*v, hash);
+  }
+  return Digest(summary.statistics.mean_color, hash);
+}
+
+TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
+  const SyntheticViews views(16, 64, 48);
+  const TrainingSummary summary = TrainFoam(views, views.Seeds(800), 3, SmallRun(), nullptr);
+  EXPECT_EQ(summary.step_limit_hits, 0);
+  EXPECT_EQ(summary.nonfinite_gradients, 0);
+  EXPECT_GT(summary.foam.NumSites(), 2500u);
+  EXPECT_LE(summary.foam.NumSites(), 3100u);
+
+  const ViewRenderer renderer(summary.foam);
+  double squared_error = 0;
+  int pixels = 0, right = 0, balls = 0;
+  for (int view = 0; view < views.NumViews(); view += 4) {
+    const RenderedView render = renderer.Render(views.Rays(view));
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        TrainingRay truth;
+        views.Ray(view, x, y, &truth);
+        const size_t i = size_t(y) * 64 + x;
+        squared_error += (render.color[i].cwiseMin(1.f) - truth.color).squaredNorm() / 3;
+        right += render.class_index[i] == truth.class_index;
+        balls += truth.class_index < 2 && render.class_index[i] == truth.class_index;
+        ++pixels;
+      }
+    }
+  }
+  const double psnr = -10 * std::log10(squared_error / pixels);
+  EXPECT_GT(psnr, 20) << "held-out views";
+  EXPECT_GT(right, 0.93 * pixels);
+  EXPECT_GT(balls, 0.05 * pixels) << "all is background";
+
+  // Cells know what they are: solid cells around the balls carry the balls' classes, with both
+  // balls present.
+  const CellLabels labels = LabelCells(summary.foam, renderer.delaunay());
+  int count[3] = {0, 0, 0}, inside = 0;
+  for (size_t i = 0; i < summary.foam.NumSites(); ++i) {
+    if (!labels.solid[i] || summary.statistics.contribution[i] < 0.1f) continue;
+    ++count[labels.class_index[i]];
+    inside += labels.class_index[i] == 0 && summary.foam.positions[i].x() > 0;
+  }
+  EXPECT_GT(count[0], 10);
+  EXPECT_GT(count[1], 10);
+  EXPECT_GT(count[2], 10);
+  EXPECT_GT(inside, 0.8 * count[0]);
+}
+
+TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  uint64_t digest[3];
+  const int threads[3] = {1, 2, 5};
+  for (int k = 0; k < 3; ++k) {
+    SetNumThreads(threads[k]);
+    digest[k] = Digest(TrainFoam(views, views.Seeds(500), 3, options, nullptr));
+  }
+  SetNumThreads(-1);
+  EXPECT_EQ(digest[0], digest[1]);
+  EXPECT_EQ(digest[0], digest[2]);
+  options.random_seed = 1;
+  EXPECT_NE(Digest(TrainFoam(views, views.Seeds(500), 3, options, nullptr)), digest[0])
+      << "the digest tells nothing";
+}
+
+TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const TrainingSummary summary = TrainFoam(views, {}, 0, options, nullptr);
+  EXPECT_FALSE(summary.foam.HasSemantics());
+  EXPECT_TRUE(summary.foam.identity.empty());
+  EXPECT_TRUE(std::isnan(summary.last.identity_loss));
+  EXPECT_GT(summary.last.held_out_psnr, 10);
+}
+
+TEST(Trainer, KeepsEveryParameterFiniteAtAbsurdLearningRates) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 30'000;
+  options.position_rate = 10;
+  options.density_rate = 1000;
+  options.color_rate = 100;
+  const TrainingSummary summary = TrainFoam(views, views.Seeds(300), 3, options, nullptr);
+  for (const Eigen::Vector3f& p : summary.foam.positions) {
+    ASSERT_TRUE(p.allFinite());
+    ASSERT_LE(p.norm(), 1.001f * kFarRadius);
+  }
+  for (const float raw : summary.foam.raw_density) ASSERT_TRUE(std::isfinite(raw));
+}
+
+TEST(Trainer, SaysWhichOptionIsOutOfRange) {
+  TrainingOptions options;
+  EXPECT_EQ(options.Check(), "");
+  options.sh_degree = 4;
+  EXPECT_NE(options.Check().find("sh_degree"), std::string::npos);
+  options = {};
+  options.tv_weight = NAN;
+  EXPECT_NE(options.Check().find("tv_weight"), std::string::npos);
+  options = {};
+  options.num_rays = 0;
+  const SyntheticViews views(8, 32, 24);
+  EXPECT_THROW(TrainFoam(views, {}, 0, options, nullptr), UserError);
+}
+
+TEST(Trainer, RefusesViewsThatAreAllHeldOut) {
+  const SyntheticViews views(1, 32, 24);
+  EXPECT_THROW(TrainFoam(views, {}, 0, SmallRun(), nullptr), UserError);
+}
+
+}  // namespace
+}  // namespace semfoam

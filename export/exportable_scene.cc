@@ -75,31 +75,50 @@ std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene&
   return has_camera;
 }
 
-// The solid cells of a class that are photographed, and those that hang together with them.
-// `object_of_cell` gets `object_index` for each; returns them in the order found.
-std::vector<uint32_t> AttachedSolidCells(const ExportableScene& scene,
-                                         const std::vector<uint32_t>& solid_cells_of_class,
-                                         int32_t class_index,
-                                         int32_t object_index,
-                                         std::vector<int32_t>* object_of_cell) {
-  std::vector<uint32_t> cells;
-  for (const uint32_t cell : solid_cells_of_class) {
-    if (!scene.photographed[cell]) continue;
-    (*object_of_cell)[cell] = object_index;
-    cells.push_back(cell);
-  }
-  for (size_t k = 0; k < cells.size(); ++k) {
-    for (const uint32_t next : scene.delaunay.Neighbors(cells[k])) {
-      if (next >= scene.NumSites() || !scene.labels.solid[next] ||
-          scene.labels.class_index[next] != class_index ||
-          (*object_of_cell)[next] == object_index) {
-        continue;
+// The connected pieces of the solid cells of a class in which at least one cell is photographed.
+// `object_of_cell` gets `object_index` for each of their cells.
+std::vector<std::vector<uint32_t>> PhotographedPieces(
+    const ExportableScene& scene,
+    const std::vector<uint32_t>& solid_cells_of_class,
+    int32_t class_index,
+    int32_t object_index,
+    std::vector<int32_t>* object_of_cell) {
+  std::vector<std::vector<uint32_t>> pieces;
+  for (const uint32_t start : solid_cells_of_class) {
+    if (!scene.photographed[start] || (*object_of_cell)[start] == object_index) continue;
+    std::vector<uint32_t>& piece = pieces.emplace_back(1, start);
+    (*object_of_cell)[start] = object_index;
+    for (size_t k = 0; k < piece.size(); ++k) {
+      for (const uint32_t next : scene.delaunay.Neighbors(piece[k])) {
+        if (next >= scene.NumSites() || !scene.labels.solid[next] ||
+            scene.labels.class_index[next] != class_index ||
+            (*object_of_cell)[next] == object_index) {
+          continue;
+        }
+        (*object_of_cell)[next] = object_index;
+        piece.push_back(next);
       }
-      (*object_of_cell)[next] = object_index;
-      cells.push_back(next);
     }
   }
-  return cells;
+  return pieces;
+}
+
+// Moves the cells of the large pieces into the object and takes those of the crumbs out of
+// `object_of_cell`.
+void GatherPieces(const std::vector<std::vector<uint32_t>>& pieces,
+                  float min_piece_share,
+                  ObjectInfo* object,
+                  std::vector<int32_t>* object_of_cell) {
+  size_t largest = 0;
+  for (const std::vector<uint32_t>& piece : pieces) largest = std::max(largest, piece.size());
+  for (const std::vector<uint32_t>& piece : pieces) {
+    if (static_cast<float>(piece.size()) >= min_piece_share * static_cast<float>(largest)) {
+      object->cells.insert(object->cells.end(), piece.begin(), piece.end());
+      continue;
+    }
+    object->cells_in_crumbs += static_cast<int64_t>(piece.size());
+    for (const uint32_t cell : piece) (*object_of_cell)[cell] = -1;
+  }
 }
 
 // Finds the hidden pockets that objects enclose. Cells get a mark while one object is looked at, so
@@ -196,7 +215,10 @@ void FindObjects(const Model& model,
     if (label.id == 0) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
-    object.cells = AttachedSolidCells(*scene, solid_cells[k], k, index, &scene->object_of_cell);
+    GatherPieces(PhotographedPieces(*scene, solid_cells[k], k, index, &scene->object_of_cell),
+                 options.min_piece_share,
+                 &object,
+                 &scene->object_of_cell);
     if (object.cells.empty()) {
       scene->labels_without_cells.push_back(label);
       continue;

@@ -28,6 +28,7 @@ struct ObjectInfo {
   double volume = 0;                         // of all cells together, exact
   Eigen::AlignedBox3d bounding_box;          // of all cells together, corners included
   double confidence = 0;                     // mean over the cells of the object's own class
+  int64_t cells_in_crumbs = 0;               // left out, see ExportableSceneOptions
 };
 
 struct ExportableSceneOptions {
@@ -36,6 +37,10 @@ struct ExportableSceneOptions {
   // A cell is photographed when some training ray gave it at least this rendering weight (0..1).
   // Without statistics in the model every cell counts as photographed.
   float photographed_contribution = 0.05f;
+  // Crumbs: connected pieces of an object with fewer cells than this share of its largest piece are
+  // left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would otherwise decide
+  // an object's box, volume and surface.
+  float min_piece_share = 0.02f;
   // Let an object own the hidden cavities that it encloses (see MakeExportableScene).
   bool fill_hidden_cavities = true;
 };
@@ -75,10 +80,11 @@ struct ExportableScene {
 // Prepares a model for export and finds its objects.
 //
 // The object of label k follows Semantic Foam's extraction rule: it is made of the solid cells
-// whose own class is k, and the empty cells around them decide where it ends. Two things are added,
-// because nobody has seen the inside of anything:
+// whose own class is k, and the empty cells around them decide where it ends. Three rules refine
+// it, because nobody has seen the inside of anything and no training labels every cell rightly:
 // - Solid cells that no photo shows (density left over behind a surface) belong to the object only
 //   if they hang together with a photographed cell of it; the others are no object at all.
+// - Crumbs beside the object's large pieces are left out (`min_piece_share`).
 // - A pocket of other cells that the object encloses completely, in which there is neither a
 //   photographed solid cell nor a camera, is hidden inside the object and belongs to it
 //   (`fill_hidden_cavities`). So a trained shell becomes a body, while a room is not filled by its

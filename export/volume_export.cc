@@ -316,8 +316,11 @@ int64_t WriteObjectVolume(const fs::path& path,
                           const ObjectInfo& object,
                           const VolumeFrame& frame,
                           const VolumeExportOptions& options) {
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.1 * frame.box.sizes().maxCoeff());
+  const Eigen::AlignedBox3d reach(frame.box.min() - margin, frame.box.max() + margin);
   const Eigen::AlignedBox3d box =
-      RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells));
+      RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
+          .intersection(reach);
   return WriteVolume(path, {scene, frame, options}, object.cells, box, &object);
 }
 

@@ -67,9 +67,10 @@ int64_t WriteSceneVolume(const std::filesystem::path& path,
                          const VolumeFrame& frame,
                          const VolumeExportOptions& options);
 
-// One object: all of its cells. Cells far off are left out: beyond the 5 % to 95 % quantiles of the
-// object's sites by more than that range itself, per axis. An object smaller than a voxel may have
-// no voxel; its file is valid all the same.
+// One object: all of its cells, except far ones: beyond the frame's box by more than a tenth of its
+// longest edge, or beyond the 5 % to 95 % quantiles of the object's sites by more than that range
+// itself, per axis. An object smaller than a voxel may have no voxel; its file is valid all the
+// same.
 int64_t WriteObjectVolume(const std::filesystem::path& path,
                           const ExportableScene& scene,
                           const ObjectInfo& object,

@@ -4,6 +4,7 @@
 #include "export/names.h"
 
 #include <algorithm>
+#include <map>
 
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
@@ -213,6 +214,40 @@ TEST(ExportableScene, UnseenMatterCountsOnlyWhereItHangsTogetherWithSeenMatter) 
   const ExportableScene unseen = MakeExportableScene(model);
   EXPECT_THAT(unseen.objects, IsEmpty());
   EXPECT_EQ(unseen.labels_without_cells.size(), 1u);
+}
+
+TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
+  // Two balls of one class, one with a twentieth of the other's cells, and a single cell far off.
+  const auto shape = [](const Eigen::Vector3f& p) {
+    const bool large = (p + Eigen::Vector3f::Constant(0.3f)).norm() < 0.55f;
+    const bool small = (p - Eigen::Vector3f(0.6f, 0.6f, 0.6f)).norm() < 0.2f;
+    return large ? 1 : small ? 2 : p.x() > 0.9f && p.y() < -0.9f && p.z() < -0.9f ? 3 : 0;
+  };
+  const Model model =
+      GridModel(1, [&](const Eigen::Vector3f& p) { return shape(p) > 0 ? 0 : kAir; });
+  const auto pieces_left = [&](float share) {
+    ExportableSceneOptions options;
+    options.min_piece_share = share;
+    const ExportableScene scene = MakeExportableScene(model, options);
+    std::map<int, size_t> cells;
+    for (const uint32_t cell : Object(scene, 7).cells) ++cells[shape(scene.cell_positions[cell])];
+    for (uint32_t i = 0; i < scene.NumSites(); ++i) {
+      const bool listed =
+          std::binary_search(Object(scene, 7).cells.begin(), Object(scene, 7).cells.end(), i);
+      EXPECT_EQ(scene.object_of_cell[i] == 0, listed);
+    }
+    cells[0] = static_cast<size_t>(Object(scene, 7).cells_in_crumbs);
+    return cells;
+  };
+  const auto all = pieces_left(0);
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_EQ(all.at(0), 0u);
+  const auto by_default = pieces_left(ExportableSceneOptions().min_piece_share);
+  EXPECT_EQ(by_default.at(1), all.at(1));
+  EXPECT_EQ(by_default.at(2), all.at(2));
+  EXPECT_EQ(by_default.count(3), 0u);
+  EXPECT_EQ(by_default.at(0), 1u);
+  EXPECT_EQ(pieces_left(1).count(2), 0u);
 }
 
 TEST(ExportableScene, NestedObjectsShareNoCell) {

@@ -196,6 +196,29 @@ TEST_F(VolumeExport, AFewFarCellsDoNotDecideTheBox) {
   EXPECT_LT(after.lattice.voxel_size, 1.3 * before.lattice.voxel_size);
 }
 
+TEST_F(VolumeExport, AnObjectsFarCellsDoNotFillTheWorld) {
+  // One class: a ball in the middle and a wide cloud of cells far outside of everything else, of
+  // which there are as many.
+  Model model = MakeModel(RandomSites(3000, 1), 2, [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.25f ? 0 : p.norm() < 0.9f ? 1 : kAir;
+  });
+  for (int k = 0; k < 20; ++k) {
+    const float angle = static_cast<float>(k);
+    model.foam.positions.emplace_back(20 * std::cos(angle), 20 * std::sin(angle), angle - 10);
+    model.foam.raw_density.push_back(static_cast<float>(RawDensity(1e4)));
+    model.foam.sh.insert(model.foam.sh.end(), 3, 0.f);
+    for (int d = 0; d < kIdentityDim; ++d) model.foam.identity.push_back(d == 0 ? 3.f : 0.f);
+  }
+  const ExportableScene scene = MakeExportableScene(model);
+  const VolumeExportOptions options = Coarse();
+  const VolumeFrame frame = MakeVolumeFrame(scene, options);
+  WriteObjectVolume(folder_ / "mug.vdb", scene, scene.objects[0], frame, options);
+  const auto bounds = ReadVdb(folder_ / "mug.vdb").grids.at("label")->evalActiveVoxelBoundingBox();
+  EXPECT_LE(bounds.dim().x(), 30);
+  EXPECT_LE(bounds.dim().y(), 30);
+  EXPECT_LE(bounds.dim().z(), 30);
+}
+
 TEST_F(VolumeExport, GeoreferencedScenesAreTheSameToTheMillimetre) {
   Model model = TestModel();
   model.world_from_normalized = {50, {0, 0, 0}};

@@ -76,7 +76,15 @@ void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
                  const SurfaceExportOptions& surface) {
   LOG(INFO) << "Writing meshes";
-  ExportSurfaces(scene, output_path, surface, SayWritten);
+  const std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);
+  // The formats of one object hold the same surface: one line for all of them.
+  for (size_t i = 0; i < files.size();) {
+    WrittenFile line = files[i];
+    for (++i; i < files.size() && files[i].object_id == line.object_id; ++i) {
+      line.path += ", ." + files[i].format;
+    }
+    SayWritten(line);
+  }
 }
 
 void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path) {
@@ -84,8 +92,9 @@ void WriteLabels(const ExportableScene& scene, const std::filesystem::path& outp
   for (const ObjectInfo& object : scene.objects) {
     for (const char* format : {"vdb", "om", "ply", "obj"}) {
       const std::string path = "objects/" + object.file_stem + "." + format;
-      if (std::filesystem::exists(output_path / path))
+      if (std::filesystem::exists(output_path / path)) {
         files.push_back({object.id, format, path, ""});
+      }
     }
   }
   WriteLabelSidecar(output_path / "labels.json", scene, files);

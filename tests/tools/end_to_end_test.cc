@@ -459,6 +459,28 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
       FilesBelow(out),
       testing::UnorderedElementsAre("scene.foam", "labels.json", "training_log.csv", "scene.vdb"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
+
+  // No photo was held out of this one.
+  const std::string foam = (out / "scene.foam").string();
+  const fs::path renders = *folder_ / "no renders";
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{
+            "foam_evaluator", "--foam_path", foam, "--image_path", (kTabletop / "images").string()},
+        std::vector<std::string>{"foam_renderer",
+                                 "--foam_path",
+                                 foam,
+                                 "--input_path",
+                                 (kTabletop / "sparse/0").string(),
+                                 "--output_path",
+                                 renders.string(),
+                                 "--views",
+                                 "test"}}) {
+    const Outcome nothing = RunSemfoam(arguments);
+    EXPECT_EQ(nothing.exit_code, 1);
+    ASSERT_THAT(nothing.Errors(), SizeIs(1)) << nothing.err;
+    EXPECT_THAT(nothing.Errors().front(), HasSubstr("--test_every 8"));
+  }
+  EXPECT_THAT(FilesBelow(renders), IsEmpty());
 }
 
 TEST_F(EndToEndTest, TakesItsOwnLabelsAndAProjectFile) {

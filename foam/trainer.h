@@ -17,26 +17,26 @@ namespace semfoam {
 // are for 1e7 to 1e8 (foam/README.md).
 struct TrainingOptions {
   // The work: fixed numbers, so that a preset gives the same bytes on every machine.
-  int64_t num_rays = 40'000'000;  // over the whole run, > 0
-  int rays_per_iteration = 8192;  // batch size, > 0
+  int64_t num_rays = 30'000'000;  // over the whole run, > 0
+  int rays_per_iteration = 4096;  // batch size, > 0
   int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
-  int final_sites = 80'000;       // what densification grows to, >= 64
+  int final_sites = 100'000;      // what densification grows to, >= 64
   int sh_degree = 2;              // 0..3
 
   // Weights of the loss terms (ray_loss.h, total_variation.h), >= 0. The colour term has weight 1.
-  double opacity_weight = 0.1;
-  double quantile_weight = 1e-3;
+  double opacity_weight = 0.02;
+  double quantile_weight = 1e-4;
   double identity_weight = 1;
   double tv_weight = 10;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.
   double position_rate = 2e-4;
-  double density_rate = 0.05;
+  double density_rate = 0.1;
   double color_rate = 2e-2;
   double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate
   double identity_rate = 2e-2;
   double classifier_rate = 5e-3;  // constant
-  double final_rate = 0.05;
+  double final_rate = 0.1;
 
   double densify_from = 0.05;
   double densify_until = 0.6;

@@ -121,7 +121,8 @@ std::vector<double> CellVolumes(const std::vector<Eigen::Vector3f>& cell_positio
   for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
     for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
       const double length =
-          (cell_positions[delaunay.neighbors[e]] - cell_positions[i]).cast<double>().norm();
+          (cell_positions[delaunay.neighbors[e]].cast<double>() - cell_positions[i].cast<double>())
+              .norm();
       volumes[i] += face_areas[e] * length / 6;
     }
   }

@@ -11,15 +11,16 @@ namespace {
 struct Preset {
   const char* quality;
   int64_t num_rays;
+  int rays_per_iteration;
   int final_sites;
   int sh_degree;
 };
 
 constexpr std::array<Preset, 4> kPresets = {{
-    {"low", 4'000'000, 30'000, 1},
-    {"medium", 40'000'000, 100'000, 2},
-    {"high", 160'000'000, 200'000, 2},
-    {"extreme", 400'000'000, 400'000, 3},
+    {"low", 4'000'000, 2048, 40'000, 1},
+    {"medium", 30'000'000, 4096, 100'000, 2},
+    {"high", 120'000'000, 8192, 200'000, 2},
+    {"extreme", 400'000'000, 16384, 400'000, 3},
 }};
 
 }  // namespace
@@ -38,6 +39,7 @@ TrainingOptions OptionsForQuality(const std::string& quality) {
     if (quality != preset.quality) continue;
     TrainingOptions options;
     options.num_rays = preset.num_rays;
+    options.rays_per_iteration = preset.rays_per_iteration;
     options.final_sites = preset.final_sites;
     options.sh_degree = preset.sh_degree;
     return options;

@@ -93,7 +93,7 @@ void ExpectSoundSurfaces(const Model& model) {
 
     const double volume = VolumeOfCells(scene, object);
     EXPECT_NEAR(EnclosedVolume(surface), volume, 1e-9 * volume);
-    EXPECT_NEAR(object.volume, volume, 1e-6 * volume);
+    EXPECT_NEAR(object.volume, volume, 1e-9 * volume);
 
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& vertex : surface.vertices) box.extend(vertex);

@@ -11,7 +11,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   # GCC 12 sees overlaps in std::string concatenation that are not there (GCC bug 105651).
   target_compile_options(semfoam_flags INTERFACE -Wno-restrict)
 endif()
-# One machine's bytes are every machine's bytes: no contraction of a * b + c behind the source's back.
+# Bytes that do not depend on the compiler's taste: no contraction of a * b + c behind the source's back.
 target_compile_options(semfoam_flags INTERFACE -ffp-contract=off)
 target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(SEMFOAM_SANITIZE)

@@ -5,6 +5,7 @@
 #include "foam/activation.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
+#include "foam/spherical_harmonics.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
@@ -14,8 +15,6 @@
 
 namespace semfoam {
 namespace {
-
-constexpr float kSh0 = 0.28209479177387814f;  // the constant spherical harmonic, 1 / sqrt(4 pi)
 
 void CheckModel(const Model& model) {
   const Foam& foam = model.foam;
@@ -38,7 +37,8 @@ std::vector<Eigen::Vector3f> DisplayColors(const Model& model) {
     colors.resize(foam.NumSites());
     for (size_t i = 0; i < colors.size(); ++i) {
       colors[i] = Eigen::Vector3f::Constant(0.5f) +
-                  kSh0 * Eigen::Map<const Eigen::Vector3f>(&foam.sh[i * foam.ShStride()]);
+                  static_cast<float>(kShDc) *
+                      Eigen::Map<const Eigen::Vector3f>(&foam.sh[i * foam.ShStride()]);
     }
   }
   for (Eigen::Vector3f& color : colors) color = color.cwiseMax(0.f).cwiseMin(1.f);

@@ -217,6 +217,25 @@ void WriteGrids(const fs::path& path,
   output.Commit();
 }
 
+// The scene's lattice, halved until the object is at least max_resolution / 2 voxels long: every
+// voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
+VoxelLattice ObjectLattice(const ExportableScene& scene,
+                           const ObjectInfo& object,
+                           const VolumeFrame& frame,
+                           const VolumeExportOptions& options) {
+  VoxelLattice lattice = frame.lattice;
+  if (options.voxel_size > 0) return lattice;
+  const double length = RobustBox(scene, object.cells, 0.05, 0, 0).sizes().maxCoeff();
+  constexpr int kMaxHalvings = 12;
+  for (int halvings = 0; halvings < kMaxHalvings; ++halvings) {
+    if (!(length > 0) || length >= 0.5 * options.max_resolution * lattice.voxel_size) break;
+    lattice.voxel_size *= 0.5;
+    lattice.origin.array() -=
+        0.5 * lattice.voxel_size;  // from the centre of eight to that of the first
+  }
+  return lattice;
+}
+
 int64_t WriteVolume(const fs::path& path,
                     const GridWriterContext& context,
                     const std::vector<uint32_t>& cells,
@@ -321,7 +340,8 @@ int64_t WriteObjectVolume(const fs::path& path,
   const Eigen::AlignedBox3d box =
       RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
           .intersection(reach);
-  return WriteVolume(path, {scene, frame, options}, object.cells, box, &object);
+  const VolumeFrame object_frame{ObjectLattice(scene, object, frame, options), box};
+  return WriteVolume(path, {scene, object_frame, options}, object.cells, box, &object);
 }
 
 int64_t WriteInt32LabelVolume(const fs::path& path,

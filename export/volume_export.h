@@ -15,8 +15,9 @@
 namespace semfoam {
 
 struct VolumeExportOptions {
-  // Edge of a voxel in world units; 0 = so that the longest edge of the scene's box holds
-  // max_resolution voxels.
+  // Edge of a voxel in world units, for the scene and all objects; 0 = so that the longest edge of
+  // the scene's box holds max_resolution voxels, and an object at least half as many, by halving
+  // that voxel as often as needed.
   double voxel_size = 0;
   int max_resolution = 256;  // 1..65536; only read where voxel_size is 0
 
@@ -40,7 +41,7 @@ struct VolumeExportOptions {
   std::string Check() const;
 };
 
-// The lattice that all volumes of a scene share, and the box that scene.vdb fills. The box is the
+// The lattice of the scene's volume, and the box that scene.vdb fills. The box is the
 // robust extent of the solid, photographed cells: per axis from the 1 % to the 99 % quantile of
 // their sites, 5 % wider on either side but never wider than the sites themselves, so that a few
 // far cells do not decide the voxel size.
@@ -67,7 +68,8 @@ int64_t WriteSceneVolume(const std::filesystem::path& path,
                          const VolumeFrame& frame,
                          const VolumeExportOptions& options);
 
-// One object: all of its cells, except far ones: beyond the frame's box by more than a tenth of its
+// One object, with voxels that nest in the scene's (see voxel_size): all of its cells, except far
+// ones: beyond the frame's box by more than a tenth of its
 // longest edge, or beyond the 5 % to 95 % quantiles of the object's sites by more than that range
 // itself, per axis. An object smaller than a voxel may have no voxel; its file is valid all the
 // same.

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace semfoam {
 namespace {
@@ -48,8 +47,6 @@ CellStatistics MeasureCells(const Foam& foam,
           if (!views.Ray(view, x, static_cast<int>(row * stride), &ray)) continue;
           record.direction = ray.direction;
           record.composite = {};
-          std::fill_n(
-              record.composite.quantile_tau, kNumQuantiles, std::numeric_limits<float>::infinity());
           TraceRay(renderer.geometry(), shading, start, cutoff_tau, &record);
           for (const RecordedPiece<float>& piece : record.pieces) {
             if (piece.shaded < 0 || piece.cell >= n) continue;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 // Volume rendering of the pieces that a ray cuts out of the cells: in float for work, in double and
 // ceres::Jet for tests.
@@ -46,7 +47,8 @@ struct RayComposite {
   T identity[kIdentityDim] = {};    // sum of w_n f_n
   // Depth quantiles: the distances at which the transmittance falls through q_k =
   // exp(-quantile_tau[k]). A quantile that the ray never reaches has quantile_piece -1.
-  T quantile_tau[kNumQuantiles] = {};
+  T quantile_tau[kNumQuantiles] = {T(std::numeric_limits<double>::infinity()),
+                                   T(std::numeric_limits<double>::infinity())};
   T quantile_depth[kNumQuantiles] = {};
   int quantile_piece[kNumQuantiles] = {-1, -1};
 

@@ -52,7 +52,7 @@ struct RayRecord {
 
 // Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
 // which the optical depth passes `cutoff_tau`. The caller sets record->origin, direction, and
-// composite.quantile_tau (infinity: not wanted) before.
+// composite = {} with the quantile_tau that are wanted, before.
 template <typename Real>
 void TraceRay(const WalkGeometry<Real>& geometry,
               const CellShading<Real>& shading,

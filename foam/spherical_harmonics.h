@@ -7,13 +7,16 @@
 
 namespace semfoam {
 
+// The value of a constant SH basis function: dc = (display value - 0.5) / kShDc.
+inline constexpr double kShDc = 0.28209479177387814;
+
 // Real spherical harmonics up to `degree` (0..3) at the unit direction d, with the constants and
 // signs of 3D Gaussian splatting and Radiant Foam, so that coefficients can be exchanged with both.
 // `basis` receives NumShCoefficients(degree) values.
 template <typename T>
 void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
   const T &x = d[0], &y = d[1], &z = d[2];
-  basis[0] = T(0.28209479177387814);
+  basis[0] = T(kShDc);
   if (degree < 1) return;
   basis[1] = T(-0.4886025119029199) * y;
   basis[2] = T(0.4886025119029199) * z;
@@ -34,9 +37,6 @@ void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
   basis[14] = T(1.445305721320277) * z * (xx - yy);
   basis[15] = T(-0.5900435899266435) * x * (xx - T(3) * yy);
 }
-
-// The value of a constant SH basis function: dc = (display value - 0.5) / kShDc.
-inline constexpr double kShDc = 0.28209479177387814;
 
 // Colour of a cell along a ray: max(0, 0.5 + sum of coefficient * basis), per channel. `sh` is
 // [num_coefficients][3].

@@ -339,8 +339,6 @@ double Trainer::HeldOutPsnr() const {
           if (!views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) continue;
           record.direction = ray.direction;
           record.composite = {};
-          std::fill_n(
-              record.composite.quantile_tau, kNumQuantiles, std::numeric_limits<float>::infinity());
           TraceRay(geometry_, shading, start, cutoff_tau, &record);
           const float transmittance = record.composite.Transmittance();
           for (int c = 0; c < 3; ++c) {

@@ -16,7 +16,7 @@ namespace semfoam {
 // times are fractions of the run. The papers' constants were tuned for 2e10 rays on a GPU; these
 // are for 1e7 to 1e8 (foam/README.md).
 struct TrainingOptions {
-  // The work: fixed numbers, so that a preset gives the same bytes on every machine.
+  // The work: fixed numbers, so that the speed of the machine changes no byte.
   int64_t num_rays = 30'000'000;  // over the whole run, > 0
   int rays_per_iteration = 4096;  // batch size, > 0
   int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0

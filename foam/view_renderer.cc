@@ -7,7 +7,6 @@
 #include "foam/parallel.h"
 
 #include <cmath>
-#include <limits>
 
 #include <glog/logging.h>
 
@@ -62,7 +61,6 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
       record.direction = rays.directions[i];
       record.composite = {};
       record.composite.quantile_tau[0] = std::log(2.f);
-      record.composite.quantile_tau[1] = std::numeric_limits<float>::infinity();
       TraceRay(geometry_, shading, start, cutoff_tau, &record);
       CHECK(!record.hit_step_limit) << "a ray walked in circles";
       const RayComposite<float>& ray = record.composite;

@@ -98,8 +98,7 @@ std::string FormatValue(double value) { return FormatNumber(value); }
 OptionManager::OptionManager(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
   AddDefaultOption("project_path", &project_path_, "an .ini file that holds options of this list");
-  AddDefaultOption(
-      "random_seed", &random_seed_, "same seed, input and options: same bytes, on any machine");
+  AddDefaultOption("random_seed", &random_seed_, "same seed, input and options: same bytes");
   AddDefaultOption("default_random_seed", &random_seed_, "the same, as COLMAP 4 spells it");
   AddDefaultOption("num_threads", &num_threads_, "-1 = all cores; changes no result");
   AddDefaultOption("log_to_stderr", &log_to_stderr_, "0 = only warnings and errors");

@@ -11,7 +11,7 @@ namespace semfoam {
 // The presets, from the quickest to the best: low, medium, high, extreme.
 const std::vector<std::string>& Qualities();
 
-// Numbers of rays and sites, never of seconds: a preset gives the same bytes on every machine.
+// Numbers of rays and sites, never of seconds: how fast the machine is changes no byte.
 // CHECKs that `quality` is one of Qualities().
 TrainingOptions OptionsForQuality(const std::string& quality);
 

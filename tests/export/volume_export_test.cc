@@ -126,17 +126,36 @@ TEST_F(VolumeExport, SceneAndObjectsHoldTheirCells) {
   ExpectCells(scene, whole, nullptr);
   EXPECT_THAT(files[0].summary,
               std::to_string(whole.grids.at("label")->activeVoxelCount()) + " active voxels");
-  openvdb::Index64 in_objects = 0;
+  const openvdb::math::Transform& of_scene = whole.grids.at("label")->transform();
+  const double scene_voxel = of_scene.voxelSize().x();
+  double volume_in_objects = 0;
   for (const ObjectInfo& object : scene.objects) {
     const VdbFile part = ReadVdb(folder_ / "objects" / (object.file_stem + ".vdb"));
     ExpectCells(scene, part, &object);
     EXPECT_EQ(part.metadata->metaValue<int32_t>("object_id"), object.id);
     EXPECT_EQ(part.metadata->metaValue<std::string>("object_name"), object.name);
-    in_objects += part.grids.at("label")->activeVoxelCount();
-    // One lattice for all files: they can be laid over each other voxel by voxel.
-    EXPECT_EQ(part.grids.at("label")->transform(), whole.grids.at("label")->transform());
+    const openvdb::math::Transform& of_object = part.grids.at("label")->transform();
+    const double voxel = of_object.voxelSize().x();
+    volume_in_objects +=
+        static_cast<double>(part.grids.at("label")->activeVoxelCount()) * std::pow(voxel, 3);
+
+    // Fine enough for the object, and nested: a whole number of its voxels fills one of the scene.
+    const double length = object.bounding_box.sizes().maxCoeff();
+    EXPECT_GT(length / voxel, 0.5 * Coarse().max_resolution);
+    const double halvings = std::log2(scene_voxel / voxel);
+    EXPECT_NEAR(halvings, std::round(halvings), 1e-9);
+    EXPECT_GE(halvings, 0);
+    // The corner of a voxel of the scene is a corner of the object's voxels.
+    const openvdb::Vec3d corner =
+        of_object.worldToIndex(of_scene.indexToWorld(openvdb::Vec3d(-0.5)));
+    for (int c = 0; c < 3; ++c) {
+      const double from_corner = corner[c] + 0.5;
+      EXPECT_NEAR(from_corner, std::round(from_corner), 1e-6);
+    }
   }
-  EXPECT_GE(in_objects, whole.grids.at("label")->activeVoxelCount());
+  const double scene_volume =
+      static_cast<double>(whole.grids.at("label")->activeVoxelCount()) * std::pow(scene_voxel, 3);
+  EXPECT_GE(volume_in_objects, 0.98 * scene_volume);
 }
 
 TEST_F(VolumeExport, GridsHaveTheirTypesClassesAndMetadata) {

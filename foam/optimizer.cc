@@ -68,11 +68,13 @@ FoamOptimizer::FoamOptimizer(const Foam& foam)
 
 int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
+                            const std::vector<uint8_t>& is_clear,
                             const LearningRates& rates,
                             Foam* foam,
                             DensificationStatistics* statistics) {
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
   CHECK_EQ(steps_.size(), num_sites);
+  CHECK_EQ(is_clear.size(), num_sites);
   const int sh_stride = foam->ShStride();
   const int num_coefficients = NumShCoefficients(foam->sh_degree);
   const int identity_begin = 4 + sh_stride;
@@ -144,7 +146,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
         const float distance = position.norm();
         if (distance > kFarRadius) position *= kFarRadius / distance;
         float& raw = foam->raw_density[i];
-        raw = std::max(raw + change[3], kLowestRawDensity);
+        raw = is_clear[i] ? kLowestRawDensity : std::max(raw + change[3], kLowestRawDensity);
         for (int k = 0; k < sh_stride; ++k) foam->sh[i * sh_stride + k] += change[4 + k];
       }
       if (foam->HasSemantics()) {

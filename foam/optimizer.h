@@ -38,11 +38,12 @@ class FoamOptimizer {
  public:
   explicit FoamOptimizer(const Foam& foam);
 
-  // One step with the batch's gradients (grouped by cell here). `tv_gradient` is [N][kIdentityDim],
-  // or empty. A cell with a gradient that is not finite keeps its parameters; returns the number of
-  // such cells.
+  // One step with the batch's gradients (grouped by cell here). `tv_gradient` is
+  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] are made and kept transparent. A cell
+  // with a gradient that is not finite keeps its parameters; returns the number of such cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
+               const std::vector<uint8_t>& is_clear,
                const LearningRates& rates,
                Foam* foam,
                DensificationStatistics* statistics);

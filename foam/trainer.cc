@@ -89,6 +89,31 @@ class PixelRange {
   std::vector<int64_t> ends_;
 };
 
+// The ball around a camera in which nothing can be, or the camera would have seen it close by: half
+// the distance to the nearest SfM points (the 1 % quantile, so that a few wrong points do not
+// matter).
+struct ClearBall {
+  Eigen::Vector3f center;
+  float squared_radius;
+};
+
+std::vector<ClearBall> ClearBalls(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
+  std::vector<ClearBall> balls;
+  if (seeds.empty()) return balls;
+  std::vector<float> distances(seeds.size());
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view)) continue;
+    const Eigen::Vector3f center = views.Origin(view).cast<float>();
+    for (size_t k = 0; k < seeds.size(); ++k) {
+      distances[k] = (seeds[k].position - center).squaredNorm();
+    }
+    const auto nearest = distances.begin() + distances.size() / 100;
+    std::nth_element(distances.begin(), nearest, distances.end());
+    balls.push_back({center, 0.25f * *nearest});
+  }
+  return balls;
+}
+
 // One training run: the foam, all that hangs on its topology, and the optimiser.
 class Trainer {
  public:
@@ -96,7 +121,7 @@ class Trainer {
           const std::vector<SeedPoint>& seeds,
           int num_classes,
           const TrainingOptions& options)
-      : views_(views), options_(options), pixels_(views) {
+      : views_(views), options_(options), pixels_(views), clear_balls_(ClearBalls(views, seeds)) {
     if (pixels_.size() == 0) {
       throw UserError(
           "There is no photo to train on: all are held out or missing; hold out fewer "
@@ -145,6 +170,7 @@ class Trainer {
   const TrainingViews& views_;
   const TrainingOptions& options_;
   const PixelRange pixels_;
+  const std::vector<ClearBall> clear_balls_;
 
   Foam foam_;
   std::unique_ptr<FoamOptimizer> optimizer_;
@@ -153,6 +179,7 @@ class Trainer {
 
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
+  std::vector<uint8_t> is_clear_;  // [N] the site lies in a clear ball: the cell stays transparent
   std::vector<float> density_;     // [num_cells]
   std::vector<float> tv_weights_;  // per directed edge
   std::vector<float>
@@ -197,6 +224,15 @@ void Trainer::Retriangulate() {
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
+  is_clear_.assign(foam_.NumSites(), 0);
+  ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      is_clear_[i] =
+          std::any_of(clear_balls_.begin(), clear_balls_.end(), [&](const ClearBall& ball) {
+            return (foam_.positions[i] - ball.center).squaredNorm() < ball.squared_radius;
+          });
+    }
+  });
   ++summary_.triangulations;
   summary_.seconds_triangulating += SecondsSince(begin);
 }
@@ -287,7 +323,7 @@ void Trainer::Iterate() {
     ++tv_count_;
   }
   summary_.nonfinite_gradients +=
-      optimizer_->Step(&batch_, tv_gradient_, Rates(), &foam_, &densification_);
+      optimizer_->Step(&batch_, tv_gradient_, is_clear_, Rates(), &foam_, &densification_);
   summary_.step_limit_hits += batch_.step_limit_hits;
   summary_.pieces += batch_.num_pieces;
   loss_sum_.color += batch_.mean_loss.color;

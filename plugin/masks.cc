@@ -180,6 +180,19 @@ std::vector<std::string> MaskNames(const std::string& photo_name) {
   return names;
 }
 
+// From this share of their pixels on, id 0 is what the masks say, not what they leave out.
+constexpr double kBackgroundShare = 0.2;
+
+// The share of all masks' pixels that are 0.
+double ShareOfZero(const std::vector<DecodedMask>& masks) {
+  double zeros = 0, pixels = 0;
+  for (const DecodedMask& mask : masks) {
+    for (const auto index : mask.pixels) zeros += mask.ids[index] == 0;
+    pixels += static_cast<double>(mask.pixels.size());
+  }
+  return pixels > 0 ? zeros / pixels : 0;
+}
+
 }  // namespace
 
 int MaskPairing::NumPaired() const {
@@ -251,7 +264,7 @@ void ClassImage::Set(size_t pixel, int32_t class_index) {
 MaskSet LoadMasks(const MaskPairing& pairing,
                   const std::vector<PhotoSize>& photo_sizes,
                   const fs::path& mask_folder,
-                  bool zero_is_class) {
+                  LabelZero label_zero) {
   CHECK_EQ(pairing.masks.size(), photo_sizes.size());
   std::vector<size_t> photos;
   std::vector<fs::path> paths;
@@ -282,7 +295,10 @@ MaskSet LoadMasks(const MaskPairing& pairing,
 
   std::set<uint32_t> ids;
   for (const DecodedMask& mask : masks) ids.insert(mask.ids.begin(), mask.ids.end());
-  if (!zero_is_class) ids.erase(0);
+  if (label_zero == LabelZero::kIgnore ||
+      (label_zero == LabelZero::kAuto && ShareOfZero(masks) < kBackgroundShare)) {
+    ids.erase(0);
+  }
   if (ids.size() > kMaxClasses) {
     throw UserError(mask_folder.string(),
                     ": the masks have ",

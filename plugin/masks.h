@@ -57,6 +57,12 @@ class ClassImage {
   std::vector<uint16_t> wide_;
 };
 
+// What id 0 of the masks is. Trackers write 0 where they follow nothing. Where that is the odd gap,
+// it says nothing of the pixel (kIgnore). Where few things were masked and the rest is 0, it says
+// that the pixel is none of them, and without it everything would be learned as one of them
+// (kClass). kAuto: a class where at least a fifth of the masks' pixels are 0.
+enum class LabelZero { kIgnore, kClass, kAuto };
+
 struct MaskSet {
   std::vector<Label> labels;        // one per class, ascending by source id
   std::vector<ClassImage> classes;  // one per photo, of the photo's size; empty without a mask
@@ -68,7 +74,7 @@ struct MaskSet {
 // palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set
 // has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. A mask of
 // another size than its photo is read at the nearest pixel centre. Id 0 is no object: it becomes
-// kUnlabelled, or a class of its own (`zero_is_class`).
+// kUnlabelled, or a class of its own (`label_zero`).
 //
 // Label::id is the mask's id where all ids of the set are at most 65535; else they are numbered
 // from 1 in ascending order, and Label::source_id keeps the mask's.
@@ -79,7 +85,7 @@ struct MaskSet {
 MaskSet LoadMasks(const MaskPairing& pairing,
                   const std::vector<PhotoSize>& photo_sizes,
                   const std::filesystem::path& mask_folder,
-                  bool zero_is_class);
+                  LabelZero label_zero);
 
 // Names the labels from a file {"labels": {"7": "mug"}}, whose keys are ids of the masks. Other
 // keys of the file and ids that no mask has are ignored, so what the exports write can be read

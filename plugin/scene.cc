@@ -172,7 +172,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   for (const Camera& camera : model.cameras) cameras.emplace(camera.id, &camera);
 
   ScenePlan plan;
-  plan.zero_is_class = options.zero_is_class;
+  plan.label_zero = options.label_zero;
   const size_t num_views = model.images.size();
   plan.photos.resize(num_views);
   for (const Image& image : model.images) {
@@ -259,7 +259,7 @@ TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
     }
   });
   if (!plan_.mask_folder.empty()) {
-    MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.zero_is_class);
+    MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.label_zero);
     labels_ = std::move(set.labels);
     for (int64_t i = 0; i < num_views; ++i) views_[i].classes = std::move(set.classes[i]);
   }

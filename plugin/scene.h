@@ -24,8 +24,8 @@ struct SceneOptions {
   std::filesystem::path input_path;   // a COLMAP model, or a folder that FindModelFolder knows
   std::filesystem::path mask_path;    // empty: object_mask or Annotations beside image_path, if any
   std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
-  int test_every = 0;          // hold out every so many photos by name, from the first; 0 = none
-  bool zero_is_class = false;  // whether id 0 of the masks is a class, rather than unlabelled
+  int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
+  LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
 };
 
 // What there is to load, found without decoding a pixel.
@@ -36,7 +36,7 @@ struct ScenePlan {
   MaskPairing masks;                         // for `files`; all empty without masks
   std::filesystem::path mask_folder;         // empty: no masks
   std::filesystem::path labels_file;         // empty: no names
-  bool zero_is_class = false;
+  LabelZero label_zero = LabelZero::kAuto;
   Similarity world_from_normalized;
   std::vector<SeedPoint> seeds;
   int64_t num_points = 0;        // of the model; more than seeds where some are unfit

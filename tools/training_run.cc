@@ -76,8 +76,9 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
   AddTrainingOptions(options, &run->quality, &run->training);
   options->AddChoiceOption("FoamTraining.label_zero",
                            &run->label_zero,
-                           {"ignore", "class"},
-                           "what id 0 of the masks is: unlabelled, or a label of its own");
+                           {"auto", "ignore", "class"},
+                           "what id 0 of the masks is: unlabelled, or the class of what is no "
+                           "object; auto = a class where it covers a fifth of the masks");
 }
 
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
@@ -86,7 +87,9 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   run->scene.input_path = run->input_path;
   run->scene.mask_path = run->mask_path;
   run->scene.labels_path = run->labels_path;
-  run->scene.zero_is_class = run->label_zero == "class";
+  run->scene.label_zero = run->label_zero == "class"    ? LabelZero::kClass
+                          : run->label_zero == "ignore" ? LabelZero::kIgnore
+                                                        : LabelZero::kAuto;
   if (const std::string wrong = run->training.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
@@ -102,6 +105,9 @@ Model TrainAndWrite(const OptionManager& options,
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
+  if (scene.NumClasses() > 0 && scene.Labels()[0].id == 0) {
+    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
+  }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
             << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "

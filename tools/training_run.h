@@ -22,7 +22,7 @@ struct TrainingRun {
   std::string input_path;
   std::string mask_path;
   std::string labels_path;
-  std::string label_zero = "ignore";
+  std::string label_zero = "auto";
 };
 
 // Adds --mask_path, --labels_path, --test_every, --quality and --FoamTraining.*.

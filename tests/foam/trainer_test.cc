@@ -22,7 +22,7 @@ namespace {
 
 TrainingOptions SmallRun() {
   TrainingOptions options;
-  options.num_rays = 300'000;
+  options.num_rays = 400'000;
   options.rays_per_iteration = 1024;
   options.initial_sites = 1000;
   options.final_sites = 3000;

@@ -43,11 +43,9 @@ std::vector<uint32_t> SourceIdsOf(const MaskSet& set) {
 // The masks of a folder for photos of 4 x 2 pixels.
 MaskSet Load(const fs::path& folder,
              const std::vector<std::string>& photos,
-             bool zero_is_class = false) {
-  return LoadMasks(PairMasks(folder, photos),
-                   std::vector<PhotoSize>(photos.size(), {4, 2}),
-                   folder,
-                   zero_is_class);
+             LabelZero label_zero = LabelZero::kIgnore) {
+  return LoadMasks(
+      PairMasks(folder, photos), std::vector<PhotoSize>(photos.size(), {4, 2}), folder, label_zero);
 }
 
 TEST(MaskPairing, FindsEachKindOfName) {
@@ -223,9 +221,17 @@ TEST(Masks, IdsBecomeContiguousClassesOverTheWholeSet) {
 TEST(Masks, ZeroCanBeAClass) {
   TempFolder temp;
   WriteGrey(temp / "a.png", {0, 0, 9, 9, 3, 3, 3, 0});
-  const MaskSet set = Load(temp.path(), {"a.jpg"}, /*zero_is_class=*/true);
+  const MaskSet set = Load(temp.path(), {"a.jpg"}, LabelZero::kClass);
   EXPECT_THAT(IdsOf(set), ElementsAre(0, 3, 9));
   EXPECT_THAT(ClassesOf(set.classes[0], 8), ElementsAre(0, 0, 2, 2, 1, 1, 1, 0));
+}
+
+TEST(Masks, ZeroIsAClassByItselfWhereItCoversAFifth) {
+  TempFolder gap, background;
+  WriteGrey(gap / "a.png", {9, 9, 9, 9, 3, 3, 3, 0});
+  EXPECT_THAT(IdsOf(Load(gap.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(3, 9));
+  WriteGrey(background / "a.png", {0, 0, 9, 9, 3, 3, 3, 3});
+  EXPECT_THAT(IdsOf(Load(background.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(0, 3, 9));
 }
 
 TEST(Masks, EmptyMasksHaveNoClasses) {
@@ -245,7 +251,8 @@ TEST(Masks, ManyClassesNeedTwoBytes) {
     samples.push_back(static_cast<uint8_t>(id));
   }
   WritePng(temp / "a.png", 20, 15, 16, PNG_COLOR_TYPE_GRAY, samples);
-  const MaskSet set = LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{20, 15}}, temp.path(), false);
+  const MaskSet set =
+      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{20, 15}}, temp.path(), LabelZero::kIgnore);
   ASSERT_EQ(set.labels.size(), 299u);
   EXPECT_EQ(set.classes[0][0], kUnlabelled);
   for (int id = 1; id < 300; ++id) EXPECT_EQ(set.classes[0][id], id - 1);
@@ -265,7 +272,8 @@ TEST(Masks, ManyClassesNeedTwoBytes) {
 TEST(Masks, GreySavedAsRgbIsGrey) {
   TempFolder temp;
   WritePng(temp / "a.png", 2, 1, 8, PNG_COLOR_TYPE_RGB, {7, 7, 7, 0, 0, 0});
-  const MaskSet set = LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), false);
+  const MaskSet set =
+      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), LabelZero::kIgnore);
   EXPECT_THAT(IdsOf(set), ElementsAre(7));
 }
 
@@ -280,7 +288,8 @@ void WriteDeva(const TempFolder& temp) {
 
 MaskSet LoadDeva(const TempFolder& temp) {
   const fs::path folder = temp / "Annotations";
-  return LoadMasks(PairMasks(folder, {"a.jpg", "b.jpg"}), {{2, 1}, {2, 1}}, folder, false);
+  return LoadMasks(
+      PairMasks(folder, {"a.jpg", "b.jpg"}), {{2, 1}, {2, 1}}, folder, LabelZero::kIgnore);
 }
 
 std::string PredJson(const std::vector<uint32_t>& ids) {
@@ -329,7 +338,8 @@ TEST(Masks, PredJsonKnowsTheIds) {
 TEST(Masks, AnotherSizeIsReadAtPixelCentres) {
   TempFolder temp;
   WritePng(temp / "a.png", 2, 1, 8, PNG_COLOR_TYPE_GRAY, {1, 2});
-  const MaskSet up = LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{6, 3}}, temp.path(), false);
+  const MaskSet up =
+      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{6, 3}}, temp.path(), LabelZero::kIgnore);
   EXPECT_THAT(ClassesOf(up.classes[0], 18),
               ElementsAre(0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1));
   WritePng(temp / "a.png",
@@ -338,7 +348,8 @@ TEST(Masks, AnotherSizeIsReadAtPixelCentres) {
            8,
            PNG_COLOR_TYPE_GRAY,
            {1, 1, 1, 2, 2, 2, 3, 4, 3, 5, 6, 5, 1, 1, 1, 2, 2, 2});
-  const MaskSet down = LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), false);
+  const MaskSet down =
+      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), LabelZero::kIgnore);
   EXPECT_EQ(down.labels[down.classes[0][0]].id, 4);
   EXPECT_EQ(down.labels[down.classes[0][1]].id, 6);
 }
@@ -347,7 +358,7 @@ TEST(Masks, AnotherAspectIsNamedWithBothSizes) {
   TempFolder temp;
   WritePng(temp / "a.png", 48, 64, 8, PNG_COLOR_TYPE_GRAY, std::vector<uint8_t>(48 * 64, 1));
   const std::string message = UserErrorOf([&] {
-    LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{640, 480}}, temp.path(), false);
+    LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{640, 480}}, temp.path(), LabelZero::kIgnore);
   });
   EXPECT_EQ(message,
             (temp / "a.png").string() +
@@ -376,10 +387,11 @@ TEST(Masks, TooManyIdsAreNoObjects) {
     samples.push_back(static_cast<uint8_t>(1 + (i >> 16)));
   }
   WritePng(temp / "a.png", 300, 300, 8, PNG_COLOR_TYPE_RGB, samples);
-  EXPECT_THAT(UserErrorOf([&] {
-                LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{300, 300}}, temp.path(), false);
-              }),
-              HasSubstr("a.png: has more than 65535 ids"));
+  EXPECT_THAT(
+      UserErrorOf([&] {
+        LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{300, 300}}, temp.path(), LabelZero::kIgnore);
+      }),
+      HasSubstr("a.png: has more than 65535 ids"));
 }
 
 TEST(Labels, AreNamedByTheIdsOfTheMasks) {

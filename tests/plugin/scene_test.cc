@@ -97,6 +97,7 @@ class SmallWorkspace {
     SceneOptions options;
     options.image_path = temp / "images/";
     options.input_path = temp.path();
+    options.label_zero = LabelZero::kIgnore;
     return options;
   }
 
@@ -372,7 +373,7 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
 TEST(Scene, ZeroIsAClassOnRequest) {
   const SmallWorkspace workspace;
   SceneOptions options = workspace.Options();
-  options.zero_is_class = true;
+  options.label_zero = LabelZero::kClass;
   const TrainingScene scene(PlanScene(options));
   EXPECT_EQ(scene.NumClasses(), 7);
   EXPECT_EQ(scene.Labels()[0].id, 0);

@@ -89,29 +89,57 @@ class PixelRange {
   std::vector<int64_t> ends_;
 };
 
-// The ball around a camera in which nothing can be, or the camera would have seen it close by: half
-// the distance to the nearest SfM points (the 1 % quantile, so that a few wrong points do not
-// matter).
-struct ClearBall {
-  Eigen::Vector3f center;
-  float squared_radius;
+// What lies between a camera and the nearest things it sees must be empty: otherwise it would see
+// that instead. The near part of its view (a cone around it), up to 0.7 of the distance to the
+// nearest SfM points in it, and a ball half as large around the camera itself. The nearest points
+// are the 2 % quantile, so that a few wrong ones do not matter.
+struct ClearCone {
+  Eigen::Vector3f apex;
+  Eigen::Vector3f axis;
+  float cosine;  // of the half angle
+  float radius;
+
+  bool Contains(const Eigen::Vector3f& x) const {
+    const Eigen::Vector3f offset = x - apex;
+    const float distance = offset.norm();
+    return distance < 0.5f * radius || (distance < radius && offset.dot(axis) > cosine * distance);
+  }
 };
 
-std::vector<ClearBall> ClearBalls(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
-  std::vector<ClearBall> balls;
-  if (seeds.empty()) return balls;
-  std::vector<float> distances(seeds.size());
+std::vector<ClearCone> ClearCones(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
+  constexpr size_t kFewestSeeds = 50;  // fewer say nothing of what is near
+  std::vector<ClearCone> cones;
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
-    const Eigen::Vector3f center = views.Origin(view).cast<float>();
-    for (size_t k = 0; k < seeds.size(); ++k) {
-      distances[k] = (seeds[k].position - center).squaredNorm();
+    // The cone that holds the photo's corners.
+    const int right = views.Width(view) - 1, bottom = views.Height(view) - 1;
+    std::vector<Eigen::Vector3f> corners;
+    for (const auto& [x, y] : {std::pair(0, 0), {right, 0}, {0, bottom}, {right, bottom}}) {
+      TrainingRay ray;
+      if (views.Ray(view, x, y, &ray)) corners.push_back(ray.direction);
     }
-    const auto nearest = distances.begin() + distances.size() / 100;
+    if (corners.size() < 4) continue;
+    ClearCone cone;
+    cone.apex = views.Origin(view).cast<float>();
+    cone.axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
+    if (!cone.axis.allFinite()) continue;
+    cone.cosine = 1;
+    for (const Eigen::Vector3f& corner : corners) {
+      cone.cosine = std::min(cone.cosine, corner.dot(cone.axis));
+    }
+    std::vector<float> distances;
+    for (const SeedPoint& seed : seeds) {
+      const Eigen::Vector3f offset = seed.position - cone.apex;
+      const float distance = offset.norm();
+      if (offset.dot(cone.axis) > cone.cosine * distance) distances.push_back(distance);
+    }
+    if (distances.size() < kFewestSeeds) continue;
+    const auto nearest = distances.begin() + distances.size() / 50;
     std::nth_element(distances.begin(), nearest, distances.end());
-    balls.push_back({center, 0.25f * *nearest});
+    cone.radius = 0.7f * *nearest;
+    cones.push_back(cone);
   }
-  return balls;
+  return cones;
 }
 
 // One training run: the foam, all that hangs on its topology, and the optimiser.
@@ -121,7 +149,7 @@ class Trainer {
           const std::vector<SeedPoint>& seeds,
           int num_classes,
           const TrainingOptions& options)
-      : views_(views), options_(options), pixels_(views), clear_balls_(ClearBalls(views, seeds)) {
+      : views_(views), options_(options), pixels_(views), clear_cones_(ClearCones(views, seeds)) {
     if (pixels_.size() == 0) {
       throw UserError(
           "There is no photo to train on: all are held out or missing; hold out fewer "
@@ -170,7 +198,7 @@ class Trainer {
   const TrainingViews& views_;
   const TrainingOptions& options_;
   const PixelRange pixels_;
-  const std::vector<ClearBall> clear_balls_;
+  const std::vector<ClearCone> clear_cones_;
 
   Foam foam_;
   std::unique_ptr<FoamOptimizer> optimizer_;
@@ -179,7 +207,7 @@ class Trainer {
 
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
-  std::vector<uint8_t> is_clear_;  // [N] the site lies in a clear ball: the cell stays transparent
+  std::vector<uint8_t> is_clear_;  // [N] in a clear cone: the cell stays transparent
   std::vector<float> density_;     // [num_cells]
   std::vector<float> tv_weights_;  // per directed edge
   std::vector<float>
@@ -228,8 +256,8 @@ void Trainer::Retriangulate() {
   ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       is_clear_[i] =
-          std::any_of(clear_balls_.begin(), clear_balls_.end(), [&](const ClearBall& ball) {
-            return (foam_.positions[i] - ball.center).squaredNorm() < ball.squared_radius;
+          std::any_of(clear_cones_.begin(), clear_cones_.end(), [&](const ClearCone& cone) {
+            return cone.Contains(foam_.positions[i]);
           });
     }
   });

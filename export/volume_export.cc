@@ -73,6 +73,19 @@ std::vector<uint32_t> CellsOfSceneVolume(const ExportableScene& scene, float min
   return cells;
 }
 
+// About how much of the box the cells fill, normalised frame: cells reach out of it, but not by
+// more than their own boxes say.
+double FilledVolume(const ExportableScene& scene,
+                    const std::vector<uint32_t>& cells,
+                    const Eigen::AlignedBox3d& box) {
+  double filled = 0;
+  for (const uint32_t cell : cells) {
+    const Eigen::AlignedBox3d around = CellBox(scene, cell, box);
+    if (!around.isEmpty()) filled += std::min(scene.volume[cell], around.volume());
+  }
+  return std::min(filled, box.volume());
+}
+
 // Refuses a volume that would not fit, before any of it is made.
 void CheckSize(const fs::path& path,
                const ExportableScene& scene,
@@ -81,14 +94,8 @@ void CheckSize(const fs::path& path,
                const VoxelLattice& lattice,
                const VolumeExportOptions& options) {
   if (box.isEmpty()) return;
-  double filled = 0;
-  for (const uint32_t cell : cells) {
-    const Eigen::AlignedBox3d around = CellBox(scene, cell, box);
-    if (!around.isEmpty()) filled += std::min(scene.volume[cell], around.volume());
-  }
-  filled = std::min(filled, box.volume());
   const double voxel = lattice.voxel_size;
-  const double voxels = filled / (voxel * voxel * voxel);
+  const double voxels = FilledVolume(scene, cells, box) / (voxel * voxel * voxel);
   const Eigen::Vector3d reach =
       (box.max() - lattice.origin).cwiseAbs().cwiseMax((box.min() - lattice.origin).cwiseAbs());
   constexpr double kMaxIndex = 1 << 22;
@@ -221,14 +228,19 @@ void WriteGrids(const fs::path& path,
 // voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
 VoxelLattice ObjectLattice(const ExportableScene& scene,
                            const ObjectInfo& object,
+                           const Eigen::AlignedBox3d& box,
                            const VolumeFrame& frame,
                            const VolumeExportOptions& options) {
   VoxelLattice lattice = frame.lattice;
   if (options.voxel_size > 0) return lattice;
   const double length = RobustBox(scene, object.cells, 0.05, 0, 0).sizes().maxCoeff();
+  const double edge = 0.5 * options.max_resolution;
+  const double filled = FilledVolume(scene, object.cells, box);
   constexpr int kMaxHalvings = 12;
   for (int halvings = 0; halvings < kMaxHalvings; ++halvings) {
-    if (!(length > 0) || length >= 0.5 * options.max_resolution * lattice.voxel_size) break;
+    const double halved = 0.5 * lattice.voxel_size;
+    if (!(length > 0) || length >= edge * lattice.voxel_size) break;
+    if (filled > std::pow(edge * halved, 3)) break;
     lattice.voxel_size *= 0.5;
     lattice.origin.array() -=
         0.5 * lattice.voxel_size;  // from the centre of eight to that of the first
@@ -340,7 +352,7 @@ int64_t WriteObjectVolume(const fs::path& path,
   const Eigen::AlignedBox3d box =
       RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
           .intersection(reach);
-  const VolumeFrame object_frame{ObjectLattice(scene, object, frame, options), box};
+  const VolumeFrame object_frame{ObjectLattice(scene, object, box, frame, options), box};
   return WriteVolume(path, {scene, object_frame, options}, object.cells, box, &object);
 }
 

@@ -16,7 +16,7 @@ namespace semfoam {
 
 struct VolumeExportOptions {
   // Edge of a voxel in world units, for the scene and all objects; 0 = so that the longest edge of
-  // the scene's box holds max_resolution voxels, and an object at least half as many, by halving
+  // the scene's box holds max_resolution voxels, and an object about half as many, by halving
   // that voxel as often as needed.
   double voxel_size = 0;
   int max_resolution = 256;  // 1..65536; only read where voxel_size is 0

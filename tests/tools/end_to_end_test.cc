@@ -93,7 +93,8 @@ TEST_F(EndToEndTest, VolumesHoldTheGridsTheyPromise) {
     }
   };
   expect_grids(Out() / "scene.vdb");
-  for (const json& object : Labels()["objects"]) {
+  const json labels = Labels();  // a temporary would not outlive the head of the loop
+  for (const json& object : labels["objects"]) {
     expect_grids(Out() / object["files"]["vdb"].get<std::string>());
   }
 }
@@ -185,7 +186,8 @@ std::vector<Triangle> ReadObj(const fs::path& path, int64_t* num_vertices) {
 }
 
 TEST_F(EndToEndTest, SurfacesAreClosedInEveryFormat) {
-  for (const json& object : Labels()["objects"]) {
+  const json labels = Labels();  // a temporary would not outlive the head of the loop
+  for (const json& object : labels["objects"]) {
     const std::string ply = object["files"]["ply"];
     const std::string obj = object["files"]["obj"];
     int64_t ply_vertices = 0;

@@ -208,8 +208,8 @@ TEST_F(EndToEndTest, SurfacesAreClosedInEveryFormat) {
 TEST_F(EndToEndTest, LabelsAreCompleteAndBelievable) {
   const json labels = Labels();
   EXPECT_EQ(labels["version"], 1);
-  for (const auto& [id, name] :
-       json::parse(ReadFile(kTabletop / "labels.json"))["labels"].items()) {
+  const json input = json::parse(ReadFile(kTabletop / "labels.json"));
+  for (const auto& [id, name] : input["labels"].items()) {
     EXPECT_EQ(labels["labels"][id], name);
   }
   for (const json& object : labels["objects"]) {

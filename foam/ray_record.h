@@ -30,7 +30,7 @@ struct CellShading {
 template <typename Real>
 struct RecordedPiece {
   uint32_t cell;
-  uint32_t edge;   // exit face, index into delaunay->neighbors
+  uint32_t next;   // the cell behind the exit face
   int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the piece
                    // has no length
   bool clamped;    // the exit face has no say in t_out (see Walk)
@@ -69,10 +69,10 @@ void TraceRay(const WalkGeometry<Real>& geometry,
             record->origin,
             record->direction,
             start,
-            [&](uint32_t cell, Real t_in, Real t_out, uint32_t edge, bool clamped) {
+            [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
               RecordedPiece<Real>& piece = record->pieces.emplace_back();
               piece.cell = cell;
-              piece.edge = edge;
+              piece.next = next;
               piece.shaded = -1;
               piece.clamped = clamped;
               piece.t_out = t_out;
@@ -119,12 +119,11 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
                       const RayGradient<Real>& gradient,
                       Emit&& emit) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
-  const Delaunay& delaunay = *geometry.delaunay;
   if (record.pieces.empty()) return;
   BackwardPass<Real> pass(record.composite, gradient);
 
   const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
-    if (contribution.cell >= delaunay.num_sites) return;
+    if (contribution.cell >= geometry.num_sites) return;
     if (contribution.weight == 0 && contribution.density == 0 && contribution.position.isZero(0)) {
       return;
     }
@@ -132,8 +131,7 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
   };
 
   // The cell behind the face at hand: it is complete once the face has added its share.
-  CellContribution<Real> behind{
-      delaunay.neighbors[record.pieces.back().edge], 0, Real(0), Real(0), Vector::Zero()};
+  CellContribution<Real> behind{record.pieces.back().next, 0, Real(0), Real(0), Vector::Zero()};
   Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
   for (size_t n = record.pieces.size(); n-- > 0;) {
     const RecordedPiece<Real>& piece = record.pieces[n];
@@ -151,7 +149,7 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
     }
     if (piece.clamped) {
       by_t_in += by_t_out;
-    } else if (const Vector& n = geometry.planes[piece.edge].normal;
+    } else if (const Vector n = geometry.positions[piece.next] - geometry.positions[piece.cell];
                by_t_out != 0 && !IsGrazing(n, record.direction)) {
       const Vector r = record.origin - geometry.positions[piece.cell];
       Vector dt_here, dt_behind;

@@ -130,8 +130,7 @@ class Scene {
     T t_in = T(0);
     for (const RecordedPiece<double>& piece : record.pieces) {
       const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
-      const Eigen::Matrix<T, 3, 1> n =
-          p.positions[cells_.delaunay.neighbors[piece.edge]] - p.positions[piece.cell];
+      const Eigen::Matrix<T, 3, 1> n = p.positions[piece.next] - p.positions[piece.cell];
       T t_out = t_in;
       if (!piece.clamped) {
         t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
@@ -284,7 +283,7 @@ class Scene {
   static bool SameBranch(const RayRecord<double>& a, const RayRecord<double>& b) {
     if (a.pieces.size() != b.pieces.size() || a.shaded.size() != b.shaded.size()) return false;
     for (size_t n = 0; n < a.pieces.size(); ++n) {
-      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].edge != b.pieces[n].edge ||
+      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].next != b.pieces[n].next ||
           a.pieces[n].clamped != b.pieces[n].clamped || a.pieces[n].shaded != b.pieces[n].shaded) {
         return false;
       }

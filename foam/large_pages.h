@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
 #include <vector>
@@ -23,6 +24,7 @@ struct LargePageAllocator {
 
   T* allocate(size_t count) {
     constexpr size_t kLine = 64, kHugePage = size_t{2} << 20;
+    if (count > size_t{PTRDIFF_MAX} / 2 / sizeof(T)) throw std::bad_alloc();
     const size_t alignment = count * sizeof(T) >= 2 * kHugePage ? kHugePage : kLine;
     const size_t bytes = (count * sizeof(T) + alignment - 1) / alignment * alignment;
     void* memory = std::aligned_alloc(alignment, bytes);

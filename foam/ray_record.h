@@ -83,12 +83,13 @@ void TraceRay(const WalkGeometry<Real>& geometry,
               piece.shaded = index;
               ShadedPiece<Real>& shaded =
                   record->shaded.emplace_back(AddPiece(t_in, t_out, sigma, index, &composite));
+              const bool counts = shaded.weight > Real(kNegligibleWeight);
               ShColor(record->sh_basis,
-                      num_coefficients,
+                      counts ? num_coefficients : 1,
                       shading.sh + size_t(cell) * 3 * num_coefficients,
                       shaded.color);
               for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
-              if (shading.identity != nullptr) {
+              if (counts && shading.identity != nullptr) {
                 const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
                 for (int c = 0; c < kIdentityDim; ++c) {
                   composite.identity[c] += shaded.weight * identity[c];
@@ -101,7 +102,8 @@ void TraceRay(const WalkGeometry<Real>& geometry,
 // What one ray says to one cell. Colour and identity gradients are outer products with per-ray
 // vectors, so the weight is all that is needed: dL/dsh[k][c] = weight * gradient.color[c] *
 // sh_basis[k] where bit c of color_mask is set (the channel is not clamped at black), dL/df =
-// weight * gradient.identity.
+// weight * gradient.identity; the former for k = 0 only and the latter not at all where the weight
+// is negligible.
 template <typename Real>
 struct CellContribution {
   uint32_t cell;

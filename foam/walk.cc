@@ -35,7 +35,7 @@ CellExit<Real> FindExitWithTies(const WalkGeometry<Real>& geometry,
     BlockCrossings(block, r, direction, crossings);
     for (uint32_t k = 0; k < kPlaneLanes; ++k) {
       const Real t = crossings[k];
-      if (!(t <= exit.t) || block.neighbor[k] == kNoCell) continue;
+      if (!(t <= exit.t) || t == std::numeric_limits<Real>::infinity()) continue;
       if (!(t > t_in) && !(along(block.neighbor[k]) > here)) continue;
       const Real nd = block.normal_x[k] * direction[0] + block.normal_y[k] * direction[1] +
                       block.normal_z[k] * direction[2];

@@ -5,6 +5,7 @@
 #include "foam/large_pages.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -24,8 +25,6 @@
 // there is no cycle, whatever the rounding.
 
 namespace semfoam {
-
-inline constexpr uint32_t kNoCell = 0xffffffffu;
 
 // The faces of a cell come in blocks of 16, each coordinate in a row of its own: a vector register
 // of AVX-512 takes a row at once, smaller ones take it in parts. Most cells are one block or two.
@@ -104,12 +103,39 @@ void BlockCrossings(const PlaneBlock<Real>& block,
                     Real* crossings) {
   const Real dx = direction[0], dy = direction[1], dz = direction[2];
   const Real rx = r[0], ry = r[1], rz = r[2];
+  // Two plain loops, and the select apart from the division, are what compilers turn into vector
+  // code.
+  Real along[kPlaneLanes];
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     const Real nx = block.normal_x[k], ny = block.normal_y[k], nz = block.normal_z[k];
-    const Real nd = nx * dx + ny * dy + nz * dz;
-    const Real t = (block.half_squared[k] - (nx * rx + ny * ry + nz * rz)) / nd;
-    crossings[k] = nd > 0 ? t : std::numeric_limits<Real>::infinity();
+    along[k] = nx * dx + ny * dy + nz * dz;
+    crossings[k] = (block.half_squared[k] - (nx * rx + ny * ry + nz * rz)) / along[k];
   }
+  for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+    crossings[k] = along[k] > 0 ? crossings[k] : std::numeric_limits<Real>::infinity();
+  }
+}
+
+// The smallest of a block's crossings, as a tree of minima of rows.
+template <typename Real>
+Real Smallest(const Real* crossings) {
+  Real smallest[kPlaneLanes];
+  const auto fold = [&](const Real* row, uint32_t half) {
+    for (uint32_t k = 0; k < half; ++k) smallest[k] = std::min(row[k], row[k + half]);
+  };
+  fold(crossings, 8);
+  fold(smallest, 4);
+  fold(smallest, 2);
+  fold(smallest, 1);
+  return smallest[0];
+}
+
+// Bit k is set where crossings[k] == t.
+template <typename Real>
+uint32_t LanesAt(const Real* crossings, Real t) {
+  uint32_t lanes = 0;
+  for (uint32_t k = 0; k < kPlaneLanes; ++k) lanes |= uint32_t{crossings[k] == t} << k;
+  return lanes;
 }
 
 // FindExit for the rare cells where the nearest crossing alone does not decide: several faces at
@@ -131,23 +157,19 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         Real t_in) {
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
   const uint32_t begin = geometry.first_block[cell], end = geometry.first_block[cell + 1];
-  Real crossings[kPlaneLanes];
   CellExit<Real> exit;
-  // Whether a face looks along the ray, and whether it is the nearest so far, is as good as random;
-  // so there is no branch on either. First all crossings of a block, a loop that compilers turn
-  // into vector code, then their minimum.
-  Real second = std::numeric_limits<Real>::infinity();
+  bool tie = false;
   for (uint32_t b = begin; b < end; ++b) {
     const PlaneBlock<Real>& block = geometry.blocks[b];
+    Real crossings[kPlaneLanes];
     BlockCrossings(block, r, direction, crossings);
-    for (uint32_t k = 0; k < kPlaneLanes; ++k) {
-      const Real t = crossings[k];
-      second = std::min(second, std::max(exit.t, t));
-      exit.neighbor = t < exit.t ? block.neighbor[k] : exit.neighbor;
-      exit.t = std::min(exit.t, t);
-    }
+    const Real nearest = Smallest(crossings);
+    if (nearest > exit.t || nearest == std::numeric_limits<Real>::infinity()) continue;
+    const uint32_t lanes = LanesAt(crossings, nearest);
+    tie = nearest == exit.t || (lanes & (lanes - 1)) != 0;
+    exit = {nearest, block.neighbor[std::countr_zero(lanes)]};
   }
-  if (exit.neighbor == kNoCell || (second != exit.t && exit.t > t_in)) return exit;
+  if (exit.neighbor == kNoCell || (!tie && exit.t > t_in)) return exit;
   return FindExitWithTies(geometry, cell, origin, direction, t_in);
 }
 

@@ -3,6 +3,9 @@
 
 #include "foam/parallel.h"
 
+#include <algorithm>
+#include <atomic>
+
 #include <glog/logging.h>
 
 namespace semfoam {
@@ -13,36 +16,30 @@ constexpr int64_t kBlock = 4096;
 }  // namespace
 
 template <typename Real>
-CellExit<Real> FindExitWithTies(const WalkGeometry<Real>& geometry,
+CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
                                 uint32_t cell,
                                 const Eigen::Matrix<Real, 3, 1>& origin,
-                                const Eigen::Matrix<Real, 3, 1>& direction,
-                                Real t_in) {
-  const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
-  const uint32_t begin = geometry.first_block[cell], end = geometry.first_block[cell + 1];
-  // A step of zero length: only towards a site that lies farther along the ray. In double, where
-  // products of floats are exact: sites one ulp apart must still be told apart.
-  const auto along = [&](uint32_t c) {
-    return geometry.positions[c].template cast<double>().dot(direction.template cast<double>());
-  };
-  const double here = along(cell);
-
+                                const Eigen::Matrix<Real, 3, 1>& direction) {
+  const Eigen::Vector3d d = direction.template cast<double>();
+  const Eigen::Vector3d site = geometry.positions[cell].template cast<double>();
+  const Eigen::Vector3d r = origin.template cast<double>() - site;
+  const double here = site.dot(d);
+  double nearest = std::numeric_limits<double>::infinity(), best_cosine = 0;
   CellExit<Real> exit;
-  Real best_cosine = -1;
-  Real crossings[kPlaneLanes];
-  for (uint32_t b = begin; b < end; ++b) {
-    const PlaneBlock<Real>& block = geometry.blocks[b];
-    BlockCrossings(block, r, direction, crossings);
-    for (uint32_t k = 0; k < kPlaneLanes; ++k) {
-      const Real t = crossings[k];
-      if (!(t <= exit.t) || t == std::numeric_limits<Real>::infinity()) continue;
-      if (!(t > t_in) && !(along(block.neighbor[k]) > here)) continue;
-      const Real nd = block.normal_x[k] * direction[0] + block.normal_y[k] * direction[1] +
-                      block.normal_z[k] * direction[2];
-      const Real cosine = nd * nd / block.half_squared[k];
-      if (t == exit.t && !(cosine > best_cosine)) continue;
-      exit = {t, block.neighbor[k]};
-      best_cosine = cosine;
+  for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
+    for (const uint32_t neighbor : geometry.blocks[b].neighbor) {
+      if (neighbor == kNoCell) break;
+      const Eigen::Vector3d other = geometry.positions[neighbor].template cast<double>();
+      const Eigen::Vector3d n = other - site;
+      const double nd = n.dot(d);
+      if (!(nd > 0) || !(other.dot(d) > here)) continue;
+      const double t = CrossingDistance<double>(r, n, d);
+      const double cosine = nd * nd / n.squaredNorm();
+      if (t < nearest || (t == nearest && cosine > best_cosine)) {
+        nearest = t;
+        best_cosine = cosine;
+        exit = {static_cast<Real>(t), neighbor};
+      }
     }
   }
   return exit;
@@ -78,31 +75,68 @@ void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry) {
 template <typename Real>
 void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
              WalkGeometry<Real>* geometry) {
-  CHECK_EQ(cell_positions.size() + 1, geometry->first_block.size());
+  const size_t num_cells = cell_positions.size();
+  CHECK_EQ(num_cells + 1, geometry->first_block.size());
   geometry->positions = cell_positions;
-  ParallelForBlocks(cell_positions.size(), kBlock, [&](int64_t begin, int64_t end) {
+  std::vector<uint8_t> has_twin(num_cells, 0);  // a site that is hardly apart
+  std::atomic<bool> any_twins = false;
+  ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const Eigen::Matrix<Real, 3, 1> site = cell_positions[i];
+      Real nearest = std::numeric_limits<Real>::infinity();
       for (uint32_t b = geometry->first_block[i]; b < geometry->first_block[i + 1]; ++b) {
         PlaneBlock<Real>& block = geometry->blocks[b];
+        Real squared[kPlaneLanes];
         for (uint32_t k = 0; k < kPlaneLanes; ++k) {
           const uint32_t j = block.neighbor[k];
-          const bool face = j != kNoCell;
-          const Eigen::Matrix<Real, 3, 1> n = cell_positions[face ? j : i] - site;
-          block.normal_x[k] = n[0];
-          block.normal_y[k] = n[1];
-          block.normal_z[k] = n[2];
-          block.half_squared[k] = face ? Real(0.5) * n.squaredNorm() : Real(1);
+          const Eigen::Matrix<Real, 3, 1>& other = cell_positions[j != kNoCell ? j : i];
+          block.normal_x[k] = other[0] - site[0];
+          block.normal_y[k] = other[1] - site[1];
+          block.normal_z[k] = other[2] - site[2];
+          squared[k] = j != kNoCell ? Real(0) : Real(2);
+        }
+        for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+          squared[k] += block.normal_x[k] * block.normal_x[k] +
+                        block.normal_y[k] * block.normal_y[k] +
+                        block.normal_z[k] * block.normal_z[k];
+          block.half_squared[k] = Real(0.5) * squared[k];
+        }
+        nearest = std::min(nearest, Smallest(squared));
+      }
+      const Real too_near = kHardlyApart<Real> * (1 + site.norm());
+      if (nearest < too_near * too_near) {
+        has_twin[i] = 1;
+        any_twins = true;
+      }
+    }
+  });
+  if (!any_twins) return;
+  ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      PlaneBlock<Real>* const blocks = geometry->blocks.data() + geometry->first_block[i];
+      const uint32_t num_blocks = geometry->first_block[i + 1] - geometry->first_block[i];
+      bool in_double = has_twin[i];
+      for (uint32_t b = 0; b < num_blocks && !in_double; ++b) {
+        for (const uint32_t j : blocks[b].neighbor) in_double |= j != kNoCell && has_twin[j];
+      }
+      if (!in_double) continue;
+      for (uint32_t b = 0; b < num_blocks; ++b) {
+        for (Real* row : {blocks[b].normal_x, blocks[b].normal_y, blocks[b].normal_z}) {
+          std::fill_n(row, kPlaneLanes, Real(0));
         }
       }
     }
   });
 }
 
-template CellExit<float> FindExitWithTies(
-    const WalkGeometry<float>&, uint32_t, const Eigen::Vector3f&, const Eigen::Vector3f&, float);
-template CellExit<double> FindExitWithTies(
-    const WalkGeometry<double>&, uint32_t, const Eigen::Vector3d&, const Eigen::Vector3d&, double);
+template CellExit<float> FindExitInDouble(const WalkGeometry<float>&,
+                                          uint32_t,
+                                          const Eigen::Vector3f&,
+                                          const Eigen::Vector3f&);
+template CellExit<double> FindExitInDouble(const WalkGeometry<double>&,
+                                           uint32_t,
+                                           const Eigen::Vector3d&,
+                                           const Eigen::Vector3d&);
 template void SetTopology(const Delaunay&, WalkGeometry<float>*);
 template void SetTopology(const Delaunay&, WalkGeometry<double>*);
 template void Refresh(const std::vector<Eigen::Vector3f>&, WalkGeometry<float>*);

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,10 +21,15 @@
 // with n.d > 0 and the smallest t = (|n|^2 / 2 - r.n) / (n.d). Everything is relative to the site
 // of the current cell: n (p_i + p_j) / 2 in the frame's own coordinates would cancel.
 //
-// Why it ends: in exact arithmetic p.d grows at every step. In floating point a step forward in t
-// cannot return to where it came from, so a cycle could only consist of steps of zero length; and
-// such a step is taken only if fl(p_j.d) > fl(p_i.d), both computed from the sites themselves. So
-// there is no cycle, whatever the rounding.
+// Why it ends: p.d grows at every step, so no cell is visited twice. In exact arithmetic that is
+// n.d > 0. In floating point n.d has the right sign where the face is not nearly parallel to the
+// ray, and no other face is ever left through, unless double finds that p_j.d > p_i.d. So there is
+// no cycle, whatever the rounding.
+//
+// Why it goes right: a crossing is off by some rounding, so near an edge of two faces either may
+// come out first, and the ray clips a corner of a cell that it misses by no more than that. Only
+// where sites are hardly apart is the wrong one of two cells wrong all along; such cells, and their
+// neighbours, are left to double altogether.
 
 namespace semfoam {
 
@@ -31,7 +38,8 @@ namespace semfoam {
 inline constexpr uint32_t kPlaneLanes = 16;
 
 // 16 faces as their cell sees them. Lanes beyond the last face have normal 0, so that no ray leaves
-// through them, and neighbour kNoCell.
+// through them, and neighbour kNoCell. So have all lanes of a cell that is left to double, but with
+// their neighbours.
 template <typename Real>
 struct alignas(64) PlaneBlock {
   Real normal_x[kPlaneLanes];  // n = p_j - p_i
@@ -51,6 +59,8 @@ struct WalkGeometry {
   std::vector<uint32_t> first_block;         // [num_cells + 1]
   LargePageVector<PlaneBlock<Real>> blocks;  // those of cell i: first_block[i], ...
   uint32_t num_sites = 0;                    // cells beyond are guards
+
+  bool IsGuard(uint32_t cell) const { return cell >= num_sites; }
 };
 
 // t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
@@ -93,9 +103,20 @@ struct CellExit {
   uint32_t neighbor = kNoCell;
 };
 
+// A face is left through if the cosine of ray and normal is greater than this; 1e-5 is a hundred
+// times the rounding of n.d. The face that a ray does not leave through, it runs along, and beyond
+// by 1e-5 of its way in the cell at most.
+template <typename Real>
+inline constexpr Real kSmallestCosine = std::is_same_v<Real, float> ? 1e-5 : 1e-13;
+
+// Sites nearer to each other than this, times 1 + their distance from the origin, are hardly apart:
+// the faces of the one are those of the other to rounding.
+template <typename Real>
+inline constexpr Real kHardlyApart = 64 * std::numeric_limits<Real>::epsilon();
+
 // Where the ray crosses the 16 planes of a block, infinity for those that do not look along it. r =
-// origin - site. The vector code (ray_kernels-inl.h) does the very same operations in the same
-// order, so that it takes the very same steps.
+// origin - site. The vector code (simd/walk-inl.h) does the very same operations in the same order,
+// so that it takes the very same steps.
 template <typename Real>
 void BlockCrossings(const PlaneBlock<Real>& block,
                     const Eigen::Matrix<Real, 3, 1>& r,
@@ -108,8 +129,10 @@ void BlockCrossings(const PlaneBlock<Real>& block,
   Real along[kPlaneLanes];
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     const Real nx = block.normal_x[k], ny = block.normal_y[k], nz = block.normal_z[k];
-    along[k] = nx * dx + ny * dy + nz * dz;
-    crossings[k] = (block.half_squared[k] - (nx * rx + ny * ry + nz * rz)) / along[k];
+    const Real nd = nx * dx + ny * dy + nz * dz;
+    const Real h = block.half_squared[k];
+    crossings[k] = (h - (nx * rx + ny * ry + nz * rz)) / nd;
+    along[k] = nd * std::abs(nd) - 2 * kSmallestCosine<Real> * kSmallestCosine<Real> * h;
   }
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     crossings[k] = along[k] > 0 ? crossings[k] : std::numeric_limits<Real>::infinity();
@@ -138,28 +161,26 @@ uint32_t LanesAt(const Real* crossings, Real t) {
   return lanes;
 }
 
-// FindExit for the rare cells where the nearest crossing alone does not decide: several faces at
-// the same t, or an exit that does not lie beyond the entry.
+// The exit from what double makes of the sites: for ties, for cells left to double, and for those
+// without an exit so far. Only to sites farther along the ray. Equal t: the larger n.d / |n|, which
+// leaves an edge or a vertex in the fewest steps.
 template <typename Real>
-CellExit<Real> FindExitWithTies(const WalkGeometry<Real>& geometry,
+CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
                                 uint32_t cell,
                                 const Eigen::Matrix<Real, 3, 1>& origin,
-                                const Eigen::Matrix<Real, 3, 1>& direction,
-                                Real t_in);
+                                const Eigen::Matrix<Real, 3, 1>& direction);
 
-// The face through which the ray leaves `cell`, which it entered at t_in. Equal t: the larger n.d /
-// |n|, which leaves an edge or a vertex in the fewest steps.
+// The face through which the ray leaves `cell`. A guard's cell may be unbounded; any other has an
+// exit.
 template <typename Real>
 CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         uint32_t cell,
                         const Eigen::Matrix<Real, 3, 1>& origin,
-                        const Eigen::Matrix<Real, 3, 1>& direction,
-                        Real t_in) {
+                        const Eigen::Matrix<Real, 3, 1>& direction) {
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
-  const uint32_t begin = geometry.first_block[cell], end = geometry.first_block[cell + 1];
   CellExit<Real> exit;
-  bool tie = false;
-  for (uint32_t b = begin; b < end; ++b) {
+  bool tie = true;  // until one face stands out
+  for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
     const PlaneBlock<Real>& block = geometry.blocks[b];
     Real crossings[kPlaneLanes];
     BlockCrossings(block, r, direction, crossings);
@@ -169,8 +190,8 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
     tie = nearest == exit.t || (lanes & (lanes - 1)) != 0;
     exit = {nearest, block.neighbor[std::countr_zero(lanes)]};
   }
-  if (exit.neighbor == kNoCell || (!tie && exit.t > t_in)) return exit;
-  return FindExitWithTies(geometry, cell, origin, direction, t_in);
+  if (!tie || (exit.neighbor == kNoCell && geometry.IsGuard(cell))) return exit;
+  return FindExitInDouble(geometry, cell, origin, direction);
 }
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
@@ -190,7 +211,7 @@ bool Walk(const WalkGeometry<Real>& geometry,
   uint32_t cell = start;
   Real t_in = 0;
   for (size_t step = 0; step <= limit; ++step) {
-    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction, t_in);
+    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction);
     if (exit.neighbor == kNoCell) return true;
     const bool clamped = exit.t < t_in;
     const Real t_out = clamped ? t_in : exit.t;

@@ -61,8 +61,7 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       State& state = states[r];
       if (!state.alive) continue;
       RayTrace& ray = rays[r];
-      const CellExit<float> exit =
-          FindExitSimd(geometry, state.cell, ray.origin, ray.direction, state.t);
+      const CellExit<float> exit = FindExitSimd(geometry, state.cell, ray.origin, ray.direction);
       const size_t k = ray.num_pieces;
       const Eigen::Vector3f& site = geometry.positions[state.cell];
       if (HWY_UNLIKELY(exit.neighbor == kNoCell)) {

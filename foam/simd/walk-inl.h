@@ -29,13 +29,11 @@ using Floats = hn::Vec<FloatTag>;
 // FindExit, with the same operations in the same order and so the same result bit for bit (no fused
 // multiply-add, which not every instruction set has). The lanes keep their own minimum and the
 // neighbour that goes with it until all blocks are through; so there is one horizontal minimum a
-// step, and no branch but the number of blocks. The rare rest (ties, exits before the entry,
-// unbounded cells) is the reference's to decide.
+// step, and no branch but the number of blocks.
 HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
                                         uint32_t cell,
                                         const Eigen::Vector3f& origin,
-                                        const Eigen::Vector3f& direction,
-                                        float t_in) {
+                                        const Eigen::Vector3f& direction) {
   const FloatTag f;
   const IndexTag u;
   constexpr size_t kStep = hn::MaxLanes(f);
@@ -46,6 +44,7 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
   const Floats rx = hn::Set(f, origin[0] - site[0]);
   const Floats ry = hn::Set(f, origin[1] - site[1]);
   const Floats rz = hn::Set(f, origin[2] - site[2]);
+  const Floats grazing = hn::Set(f, 2 * kSmallestCosine<float> * kSmallestCosine<float>);
   const Floats infinity = hn::Set(f, std::numeric_limits<float>::infinity());
   const auto crossings = [&](const PlaneBlock<float>& block, size_t lane) HWY_ATTR {
     const Floats nx = hn::Load(f, block.normal_x + lane);
@@ -55,7 +54,8 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
     const Floats nd = hn::Add(hn::Add(hn::Mul(nx, dx), hn::Mul(ny, dy)), hn::Mul(nz, dz));
     const Floats nr = hn::Add(hn::Add(hn::Mul(nx, rx), hn::Mul(ny, ry)), hn::Mul(nz, rz));
     const Floats t = hn::Div(hn::Sub(h, nr), nd);
-    return hn::IfThenElse(hn::Gt(nd, hn::Zero(f)), t, infinity);
+    const Floats along = hn::Sub(hn::Mul(nd, hn::Abs(nd)), hn::Mul(grazing, h));
+    return hn::IfThenElse(hn::Gt(along, hn::Zero(f)), t, infinity);
   };
 
   const PlaneBlock<float>* block = geometry.blocks.data() + geometry.first_block[cell];
@@ -78,13 +78,15 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
   }
   const Floats nearest = hn::MinOfLanes(f, best);
   const auto is_nearest = hn::Eq(best, nearest);
-  const float t = hn::GetLane(nearest);
   const uint32_t next = hn::GetLane(hn::Compress(neighbor, hn::RebindMask(u, is_nearest)));
-  if (HWY_LIKELY(t > t_in && hn::CountTrue(f, is_nearest) == 1 &&
-                 hn::AllFalse(f, hn::And(tie, is_nearest)))) {
-    return {t, next};
+  // Without any exit all lanes are infinite.
+  if (HWY_LIKELY(hn::CountTrue(f, is_nearest) == 1 && hn::AllFalse(f, hn::And(tie, is_nearest)))) {
+    return {hn::GetLane(nearest), next};
   }
-  return FindExitWithTies(geometry, cell, origin, direction, t_in);
+  if (hn::GetLane(nearest) == std::numeric_limits<float>::infinity() && geometry.IsGuard(cell)) {
+    return {};
+  }
+  return FindExitInDouble(geometry, cell, origin, direction);
 }
 
 template <int kRays>
@@ -102,7 +104,7 @@ void WalkGroup(const WalkGeometry<float>& geometry, const WalkQuery* rays, WalkR
     for (int r = 0; r < kRays; ++r) {
       if (!alive[r]) continue;
       const CellExit<float> exit =
-          FindExitSimd(geometry, cell[r], rays[r].origin, rays[r].direction, results[r].t_exit);
+          FindExitSimd(geometry, cell[r], rays[r].origin, rays[r].direction);
       if (exit.neighbor == kNoCell) {
         alive[r] = false;
         --num_alive;

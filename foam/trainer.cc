@@ -247,11 +247,16 @@ LearningRates Trainer::Rates() const {
 void Trainer::Retriangulate() {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+  // The old topology goes before the new one comes, and tetrahedra are only needed for areas.
+  delaunay_ = {};
+  tv_weights_ = {};
   delaunay_ = Triangulate(cells);
   if (foam_.HasSemantics()) {
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
+  delaunay_.tets = {};
+  delaunay_.tet_neighbors = {};
   is_clear_.assign(foam_.NumSites(), 0);
   ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
@@ -478,6 +483,11 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
   }
   Report(report);
   summary_.foam = std::move(foam_);
+  // The renderer makes its own topology.
+  optimizer_.reset();
+  delaunay_ = {};
+  geometry_ = {};
+  batch_ = {};
   summary_.statistics =
       MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, kStatisticsStride);
   summary_.last = progress_;

@@ -14,10 +14,12 @@
 #include "foam/ray_batch.h"
 #include "foam/schedule.h"
 #include "foam/total_variation.h"
+#include "foam/training_guard.h"
 #include "foam/view_renderer.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <iomanip>
@@ -219,6 +221,7 @@ class Trainer {
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
+  TrainingGuard guard_;
 
   TrainingSummary summary_;
   TrainingProgress progress_;
@@ -300,6 +303,7 @@ void Trainer::DrawRays() {
                                      std::min(start_cells_[view], delaunay_.num_cells - 1));
   }
   std::vector<uint8_t> valid(batch);
+  std::atomic<int64_t> nonfinite_pixels = 0;
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       PixelRange::Pixel pixel = pixels_.At(tiles[i / kTileRays]);
@@ -311,6 +315,11 @@ void Trainer::DrawRays() {
       TrainingRay ray;
       valid[i] = views_.Ray(pixel.view, pixel.x, pixel.y, &ray);
       if (!valid[i]) continue;
+      if (!ray.color.allFinite()) {
+        valid[i] = false;
+        ++nonfinite_pixels;
+        continue;
+      }
       BatchRay& out = rays_[i];
       out.origin = views_.Origin(pixel.view).cast<float>();
       out.direction = ray.direction;
@@ -324,7 +333,9 @@ void Trainer::DrawRays() {
       out.target.class_index = ray.class_index;
     }
   });
-  // Pixels without a ray (a lens that cannot be inverted there) drop out of the batch.
+  summary_.nonfinite_pixels += nonfinite_pixels;
+  // Pixels without a ray (a lens that cannot be inverted there, a colour that is not finite) drop
+  // out of the batch.
   size_t kept = 0;
   for (int i = 0; i < batch; ++i) {
     if (valid[i]) rays_[kept++] = rays_[i];
@@ -347,16 +358,20 @@ void Trainer::Iterate() {
             rays_,
             &batch_);
   tv_gradient_.clear();
+  double tv_loss = 0;
   if (foam_.HasSemantics() && options_.tv_weight > 0 && progress_.iteration % kTvInterval == 0) {
-    tv_sum_ += TotalVariation(delaunay_,
-                              tv_weights_,
-                              foam_.identity,
-                              static_cast<float>(options_.tv_weight * kTvInterval),
-                              &tv_gradient_);
+    tv_loss = TotalVariation(delaunay_,
+                             tv_weights_,
+                             foam_.identity,
+                             static_cast<float>(options_.tv_weight * kTvInterval),
+                             &tv_gradient_);
+    tv_sum_ += tv_loss;
     ++tv_count_;
   }
-  summary_.nonfinite_gradients +=
+  const int64_t skipped =
       optimizer_->Step(&batch_, tv_gradient_, is_clear_, Rates(), &foam_, &densification_);
+  guard_.Watch(progress_.iteration, rays_, batch_, tv_loss, skipped);
+  summary_.nonfinite_gradients += skipped;
   summary_.step_limit_hits += batch_.step_limit_hits;
   summary_.pieces += batch_.num_pieces;
   loss_sum_.color += batch_.mean_loss.color;
@@ -406,6 +421,7 @@ double Trainer::HeldOutPsnr() const {
       for (int64_t row = begin; row < end; ++row) {
         for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
           if (!views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) continue;
+          if (!ray.color.allFinite()) continue;
           record.direction = ray.direction;
           record.composite = {};
           TraceRay(geometry_, shading, start, cutoff_tau, &record);
@@ -482,6 +498,13 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
     }
   }
   Report(report);
+  if (progress_.rays == 0) {
+    throw UserError(
+        "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
+  }
+  guard_.Finish(progress_.iteration);
+  summary_.unstable_iterations = guard_.unstable_iterations();
+  summary_.explained_contrast = guard_.explained_contrast();
   summary_.foam = std::move(foam_);
   // The renderer makes its own topology.
   optimizer_.reset();
@@ -509,6 +532,10 @@ std::string TrainingOptions::Check() const {
   const auto not_negative = [&](const char* name, double value) {
     require(value >= 0 && std::isfinite(value), name, "0 or more", value);
   };
+  // Beyond this, products of parameters leave the range of floats.
+  const auto bounded = [&](const char* name, double value) {
+    require(value >= 0 && value <= 1e6, name, "from 0 to 1000000", value);
+  };
   const auto fraction = [&](const char* name, double value) {
     require(value >= 0 && value <= 1, name, "from 0 to 1", value);
   };
@@ -523,16 +550,16 @@ std::string TrainingOptions::Check() const {
           "from 64 to 268435456",
           final_sites);
   require(sh_degree >= 0 && sh_degree <= 3, "sh_degree", "from 0 to 3", sh_degree);
-  not_negative("opacity_weight", opacity_weight);
-  not_negative("quantile_weight", quantile_weight);
-  not_negative("identity_weight", identity_weight);
-  not_negative("tv_weight", tv_weight);
-  not_negative("position_rate", position_rate);
-  not_negative("density_rate", density_rate);
-  not_negative("color_rate", color_rate);
-  not_negative("sh_factor", sh_factor);
-  not_negative("identity_rate", identity_rate);
-  not_negative("classifier_rate", classifier_rate);
+  bounded("opacity_weight", opacity_weight);
+  bounded("quantile_weight", quantile_weight);
+  bounded("identity_weight", identity_weight);
+  bounded("tv_weight", tv_weight);
+  bounded("position_rate", position_rate);
+  bounded("density_rate", density_rate);
+  bounded("color_rate", color_rate);
+  bounded("sh_factor", sh_factor);
+  bounded("identity_rate", identity_rate);
+  bounded("classifier_rate", classifier_rate);
   fraction("final_rate", final_rate);
   fraction("densify_from", densify_from);
   fraction("densify_until", densify_until);

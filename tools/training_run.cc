@@ -9,6 +9,8 @@
 #include "tools/training_log.h"
 #include "tools/training_options.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <utility>
@@ -19,6 +21,9 @@
 
 namespace semfoam {
 namespace {
+
+// A foam that shows less of the photos' contrast than this has hardly learned them.
+constexpr double kLeastExplainedContrast = 0.5;
 
 std::string Megabytes(uint64_t bytes) {
   char text[32];
@@ -121,6 +126,21 @@ Model TrainAndWrite(const OptionManager& options,
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
                  << " rays hit the step limit, " << summary.nonfinite_gradients
                  << " updates were skipped; both should be 0.";
+  }
+
+  if (summary.nonfinite_pixels > 0) {
+    LOG(WARNING) << summary.nonfinite_pixels << " of the drawn pixels have a colour that is not "
+                 << "finite and were left out.";
+  }
+  if (summary.unstable_iterations > 0) {
+    LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
+                 << " iterations and recovered; lower learning rates would be right.";
+  }
+  if (summary.explained_contrast < kLeastExplainedContrast) {
+    LOG(WARNING) << "The foam shows only "
+                 << std::lround(100 * std::max(0.0, summary.explained_contrast))
+                 << " % of the contrast of the training photos; more rays, lower learning rates or "
+                 << "better camera poses would be right.";
   }
 
   Model model;

@@ -159,8 +159,8 @@ class Trainer {
     }
     InitializationOptions initialization;
     initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
-    initialization.num_scattered = options.final_sites / 10;
-    initialization.num_far = options.final_sites / 40;
+    initialization.num_scattered = ScatteredSites(options);
+    initialization.num_far = FarSites(options);
     initialization.sh_degree = options.sh_degree;
     initialization.num_classes = num_classes;
     initialization.seed = options.random_seed;
@@ -581,22 +581,6 @@ std::string TrainingSummary::BriefReport() const {
   }
   text << ".";
   return text.str();
-}
-
-int64_t TrainingBytes(const TrainingOptions& options, int num_classes) {
-  const int64_t parameters =
-      4 + 3 * NumShCoefficients(options.sh_degree) + (num_classes > 0 ? kIdentityDim : 0);
-  constexpr int64_t kEdgesPerCell = 16, kTetsPerCell = 7;
-  // Parameters with two moments (twice while sites are rearranged), then what hangs on the
-  // topology: neighbours and planes, tetrahedra, and CGAL's own triangulation while it is being
-  // built.
-  const int64_t per_cell = 2 * 3 * 4 * parameters + kEdgesPerCell * (4 + 16 + 8 + 4) +
-                           kTetsPerCell * (32 + 24 + 88) + 64 +
-                           (num_classes > 0 ? 4 * kIdentityDim : 0);
-  constexpr int64_t kRecordsPerRay = 64;
-  const int64_t per_ray =
-      3 * kRecordsPerRay * sizeof(GradientRecord) + sizeof(BatchRay) + sizeof(RayOutput);
-  return options.final_sites * per_cell + options.rays_per_iteration * per_ray;
 }
 
 TrainingSummary TrainFoam(const TrainingViews& views,

@@ -82,8 +82,10 @@ struct TrainingSummary {
   std::string BriefReport() const;  // one line
 };
 
-// Bytes that training holds at its largest, photos not counted.
-int64_t TrainingBytes(const TrainingOptions& options, int num_classes);
+// Sites that training begins with besides the SfM points: those that fill the space around, and
+// those of the far background.
+inline int ScatteredSites(const TrainingOptions& options) { return options.final_sites / 10; }
+inline int FarSites(const TrainingOptions& options) { return options.final_sites / 40; }
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. Calls
 // `report` about once a second and at the end. Deterministic in (views, seeds, num_classes,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/training_run.h"
 
+#include "foam/available_memory.h"
 #include "foam/error.h"
+#include "foam/memory_plan.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
 #include "tools/presets.h"
@@ -24,12 +26,6 @@ namespace {
 
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
-
-std::string Megabytes(uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.0f MB", static_cast<double>(bytes) / 1e6);
-  return text;
-}
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -104,8 +100,15 @@ Model TrainAndWrite(const OptionManager& options,
                     const TrainingRun& run,
                     const std::filesystem::path& output_path) {
   ScenePlan plan = PlanScene(run.scene);
-  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << Megabytes(plan.MemoryBytes())
-            << ")";
+  const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
+  const bool has_semantics = plan.masks.NumPaired() > 0;
+  const int64_t available = AvailableMemory();
+  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
+            << PlanMemory(run.training, has_semantics, num_seeds, photo_bytes).Report() << ", "
+            << FormatBytes(available) << " available";
+  RequireMemory(run.training, has_semantics, num_seeds, photo_bytes, available);
+  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
   const TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
@@ -116,8 +119,7 @@ Model TrainAndWrite(const OptionManager& options,
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
             << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
-            << NumThreads() << (NumThreads() == 1 ? " thread (" : " threads (")
-            << Megabytes(TrainingBytes(run.training, scene.NumClasses())) << ")";
+            << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
 
   std::vector<TrainingProgress> reports;
   TrainingSummary summary = Train(scene, run.training, &reports);

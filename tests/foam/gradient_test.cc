@@ -130,8 +130,7 @@ class Scene {
     T t_in = T(0);
     for (const RecordedPiece<double>& piece : record.pieces) {
       const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
-      const Eigen::Matrix<T, 3, 1> n =
-          p.positions[cells_.delaunay.neighbors[piece.edge]] - p.positions[piece.cell];
+      const Eigen::Matrix<T, 3, 1> n = p.positions[piece.next] - p.positions[piece.cell];
       T t_out = t_in;
       if (!piece.clamped) {
         t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
@@ -139,13 +138,14 @@ class Scene {
       if (piece.shaded >= 0) {
         const T sigma = Density(p.raw_density[piece.cell]);
         const ShadedPiece<T> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+        const bool counts = record.shaded[piece.shaded].weight > kNegligibleWeight;
         T color[3];
         ShColor(basis,
-                NumShCoefficients(kShDegree),
+                counts ? NumShCoefficients(kShDegree) : 1,
                 &p.sh[piece.cell * 3 * NumShCoefficients(kShDegree)],
                 color);
         for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
-        for (int c = 0; c < kIdentityDim; ++c) {
+        for (int c = 0; counts && c < kIdentityDim; ++c) {
           // The identity loss bends no geometry: its weight is a constant.
           composite.identity[c] +=
               T(record.shaded[piece.shaded].weight) * p.identity[piece.cell * kIdentityDim + c];
@@ -187,14 +187,15 @@ class Scene {
     BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
       for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
       out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
-      for (int k = 0; k < kCoefficients; ++k) {
+      const bool counts = c.weight > kNegligibleWeight;
+      for (int k = 0; k < (counts ? kCoefficients : 1); ++k) {
         for (int a = 0; a < 3; ++a) {
           if (!(c.color_mask >> a & 1)) continue;
           out[2][(c.cell * kCoefficients + k) * 3 + a] +=
               c.weight * gradient.color[a] * record.sh_basis[k];
         }
       }
-      for (int a = 0; a < kIdentityDim; ++a) {
+      for (int a = 0; counts && a < kIdentityDim; ++a) {
         out[3][c.cell * kIdentityDim + a] += c.weight * gradient.identity[a];
       }
     });
@@ -284,12 +285,15 @@ class Scene {
   static bool SameBranch(const RayRecord<double>& a, const RayRecord<double>& b) {
     if (a.pieces.size() != b.pieces.size() || a.shaded.size() != b.shaded.size()) return false;
     for (size_t n = 0; n < a.pieces.size(); ++n) {
-      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].edge != b.pieces[n].edge ||
+      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].next != b.pieces[n].next ||
           a.pieces[n].clamped != b.pieces[n].clamped || a.pieces[n].shaded != b.pieces[n].shaded) {
         return false;
       }
     }
     for (size_t n = 0; n < a.shaded.size(); ++n) {
+      if ((a.shaded[n].weight > kNegligibleWeight) != (b.shaded[n].weight > kNegligibleWeight)) {
+        return false;
+      }
       for (int c = 0; c < 3; ++c) {
         if ((a.shaded[n].color[c] > 0) != (b.shaded[n].color[c] > 0)) return false;
       }

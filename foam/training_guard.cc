@@ -14,6 +14,7 @@ constexpr int64_t kWindow = 50;  // iterations
 constexpr int kLostWindows = 4;
 constexpr double kLargestShare = 0.01;  // of rays that hit the step limit, of updates per ray
 constexpr double kFlatColorFactor = 1.25;
+constexpr double kFlatColorFactorAtEnd = 1.05;
 constexpr double kLeastColorBound = 0.02;
 constexpr double kIdentityBound = 2;
 constexpr double kFalling = 0.8;  // of the loss of the window before
@@ -132,7 +133,8 @@ void TrainingGuard::Judge(int64_t iteration) {
 
 void TrainingGuard::Finish(int64_t iteration) const {
   if (num_windows_ <= kLostWindows) return;
-  if (color_.loss > color_.bound) LoseByColor(iteration);
+  const double color_bound = std::max(kFlatColorFactorAtEnd * flat_color_loss_, kLeastColorBound);
+  if (color_.loss > color_bound) LoseByColor(iteration);
   if (identity_.loss > identity_.bound) LoseByIdentity(iteration);
 }
 

@@ -23,7 +23,8 @@ namespace semfoam {
 //   mean. The bound is never below 0.02, an error of 0.2, which tells nothing of photos that are
 //   black or white throughout and have no variance;
 // - likewise when the identity loss stays above 2. Guessing has 1;
-// - when a run of five windows or more ends with either loss above its bound, falling or not.
+// - when a run of five windows or more ends with either loss above its bound, falling or not; the
+//   factor is 1.05 then.
 //
 // The criteria are free of the scene's scale and of batch size, loss weights and number of rays.
 class TrainingGuard {

@@ -45,21 +45,6 @@ std::vector<Eigen::Vector3f> DisplayColors(const Model& model) {
   return colors;
 }
 
-void ListTetsOfCells(ExportableScene* scene) {
-  const auto& tets = scene->delaunay.tets;
-  auto& offsets = scene->cell_tet_offsets;
-  offsets.assign(scene->delaunay.num_cells + 1, 0);
-  for (const auto& tet : tets) {
-    for (const uint32_t cell : tet) ++offsets[cell + 1];
-  }
-  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  scene->cell_tets.resize(offsets.back());
-  std::vector<uint32_t> fill(offsets.begin(), offsets.end() - 1);
-  for (uint32_t t = 0; t < tets.size(); ++t) {
-    for (const uint32_t cell : tets[t]) scene->cell_tets[fill[cell]++] = t;
-  }
-}
-
 std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene& scene) {
   std::vector<uint8_t> has_camera(scene.delaunay.num_cells, 0);
   uint32_t cell = 0;
@@ -186,7 +171,7 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
       confidence += scene.labels.confidence[cell];
       ++of_own_class;
     }
-    for (const uint32_t tet : scene.TetsOfCell(cell)) {
+    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
       object->bounding_box.extend(scene.world_from_normalized.Apply(scene.voronoi_vertices[tet]));
     }
   }
@@ -261,7 +246,7 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   scene.cell_positions = WithGuardSites(model.foam.positions);
   scene.delaunay = Triangulate(scene.cell_positions);
   scene.voronoi_vertices = VoronoiVertices(scene.cell_positions, scene.delaunay);
-  ListTetsOfCells(&scene);
+  scene.tets_of_cells = ListTetsOfCells(scene.delaunay);
   scene.volume =
       CellVolumes(scene.cell_positions,
                   scene.delaunay,

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -51,10 +50,7 @@ struct ExportableScene {
   std::vector<Eigen::Vector3f> cell_positions;    // [N + guards]
   Delaunay delaunay;                              // of cell_positions
   std::vector<Eigen::Vector3d> voronoi_vertices;  // [tets]
-  // CSR: the tetrahedra around cell i, whose circumcentres are its cell's corners, are
-  // cell_tets[cell_tet_offsets[i]] .. cell_tets[cell_tet_offsets[i + 1]], ascending.
-  std::vector<uint32_t> cell_tet_offsets;  // [N + guards + 1]
-  std::vector<uint32_t> cell_tets;
+  TetsOfCells tets_of_cells;
 
   std::vector<float> density;                  // [N], activated, per normalised unit
   std::vector<float> radius;                   // [N], see CellRadii
@@ -71,10 +67,6 @@ struct ExportableScene {
   std::vector<Label> labels_without_cells;  // ids other than 0 for which no object was found
 
   uint32_t NumSites() const { return delaunay.num_sites; }
-  std::span<const uint32_t> TetsOfCell(uint32_t cell) const {
-    return {cell_tets.data() + cell_tet_offsets[cell],
-            cell_tets.data() + cell_tet_offsets[cell + 1]};
-  }
 };
 
 // Prepares a model for export and finds its objects.

@@ -80,7 +80,7 @@ ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& obj
   surface.object_name = object.name;
   // Tetrahedra with a corner outside are the vertices, numbered as the tetrahedra are.
   for (const uint32_t cell : object.cells) {
-    for (const uint32_t tet : scene.TetsOfCell(cell)) {
+    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
       const auto& corners = delaunay.tets[tet];
       if (std::any_of(corners.begin(), corners.end(), [&](uint32_t c) { return !inside[c]; })) {
         surface.vertex_tet.push_back(tet);
@@ -114,7 +114,7 @@ ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& obj
     const Color8 color = ToColor8(scene.display_color[i]);
     for (const uint32_t j : delaunay.Neighbors(i)) {
       if (inside[j]) continue;
-      const auto around = scene.TetsOfCell(i);
+      const auto around = scene.tets_of_cells.Of(i);
       const auto first = std::find_if(around.begin(), around.end(), [&](uint32_t tet) {
         return Contains(delaunay.tets[tet], j);
       });

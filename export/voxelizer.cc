@@ -254,7 +254,7 @@ Eigen::AlignedBox3d CellBox(const ExportableScene& scene,
                             uint32_t cell,
                             const Eigen::AlignedBox3d& box) {
   Eigen::AlignedBox3d result;
-  for (const uint32_t tet : scene.TetsOfCell(cell)) {
+  for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
     const Eigen::Vector3d& corner = scene.voronoi_vertices[tet];
     // A corner that was cut to the outer sphere (VoronoiVertices) bounds nothing.
     if (corner.norm() > 1.99 * kGuardRadius) return box;

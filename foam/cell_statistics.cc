@@ -17,6 +17,10 @@ struct Sighting {
   Eigen::Vector3f color;
 };
 
+// Rays cast between two sums: what they see is held in memory (some 15 sightings of 20 bytes each).
+constexpr int kRaysInMemory = 1 << 18;
+constexpr int kRowsPerBlock = 8;
+
 }  // namespace
 
 CellStatistics MeasureCells(const Foam& foam,
@@ -34,36 +38,41 @@ CellStatistics MeasureCells(const Foam& foam,
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
     const uint32_t start = renderer.StartCell(views.Origin(view));
+    const int columns = (views.Width(view) + stride - 1) / stride;
     const int rows = (views.Height(view) + stride - 1) / stride;
-    constexpr int kRowsPerBlock = 8;
-    std::vector<std::vector<Sighting>> blocks((rows + kRowsPerBlock - 1) / kRowsPerBlock);
-    ParallelForBlocks(rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
-      std::vector<Sighting>& sightings = blocks[begin / kRowsPerBlock];
-      RayRecord<float> record;
-      record.origin = views.Origin(view).cast<float>();
-      TrainingRay ray;
-      for (int64_t row = begin; row < end; ++row) {
-        for (int x = 0; x < views.Width(view); x += stride) {
-          if (!views.Ray(view, x, static_cast<int>(row * stride), &ray)) continue;
-          record.direction = ray.direction;
-          record.composite = {};
-          TraceRay(renderer.geometry(), shading, start, cutoff_tau, &record);
-          for (const RecordedPiece<float>& piece : record.pieces) {
-            if (piece.shaded < 0 || piece.cell >= n) continue;
-            const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
-            if (!(shaded.weight > 0)) continue;
-            sightings.push_back(
-                {piece.cell, shaded.weight, {shaded.color[0], shaded.color[1], shaded.color[2]}});
+    const int rows_in_memory =
+        std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
+    for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
+      const int num_rows = std::min(rows_in_memory, rows - first_row);
+      std::vector<std::vector<Sighting>> blocks((num_rows + kRowsPerBlock - 1) / kRowsPerBlock);
+      ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
+        std::vector<Sighting>& sightings = blocks[begin / kRowsPerBlock];
+        RayRecord<float> record;
+        record.origin = views.Origin(view).cast<float>();
+        TrainingRay ray;
+        for (int64_t row = first_row + begin; row < first_row + end; ++row) {
+          for (int x = 0; x < views.Width(view); x += stride) {
+            if (!views.Ray(view, x, static_cast<int>(row * stride), &ray)) continue;
+            record.direction = ray.direction;
+            record.composite = {};
+            TraceRay(renderer.geometry(), shading, start, cutoff_tau, &record);
+            for (const RecordedPiece<float>& piece : record.pieces) {
+              if (piece.shaded < 0 || piece.cell >= n) continue;
+              const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
+              if (!(shaded.weight > 0)) continue;
+              sightings.push_back(
+                  {piece.cell, shaded.weight, {shaded.color[0], shaded.color[1], shaded.color[2]}});
+            }
           }
         }
-      }
-    });
-    // In block order, so that the sums are the same on any number of threads.
-    for (const std::vector<Sighting>& sightings : blocks) {
-      for (const Sighting& s : sightings) {
-        statistics.contribution[s.cell] = std::max(statistics.contribution[s.cell], s.weight);
-        weight_sum[s.cell] += s.weight;
-        color_sum[s.cell] += s.weight * s.color.cast<double>();
+      });
+      // In block order, so that the sums are the same on any number of threads.
+      for (const std::vector<Sighting>& sightings : blocks) {
+        for (const Sighting& s : sightings) {
+          statistics.contribution[s.cell] = std::max(statistics.contribution[s.cell], s.weight);
+          weight_sum[s.cell] += s.weight;
+          color_sum[s.cell] += s.weight * s.color.cast<double>();
+        }
       }
     }
   }

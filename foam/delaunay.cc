@@ -5,6 +5,7 @@
 #include "foam/parallel.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 #include <CGAL/Delaunay_triangulation_3.h>
@@ -43,60 +44,93 @@ std::vector<Kernel::Point_3> ToPoints(const std::vector<Eigen::Vector3f>& positi
   return points;
 }
 
-// Vertex -> tetrahedra, then the distinct other corners of those, sorted.
+// The cells around one cell, each once. An open-addressing table, a few cache lines for the usual
+// fifteen.
+class CellSet {
+ public:
+  // Empties it and makes room for `count` additions.
+  void Reset(size_t count) {
+    size_ = std::bit_ceil(2 * count);
+    shift_ = 32 - std::countr_zero(size_);
+    table_.assign(size_, kNoCell);
+  }
+  // False if the cell is there already.
+  bool Add(uint32_t cell) {
+    // Fibonacci hashing: the product's high bits.
+    size_t slot = cell * 0x9e3779b9u >> shift_;
+    while (table_[slot] != kNoCell) {
+      if (table_[slot] == cell) return false;
+      slot = (slot + 1) & (size_ - 1);
+    }
+    table_[slot] = cell;
+    return true;
+  }
+
+ private:
+  static constexpr uint32_t kNoCell = 0xffffffffu;
+  std::vector<uint32_t> table_;
+  size_t size_ = 0;
+  int shift_ = 0;
+};
+
+// A cell's neighbours are the distinct other corners of the tetrahedra around it.
 void BuildAdjacency(Delaunay* delaunay) {
   const auto& tets = delaunay->tets;
   const uint32_t num_cells = delaunay->num_cells;
-  std::vector<uint32_t> first(num_cells + 1, 0);
-  for (const auto& tet : tets) {
-    for (const uint32_t v : tet) ++first[v + 1];
-  }
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<uint32_t> incident(first.back());
-  std::vector<uint32_t> fill(first.begin(), first.end() - 1);
+  const TetsOfCells around = ListTetsOfCells(*delaunay);
+  std::vector<uint8_t> on_hull(num_cells, 0);
   for (uint32_t t = 0; t < tets.size(); ++t) {
-    for (const uint32_t v : tets[t]) incident[fill[v]++] = t;
+    for (int k = 0; k < 4; ++k) {
+      if (delaunay->tet_neighbors[t][k] != kNoTet) continue;
+      for (int c = 0; c < 4; ++c) on_hull[tets[t][c]] |= c != k;
+    }
   }
 
   constexpr int64_t kBlock = 4096;
-  std::vector<std::vector<uint32_t>> block_neighbors((num_cells + kBlock - 1) / kBlock);
-  delaunay->offsets.assign(num_cells + 1, 0);
-  ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
-    std::vector<uint32_t>& out = block_neighbors[begin / kBlock];
-    std::vector<uint32_t> around;
-    for (int64_t v = begin; v < end; ++v) {
-      around.clear();
-      for (uint32_t k = first[v]; k < first[v + 1]; ++k) {
-        for (const uint32_t w : tets[incident[k]]) {
-          // Each neighbour turns up once per tetrahedron on the shared edge; a linear search of
-          // some fifteen entries is cheaper than sorting eighty.
-          if (w != v && std::find(around.begin(), around.end(), w) == around.end()) {
-            around.push_back(w);
-          }
-        }
+  const auto for_each_neighbor = [&](uint32_t cell, CellSet* met, auto&& visit) {
+    const auto around_cell = around.Of(cell);
+    met->Reset(3 * around_cell.size());
+    for (const uint32_t t : around_cell) {
+      for (const uint32_t other : tets[t]) {
+        if (other != cell && met->Add(other)) visit(other);
       }
-      std::sort(around.begin(), around.end());
-      delaunay->offsets[v + 1] = static_cast<uint32_t>(around.size());
-      out.insert(out.end(), around.begin(), around.end());
+    }
+  };
+  auto& offsets = delaunay->offsets;
+  offsets.assign(num_cells + 1, 0);
+  ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
+    CellSet met;
+    for (int64_t i = begin; i < end; ++i) {
+      const size_t count = around.Of(i).size();
+      if (on_hull[i]) {
+        for_each_neighbor(i, &met, [&](uint32_t) { ++offsets[i + 1]; });
+      } else if (count > 0) {
+        // The tetrahedra around an inner site are the triangles of a sphere, the neighbours its
+        // vertices: F = 2 V - 4.
+        offsets[i + 1] = static_cast<uint32_t>(count / 2 + 2);
+      }
     }
   });
-  std::partial_sum(delaunay->offsets.begin(), delaunay->offsets.end(), delaunay->offsets.begin());
-  delaunay->neighbors.clear();
-  delaunay->neighbors.reserve(delaunay->offsets.back());
-  for (const auto& part : block_neighbors) {
-    delaunay->neighbors.insert(delaunay->neighbors.end(), part.begin(), part.end());
-  }
+  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+  delaunay->neighbors.resize(offsets.back());
+  ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
+    CellSet met;
+    for (int64_t i = begin; i < end; ++i) {
+      const auto first = delaunay->neighbors.begin() + offsets[i];
+      const auto last = delaunay->neighbors.begin() + offsets[i + 1];
+      auto next = first;
+      for_each_neighbor(i, &met, [&](uint32_t other) {
+        CHECK(next != last) << "more neighbours than a sphere of triangles has vertices";
+        *next++ = other;
+      });
+      CHECK(next == last) << "fewer neighbours than a sphere of triangles has vertices";
+      std::sort(first, last);
+    }
+  });
 }
 
-}  // namespace
-
-Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions) {
-  CHECK_GE(cell_positions.size(), kNumGuardSites);
-  CHECK_LT(cell_positions.size(), kNoTet);
-  Delaunay delaunay;
-  delaunay.num_cells = static_cast<uint32_t>(cell_positions.size());
-  delaunay.num_sites = delaunay.num_cells - kNumGuardSites;
-
+// Sets tets and tet_neighbors. CGAL's triangulation, some 700 bytes a site, is gone on return.
+void FindTets(const std::vector<Eigen::Vector3f>& cell_positions, Delaunay* delaunay) {
   std::vector<Kernel::Point_3> points = ToPoints(cell_positions);
   std::vector<size_t> order(points.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -119,26 +153,52 @@ Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions) {
   }
   CHECK_EQ(triangulation.dimension(), 3);
 
-  delaunay.tets.reserve(triangulation.number_of_finite_cells());
-  for (auto cell = triangulation.finite_cells_begin(); cell != triangulation.finite_cells_end();
-       ++cell) {
-    cell->info() = static_cast<uint32_t>(delaunay.tets.size());
-    delaunay.tets.push_back({cell->vertex(0)->info(),
-                             cell->vertex(1)->info(),
-                             cell->vertex(2)->info(),
-                             cell->vertex(3)->info()});
+  std::vector<Triangulation::Cell_handle> handles;
+  handles.reserve(triangulation.number_of_cells());
+  for (auto cell = triangulation.all_cells_begin(); cell != triangulation.all_cells_end(); ++cell) {
+    cell->info() = kNoTet;
+    if (triangulation.is_infinite(cell)) continue;
+    cell->info() = static_cast<uint32_t>(handles.size());
+    handles.push_back(cell);
   }
-  delaunay.tet_neighbors.reserve(delaunay.tets.size());
-  for (auto cell = triangulation.finite_cells_begin(); cell != triangulation.finite_cells_end();
-       ++cell) {
-    std::array<uint32_t, 4>& across = delaunay.tet_neighbors.emplace_back();
-    for (int k = 0; k < 4; ++k) {
-      const Triangulation::Cell_handle other = cell->neighbor(k);
-      across[k] = triangulation.is_infinite(other) ? kNoTet : other->info();
+  delaunay->tets.resize(handles.size());
+  delaunay->tet_neighbors.resize(handles.size());
+  ParallelForBlocks(handles.size(), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t t = begin; t < end; ++t) {
+      for (int k = 0; k < 4; ++k) {
+        delaunay->tets[t][k] = handles[t]->vertex(k)->info();
+        delaunay->tet_neighbors[t][k] = handles[t]->neighbor(k)->info();
+      }
     }
-  }
+  });
+}
+
+}  // namespace
+
+Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions) {
+  CHECK_GE(cell_positions.size(), kNumGuardSites);
+  CHECK_LT(cell_positions.size(), kNoTet);
+  Delaunay delaunay;
+  delaunay.num_cells = static_cast<uint32_t>(cell_positions.size());
+  delaunay.num_sites = delaunay.num_cells - kNumGuardSites;
+  FindTets(cell_positions, &delaunay);
   BuildAdjacency(&delaunay);
   return delaunay;
+}
+
+TetsOfCells ListTetsOfCells(const Delaunay& delaunay) {
+  TetsOfCells list;
+  list.offsets.assign(delaunay.num_cells + 1, 0);
+  for (const auto& tet : delaunay.tets) {
+    for (const uint32_t cell : tet) ++list.offsets[cell + 1];
+  }
+  std::partial_sum(list.offsets.begin(), list.offsets.end(), list.offsets.begin());
+  list.tets.resize(list.offsets.back());
+  std::vector<uint32_t> fill(list.offsets.begin(), list.offsets.end() - 1);
+  for (uint32_t t = 0; t < delaunay.tets.size(); ++t) {
+    for (const uint32_t cell : delaunay.tets[t]) list.tets[fill[cell]++] = t;
+  }
+  return list;
 }
 
 std::vector<uint32_t> HilbertOrder(const std::vector<Eigen::Vector3f>& sites) {

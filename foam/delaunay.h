@@ -42,6 +42,18 @@ struct Delaunay {
 // an order that depends on the input alone too. CHECKs that every coordinate is finite.
 Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions);
 
+// The tetrahedra around every cell, whose circumcentres are the corners of that cell.
+struct TetsOfCells {
+  // CSR: those around cell i are tets[offsets[i]] .. tets[offsets[i + 1]], ascending.
+  std::vector<uint32_t> offsets;  // [num_cells + 1]
+  std::vector<uint32_t> tets;     // [4 * delaunay.tets.size()]
+
+  std::span<const uint32_t> Of(uint32_t cell) const {
+    return {tets.data() + offsets[cell], tets.data() + offsets[cell + 1]};
+  }
+};
+TetsOfCells ListTetsOfCells(const Delaunay& delaunay);
+
 // A permutation that puts sites in Hilbert order: position k of the new order holds site order[k]
 // of the old.
 std::vector<uint32_t> HilbertOrder(const std::vector<Eigen::Vector3f>& sites);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/densification.h"
 
+#include "foam/gather.h"
 #include "foam/guard_sites.h"
 #include "foam/random.h"
 #include "foam/voronoi.h"
@@ -40,24 +41,6 @@ Eigen::Vector3f RandomUnitVector(CounterRandom* random) {
     const Eigen::Vector3d v(random->Normal(), random->Normal(), random->Normal());
     if (v.norm() > 1e-6) return v.normalized().cast<float>();
   }
-}
-
-template <typename Element>
-void Gather(const std::vector<uint32_t>& origin, size_t stride, std::vector<Element>* values) {
-  if (values->empty()) return;
-  std::vector<Element> out(origin.size() * stride);
-  for (size_t k = 0; k < origin.size(); ++k) {
-    std::copy_n(values->begin() + origin[k] * stride, stride, out.begin() + k * stride);
-  }
-  *values = std::move(out);
-}
-
-template <typename Element>
-std::vector<Element> Permuted(const std::vector<Element>& values,
-                              const std::vector<uint32_t>& order) {
-  std::vector<Element> out(order.size());
-  for (size_t k = 0; k < order.size(); ++k) out[k] = values[order[k]];
-  return out;
 }
 
 }  // namespace
@@ -118,9 +101,10 @@ Rearrangement Densify(const Delaunay& delaunay,
   result.num_added = result.origin.size() - (n - result.num_pruned);
 
   const std::vector<uint32_t> order = HilbertOrder(positions);
-  result.origin = Permuted(result.origin, order);
-  result.is_new = Permuted(result.is_new, order);
-  foam->positions = Permuted(positions, order);
+  Gather(order, 1, &result.origin);
+  Gather(order, 1, &result.is_new);
+  Gather(order, 1, &positions);
+  foam->positions = std::move(positions);
   Gather(result.origin, 1, &foam->raw_density);
   Gather(result.origin, foam->ShStride(), &foam->sh);
   Gather(result.origin, kIdentityDim, &foam->identity);

@@ -249,7 +249,9 @@ void WriteModel(const std::filesystem::path& path, const Model& model) {
   }
   text.resize(AlignUp(kPreambleBytes + text.size()) - kPreambleBytes, ' ');
 
-  std::string bytes(kMagic, sizeof(kMagic));
+  std::string bytes;
+  bytes.reserve(kPreambleBytes + text.size() + offset + kHashBytes);
+  bytes.append(kMagic, sizeof(kMagic));
   Append(&bytes, kVersion);
   Append(&bytes, uint32_t{0});
   Append(&bytes, static_cast<uint64_t>(text.size()));

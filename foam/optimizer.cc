@@ -2,6 +2,7 @@
 #include "foam/optimizer.h"
 
 #include "foam/activation.h"
+#include "foam/gather.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
 #include "foam/update_kernels.h"
@@ -148,17 +149,15 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
 
 void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
                               const std::vector<uint8_t>& is_new) {
-  std::vector<float> first(origin.size() * stride_, 0.f), second(first);
-  std::vector<uint32_t> steps(origin.size(), 0);
+  Gather(origin, stride_, &first_);
+  Gather(origin, stride_, &second_);
+  Gather(origin, 1, &steps_);
   for (size_t k = 0; k < origin.size(); ++k) {
-    if (is_new[k]) continue;
-    std::copy_n(&first_[size_t(origin[k]) * stride_], stride_, &first[k * stride_]);
-    std::copy_n(&second_[size_t(origin[k]) * stride_], stride_, &second[k * stride_]);
-    steps[k] = steps_[origin[k]];
+    if (!is_new[k]) continue;
+    std::fill_n(&first_[k * stride_], stride_, 0.f);
+    std::fill_n(&second_[k * stride_], stride_, 0.f);
+    steps_[k] = 0;
   }
-  first_ = std::move(first);
-  second_ = std::move(second);
-  steps_ = std::move(steps);
 }
 
 }  // namespace semfoam

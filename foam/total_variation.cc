@@ -5,30 +5,40 @@
 #include "foam/update_kernels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <type_traits>
 
 namespace semfoam {
 
 std::vector<float> TotalVariationWeights(const Delaunay& delaunay,
                                          const std::vector<double>& face_areas) {
+  constexpr int64_t kBlock = 4096;
   std::vector<double> mean_area(delaunay.num_sites, 0.0);
-  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
-    const uint32_t begin = delaunay.offsets[i], end = delaunay.offsets[i + 1];
-    for (uint32_t e = begin; e < end; ++e) mean_area[i] += face_areas[e] / (end - begin);
-  }
-  std::vector<float> weights(delaunay.neighbors.size(), 0.f);
-  size_t num_directed = 0;
-  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
-    for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
-      const uint32_t j = delaunay.neighbors[e];
-      if (j >= delaunay.num_sites) continue;
-      const double mean = 0.5 * (mean_area[i] + mean_area[j]);
-      weights[e] = mean > 0 ? std::clamp(face_areas[e] / mean, 0.1, 10.0) : 0.1;
-      ++num_directed;
+  std::atomic<size_t> num_directed = 0;
+  ParallelForBlocks(delaunay.num_sites, kBlock, [&](int64_t block_begin, int64_t block_end) {
+    size_t count = 0;
+    for (int64_t i = block_begin; i < block_end; ++i) {
+      const uint32_t begin = delaunay.offsets[i], end = delaunay.offsets[i + 1];
+      for (uint32_t e = begin; e < end; ++e) {
+        mean_area[i] += face_areas[e] / (end - begin);
+        count += delaunay.neighbors[e] < delaunay.num_sites;
+      }
     }
-  }
+    num_directed += count;
+  });
   const float normalization = 2.f / (std::max<size_t>(num_directed, 2) * float(kIdentityDim));
-  for (float& weight : weights) weight *= normalization;
+  std::vector<float> weights(delaunay.neighbors.size(), 0.f);
+  ParallelForBlocks(delaunay.num_sites, kBlock, [&](int64_t block_begin, int64_t block_end) {
+    for (int64_t i = block_begin; i < block_end; ++i) {
+      for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
+        const uint32_t j = delaunay.neighbors[e];
+        if (j >= delaunay.num_sites) continue;
+        const double mean = 0.5 * (mean_area[i] + mean_area[j]);
+        const double share = mean > 0 ? std::clamp(face_areas[e] / mean, 0.1, 10.0) : 0.1;
+        weights[e] = normalization * static_cast<float>(share);
+      }
+    }
+  });
   return weights;
 }
 

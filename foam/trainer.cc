@@ -15,10 +15,12 @@
 #include "foam/ray_tracer.h"
 #include "foam/schedule.h"
 #include "foam/total_variation.h"
+#include "foam/training_guard.h"
 #include "foam/view_renderer.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <iomanip>
@@ -162,8 +164,8 @@ class Trainer {
     }
     InitializationOptions initialization;
     initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
-    initialization.num_scattered = options.final_sites / 10;
-    initialization.num_far = options.final_sites / 40;
+    initialization.num_scattered = ScatteredSites(options);
+    initialization.num_far = FarSites(options);
     initialization.sh_degree = options.sh_degree;
     initialization.num_classes = num_classes;
     initialization.seed = options.random_seed;
@@ -224,6 +226,7 @@ class Trainer {
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
+  TrainingGuard guard_;
 
   TrainingSummary summary_;
   TrainingProgress progress_;
@@ -252,11 +255,16 @@ LearningRates Trainer::Rates() const {
 void Trainer::Retriangulate() {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+  // The old topology goes before the new one comes, and tetrahedra are only needed for areas.
+  delaunay_ = {};
+  tv_weights_ = {};
   delaunay_ = Triangulate(cells);
   if (foam_.HasSemantics()) {
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
+  delaunay_.tets = {};
+  delaunay_.tet_neighbors = {};
   SetTopology(delaunay_, &geometry_);
   is_clear_.assign(foam_.NumSites(), 0);
   ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
@@ -302,6 +310,7 @@ void Trainer::DrawRays() {
                                      std::min(start_cells_[view], delaunay_.num_cells - 1));
   }
   std::vector<uint8_t> valid(batch);
+  std::atomic<int64_t> nonfinite_pixels = 0;
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       PixelRange::Pixel pixel = pixels_.At(tiles[i / kTileRays]);
@@ -313,6 +322,11 @@ void Trainer::DrawRays() {
       TrainingRay ray;
       valid[i] = views_.Ray(pixel.view, pixel.x, pixel.y, &ray);
       if (!valid[i]) continue;
+      if (!ray.color.allFinite()) {
+        valid[i] = false;
+        ++nonfinite_pixels;
+        continue;
+      }
       BatchRay& out = rays_[i];
       out.origin = views_.Origin(pixel.view).cast<float>();
       out.direction = ray.direction;
@@ -326,7 +340,9 @@ void Trainer::DrawRays() {
       out.target.class_index = ray.class_index;
     }
   });
-  // Pixels without a ray (a lens that cannot be inverted there) drop out of the batch.
+  summary_.nonfinite_pixels += nonfinite_pixels;
+  // Pixels without a ray (a lens that cannot be inverted there, a colour that is not finite) drop
+  // out of the batch.
   size_t kept = 0;
   for (int i = 0; i < batch; ++i) {
     if (valid[i]) rays_[kept++] = rays_[i];
@@ -349,16 +365,20 @@ void Trainer::Iterate() {
             rays_,
             &batch_);
   tv_gradient_.clear();
+  double tv_loss = 0;
   if (foam_.HasSemantics() && options_.tv_weight > 0 && progress_.iteration % kTvInterval == 0) {
-    tv_sum_ += TotalVariation(delaunay_,
-                              tv_weights_,
-                              foam_.identity,
-                              static_cast<float>(options_.tv_weight * kTvInterval),
-                              &tv_gradient_);
+    tv_loss = TotalVariation(delaunay_,
+                             tv_weights_,
+                             foam_.identity,
+                             static_cast<float>(options_.tv_weight * kTvInterval),
+                             &tv_gradient_);
+    tv_sum_ += tv_loss;
     ++tv_count_;
   }
-  summary_.nonfinite_gradients += optimizer_->Step(
+  const int64_t skipped = optimizer_->Step(
       &batch_, tv_gradient_, is_clear_, Rates(), &foam_, &density_, &densification_);
+  guard_.Watch(progress_.iteration, rays_, batch_, tv_loss, skipped);
+  summary_.nonfinite_gradients += skipped;
   summary_.step_limit_hits += batch_.step_limit_hits;
   summary_.pieces += batch_.num_pieces;
   loss_sum_.color += batch_.mean_loss.color;
@@ -405,7 +425,8 @@ double Trainer::HeldOutPsnr() const {
       std::vector<TrainingRay> rays;
       for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
         TrainingRay ray;
-        if (views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) {
+        if (views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray) &&
+            ray.color.allFinite()) {
           rays.push_back(ray);
         }
       }
@@ -490,7 +511,19 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
     }
   }
   Report(report);
+  if (progress_.rays == 0) {
+    throw UserError(
+        "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
+  }
+  guard_.Finish(progress_.iteration);
+  summary_.unstable_iterations = guard_.unstable_iterations();
+  summary_.explained_contrast = guard_.explained_contrast();
   summary_.foam = std::move(foam_);
+  // The renderer makes its own topology.
+  optimizer_.reset();
+  delaunay_ = {};
+  geometry_ = {};
+  batch_ = {};
   summary_.statistics =
       MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, kStatisticsStride);
   summary_.last = progress_;
@@ -512,6 +545,10 @@ std::string TrainingOptions::Check() const {
   const auto not_negative = [&](const char* name, double value) {
     require(value >= 0 && std::isfinite(value), name, "0 or more", value);
   };
+  // Beyond this, products of parameters leave the range of floats.
+  const auto bounded = [&](const char* name, double value) {
+    require(value >= 0 && value <= 1e6, name, "from 0 to 1000000", value);
+  };
   const auto fraction = [&](const char* name, double value) {
     require(value >= 0 && value <= 1, name, "from 0 to 1", value);
   };
@@ -526,16 +563,16 @@ std::string TrainingOptions::Check() const {
           "from 64 to 268435456",
           final_sites);
   require(sh_degree >= 0 && sh_degree <= 3, "sh_degree", "from 0 to 3", sh_degree);
-  not_negative("opacity_weight", opacity_weight);
-  not_negative("quantile_weight", quantile_weight);
-  not_negative("identity_weight", identity_weight);
-  not_negative("tv_weight", tv_weight);
-  not_negative("position_rate", position_rate);
-  not_negative("density_rate", density_rate);
-  not_negative("color_rate", color_rate);
-  not_negative("sh_factor", sh_factor);
-  not_negative("identity_rate", identity_rate);
-  not_negative("classifier_rate", classifier_rate);
+  bounded("opacity_weight", opacity_weight);
+  bounded("quantile_weight", quantile_weight);
+  bounded("identity_weight", identity_weight);
+  bounded("tv_weight", tv_weight);
+  bounded("position_rate", position_rate);
+  bounded("density_rate", density_rate);
+  bounded("color_rate", color_rate);
+  bounded("sh_factor", sh_factor);
+  bounded("identity_rate", identity_rate);
+  bounded("classifier_rate", classifier_rate);
   fraction("final_rate", final_rate);
   fraction("densify_from", densify_from);
   fraction("densify_until", densify_until);
@@ -557,22 +594,6 @@ std::string TrainingSummary::BriefReport() const {
   }
   text << ".";
   return text.str();
-}
-
-int64_t TrainingBytes(const TrainingOptions& options, int num_classes) {
-  const int64_t parameters =
-      4 + 3 * NumShCoefficients(options.sh_degree) + (num_classes > 0 ? kIdentityDim : 0);
-  constexpr int64_t kEdgesPerCell = 16, kTetsPerCell = 7;
-  // Parameters with two moments (twice while sites are rearranged), then what hangs on the
-  // topology: neighbours and planes, tetrahedra, and CGAL's own triangulation while it is being
-  // built.
-  const int64_t per_cell = 2 * 3 * 4 * parameters + kEdgesPerCell * (4 + 16 + 8 + 4) +
-                           kTetsPerCell * (32 + 24 + 88) + 64 +
-                           (num_classes > 0 ? 4 * kIdentityDim : 0);
-  constexpr int64_t kRecordsPerRay = 64;
-  const int64_t per_ray =
-      3 * kRecordsPerRay * sizeof(GradientRecord) + sizeof(BatchRay) + sizeof(RayOutput);
-  return options.final_sites * per_cell + options.rays_per_iteration * per_ray;
 }
 
 TrainingSummary TrainFoam(const TrainingViews& views,

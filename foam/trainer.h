@@ -75,17 +75,23 @@ struct TrainingSummary {
   int64_t triangulations = 0;
   double seconds_triangulating = 0;
   int64_t nonfinite_gradients = 0;  // updates skipped because a gradient was not finite
+  int64_t nonfinite_pixels = 0;     // drawn and left out because their colour is not finite
+  int64_t unstable_iterations = 0;  // see TrainingGuard: a run that recovered
+  double explained_contrast = NAN;  // see TrainingGuard: of the training photos, at the end
 
   std::string BriefReport() const;  // one line
 };
 
-// Bytes that training holds at its largest, photos not counted.
-int64_t TrainingBytes(const TrainingOptions& options, int num_classes);
+// Sites that training begins with besides the SfM points: those that fill the space around, and
+// those of the far background.
+inline int ScatteredSites(const TrainingOptions& options) { return options.final_sites / 10; }
+inline int FarSites(const TrainingOptions& options) { return options.final_sites / 40; }
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. Calls
 // `report` about once a second and at the end. Deterministic in (views, seeds, num_classes,
 // options), whatever the number of threads. Throws UserError where the views hold nothing to train
-// on or the options are out of range.
+// on, the options are out of range, or the run is lost (training_guard.h). Pixels whose colour is
+// not finite are left out.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include <Eigen/Geometry>
 
@@ -37,15 +38,9 @@ Eigen::Vector3d Circumcenter(const Eigen::Vector3d& origin,
                                      : center;
 }
 
-// Is (i, j, l, k) an even permutation of the tetrahedron's corners? Then k lies counter-clockwise
-// of l around the axis i -> j.
-bool IsEvenPermutation(int i, int j, int l, int k) {
-  const int p[4] = {i, j, l, k};
-  int inversions = 0;
-  for (int a = 0; a < 4; ++a) {
-    for (int b = a + 1; b < 4; ++b) inversions += p[a] > p[b];
-  }
-  return inversions % 2 == 0;
+// Is (a, b, c, d) an even permutation of 0, 1, 2, 3?
+constexpr bool IsEvenPermutation(int a, int b, int c, int d) {
+  return ((a > b) + (a > c) + (a > d) + (b > c) + (b > d) + (c > d)) % 2 == 0;
 }
 
 size_t EdgeIndex(const Delaunay& delaunay, uint32_t from, uint32_t to) {
@@ -80,37 +75,58 @@ std::vector<double> FaceAreas(const std::vector<Eigen::Vector3f>& cell_positions
   // that they span with the edge's midpoint, which lies in the face's plane. So no tetrahedron
   // needs to know its place around the edge.
   std::vector<double> areas(delaunay.neighbors.size(), 0.0);
-  for (uint32_t t = 0; t < delaunay.tets.size(); ++t) {
-    const auto& tet = delaunay.tets[t];
-    for (int k = 0; k < 4; ++k) {
-      const uint32_t across = delaunay.tet_neighbors[t][k];
-      if (across == kNoTet || across < t) continue;
-      for (int l = 0; l < 4; ++l) {
-        if (l == k) continue;
-        int i = 0, j = 3;
-        while (i == k || i == l) ++i;
-        while (j == k || j == l) --j;
-        if (tet[i] > tet[j]) std::swap(i, j);
-        if (tet[i] >= delaunay.num_sites) continue;  // between guards: unbounded
-        const Eigen::Vector3d p = cell_positions[tet[i]].cast<double>();
-        const Eigen::Vector3d q = cell_positions[tet[j]].cast<double>();
-        const Eigen::Vector3d middle = 0.5 * (p + q);
-        const double triangle = 0.5 * (voronoi_vertices[across] - middle)
-                                          .cross(voronoi_vertices[t] - middle)
-                                          .dot((q - p).normalized());
-        areas[EdgeIndex(delaunay, tet[i], tet[j])] +=
-            IsEvenPermutation(i, j, l, k) ? triangle : -triangle;
+  const TetsOfCells around = ListTetsOfCells(delaunay);
+  struct Edge {
+    Eigen::Vector3d middle;
+    Eigen::Vector3d direction;
+  };
+  // An edge is summed up by its lower cell, over facets in the order of their lower tetrahedra.
+  ParallelForBlocks(delaunay.num_sites, kBlock, [&](int64_t block_begin, int64_t block_end) {
+    std::vector<Edge> edges;
+    // edge_to[j]: index in `edges` of the one to j. Set for the neighbours of the cell at hand.
+    const auto edge_to = std::make_unique_for_overwrite<uint32_t[]>(delaunay.num_cells);
+    for (uint32_t i = block_begin; i < block_end; ++i) {
+      const auto neighbors = delaunay.Neighbors(i);
+      const auto first = std::upper_bound(neighbors.begin(), neighbors.end(), i);
+      double* const area = &areas[delaunay.offsets[i] + (first - neighbors.begin())];
+      edges.clear();
+      const Eigen::Vector3d p = cell_positions[i].cast<double>();
+      for (auto j = first; j != neighbors.end(); ++j) {
+        const Eigen::Vector3d q = cell_positions[*j].cast<double>();
+        edge_to[*j] = static_cast<uint32_t>(edges.size());
+        edges.push_back({0.5 * (p + q), (q - p).normalized()});
+      }
+      if (edges.empty()) continue;
+      for (const uint32_t t : around.Of(i)) {
+        const auto& tet = delaunay.tets[t];
+        const int own = static_cast<int>(std::find(tet.begin(), tet.end(), i) - tet.begin());
+        for (int k = 0; k < 4; ++k) {
+          const uint32_t across = delaunay.tet_neighbors[t][k];
+          if (k == own || across == kNoTet || across < t) continue;
+          for (int l = 0; l < 4; ++l) {
+            const int j = 6 - own - k - l;  // the four corners are 0, 1, 2 and 3
+            if (l == k || l == own || tet[j] < i) continue;
+            // Around the axis i -> j, k lies counter-clockwise of l where the permutation is even.
+            const uint32_t e = edge_to[tet[j]];
+            const Eigen::Vector3d& middle = edges[e].middle;
+            const double triangle = 0.5 * (voronoi_vertices[across] - middle)
+                                              .cross(voronoi_vertices[t] - middle)
+                                              .dot(edges[e].direction);
+            area[e] += IsEvenPermutation(own, j, l, k) ? triangle : -triangle;
+          }
+        }
+      }
+      for (size_t e = 0; e < edges.size(); ++e) area[e] = std::max(area[e], 0.0);
+    }
+  });
+  ParallelForBlocks(delaunay.num_cells, kBlock, [&](int64_t begin, int64_t end) {
+    for (uint32_t i = begin; i < end; ++i) {
+      for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
+        const uint32_t j = delaunay.neighbors[e];
+        if (j < i && j < delaunay.num_sites) areas[e] = areas[EdgeIndex(delaunay, j, i)];
       }
     }
-  }
-  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
-    for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
-      const uint32_t j = delaunay.neighbors[e];
-      if (j < i) continue;
-      areas[e] = std::max(areas[e], 0.0);
-      areas[EdgeIndex(delaunay, j, i)] = areas[e];
-    }
-  }
+  });
   return areas;
 }
 

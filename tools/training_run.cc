@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/training_run.h"
 
+#include "foam/available_memory.h"
 #include "foam/error.h"
+#include "foam/memory_plan.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
 #include "tools/presets.h"
@@ -9,6 +11,8 @@
 #include "tools/training_log.h"
 #include "tools/training_options.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <utility>
@@ -20,11 +24,8 @@
 namespace semfoam {
 namespace {
 
-std::string Megabytes(uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.0f MB", static_cast<double>(bytes) / 1e6);
-  return text;
-}
+// A foam that shows less of the photos' contrast than this has hardly learned them.
+constexpr double kLeastExplainedContrast = 0.5;
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -99,8 +100,15 @@ Model TrainAndWrite(const OptionManager& options,
                     const TrainingRun& run,
                     const std::filesystem::path& output_path) {
   ScenePlan plan = PlanScene(run.scene);
-  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << Megabytes(plan.MemoryBytes())
-            << ")";
+  const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
+  const bool has_semantics = plan.masks.NumPaired() > 0;
+  const int64_t available = AvailableMemory();
+  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
+            << PlanMemory(run.training, has_semantics, num_seeds, photo_bytes).Report() << ", "
+            << FormatBytes(available) << " available";
+  RequireMemory(run.training, has_semantics, num_seeds, photo_bytes, available);
+  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
   const TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
@@ -111,8 +119,7 @@ Model TrainAndWrite(const OptionManager& options,
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
             << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
-            << NumThreads() << (NumThreads() == 1 ? " thread (" : " threads (")
-            << Megabytes(TrainingBytes(run.training, scene.NumClasses())) << ")";
+            << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
 
   std::vector<TrainingProgress> reports;
   TrainingSummary summary = Train(scene, run.training, &reports);
@@ -121,6 +128,21 @@ Model TrainAndWrite(const OptionManager& options,
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
                  << " rays hit the step limit, " << summary.nonfinite_gradients
                  << " updates were skipped; both should be 0.";
+  }
+
+  if (summary.nonfinite_pixels > 0) {
+    LOG(WARNING) << summary.nonfinite_pixels << " of the drawn pixels have a colour that is not "
+                 << "finite and were left out.";
+  }
+  if (summary.unstable_iterations > 0) {
+    LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
+                 << " iterations and recovered; lower learning rates would be right.";
+  }
+  if (summary.explained_contrast < kLeastExplainedContrast) {
+    LOG(WARNING) << "The foam shows only "
+                 << std::lround(100 * std::max(0.0, summary.explained_contrast))
+                 << " % of the contrast of the training photos; more rays, lower learning rates or "
+                 << "better camera poses would be right.";
   }
 
   Model model;

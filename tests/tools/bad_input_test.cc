@@ -229,5 +229,29 @@ INSTANTIATE_TEST_SUITE_P(
             "NoProjectFile", {"foam_analyzer", "--project_path", "no/such.ini"}, "no/such.ini"}),
     [](const auto& info) { return info.param.name; });
 
+TEST(BadInput, ARunThatDoesNotFitIntoMemorySaysSoBeforeItStarts) {
+  const TempFolder folder;
+  const fs::path out = folder / "out";
+  const Outcome outcome = RunProgram("/bin/sh",
+                                     {"-c",
+                                      "ulimit -v 3000000; exec \"$@\"",
+                                      "sh",
+                                      SEMFOAM_PROGRAM,
+                                      "foam_trainer",
+                                      "--image_path",
+                                      (kTabletop / "images").string(),
+                                      "--input_path",
+                                      (kTabletop / "sparse").string(),
+                                      "--output_path",
+                                      out.string(),
+                                      "--FoamTraining.final_sites",
+                                      "4000000"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  ASSERT_THAT(outcome.Errors(), SizeIs(1)) << outcome.err;
+  EXPECT_THAT(outcome.Errors()[0], HasSubstr("would fit"));
+  EXPECT_THAT(outcome.err, HasSubstr("4000000 sites"));
+  EXPECT_THAT(FilesBelow(out), IsEmpty());
+}
+
 }  // namespace
 }  // namespace semfoam

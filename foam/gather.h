@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/parallel.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+// Rearranges rows of `stride` elements: new row k is old row origin[k]. An empty array stays empty.
+// Holds the old and the new array for a moment, so rearrange one array at a time.
+template <typename Element>
+void Gather(const std::vector<uint32_t>& origin, size_t stride, std::vector<Element>* values) {
+  if (values->empty()) return;
+  std::vector<Element> out(origin.size() * stride);
+  ParallelForBlocks(origin.size(), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t k = begin; k < end; ++k) {
+      std::copy_n(&(*values)[origin[k] * stride], stride, &out[k * stride]);
+    }
+  });
+  *values = std::move(out);
+}
+
+}  // namespace semfoam

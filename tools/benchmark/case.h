@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include <benchmark/benchmark.h>
+
+namespace semfoam {
+
+// Cases are registered under their plain name for 1 thread and with "/threads:2" for 2. Both are
+// timed by the wall clock, with a stopwatch of our own: Google Benchmark's rates go by the time of
+// the CPU, unless a case is renamed to ".../real_time".
+
+inline constexpr int kThreadCounts[] = {1, 2};
+
+// A case whose threads each run `body` on their own share of the work.
+void RegisterSharedCase(const std::string& name,
+                        const std::function<void(benchmark::State& state)>& body);
+
+// A case that one thread runs, and whose parallel loops (foam/parallel.h) run on `num_threads`:
+// `body` is to call SetNumThreads once its inputs are made.
+void RegisterParallelCase(
+    const std::string& name,
+    const std::function<void(benchmark::State& state, int num_threads)>& body);
+
+// Sums up the wall-clock time of the scopes that it is given to.
+class Stopwatch {
+ public:
+  class Lap {
+   public:
+    explicit Lap(Stopwatch* watch) : watch_(watch), begin_(Clock::now()) {}
+    ~Lap() { watch_->seconds_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+    Lap(const Lap&) = delete;
+
+   private:
+    using Clock = std::chrono::steady_clock;
+    Stopwatch* const watch_;
+    const Clock::time_point begin_;
+  };
+
+  double seconds() const { return seconds_; }
+
+ private:
+  double seconds_ = 0;
+};
+
+// Calls body(begin, end) for this thread's share of [0, count), a few thousand at a time: the
+// threads take turns, so that each meets the cheap and the dear parts of a picture.
+template <typename Body>
+void ForOwnShare(const benchmark::State& state, int64_t count, Body&& body) {
+  constexpr int64_t kTurn = 4096;
+  for (int64_t begin = kTurn * state.thread_index(); begin < count;
+       begin += kTurn * state.threads()) {
+    body(begin, std::min(count, begin + kTurn));
+  }
+}
+
+// What `amount` of work in all of this thread's laps comes to; the threads' rates add up.
+inline benchmark::Counter Rate(double amount, const Stopwatch& watch) {
+  return benchmark::Counter(amount / watch.seconds());
+}
+
+// A quantity that every thread states alike.
+inline benchmark::Counter Same(double value) {
+  return benchmark::Counter(value, benchmark::Counter::kAvgThreads);
+}
+
+}  // namespace semfoam

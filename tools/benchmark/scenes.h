@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/foam.h"
+#include "foam/ray_batch.h"
+#include "foam/ray_tracer.h"
+#include "foam/view_renderer.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// A foam that is ready to be walked through, and the rays to do it with. Lengths as in the foam:
+// normalised frame.
+struct BenchmarkScene {
+  explicit BenchmarkScene(Foam foam_to_render) : foam(std::move(foam_to_render)), renderer(foam) {}
+  BenchmarkScene(const BenchmarkScene&) = delete;
+
+  const Foam foam;
+  const ViewRenderer renderer;
+  // What walks and forward renders cast: neighbours in the picture follow each other.
+  std::vector<WalkQuery> rays;
+  // What training casts: batches of kBatchRays rays in tiles of 2 x 2 pixels, drawn from all
+  // pixels as the trainer draws them. The targets are one grey and classes in turn: what a ray
+  // should have shown does not change what it costs.
+  std::vector<std::vector<BatchRay>> batches;
+};
+
+inline constexpr int kBatchRays = 4096;  // the trainer's default
+inline constexpr int kNumBatches = 16;
+
+// Sites of a scene made of one thin shell: 70 % on a sphere of radius 0.4 around the origin (with a
+// standard deviation of 0.002 across it), 30 % uniform in the box [-2, 2]^3. In Hilbert order; the
+// same numbers, and so the same sites, wherever std::mt19937 and libstdc++ are the same.
+struct ShellSites {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<uint8_t> is_shell;
+};
+ShellSites MakeShellSites(int64_t num_sites);
+
+// The scene of those sites, with SH of degree 2, identity and 16 classes, seen by one camera of
+// 640 x 480 pixels outside the sphere. Densities are those of a trained foam: the shell's cells
+// have an optical depth of 1 over the spacing of the shell's sites, the others lie at the
+// optimiser's lower bound. Kept until another scene is asked for, so that a run never holds two.
+// Thread-safe.
+std::shared_ptr<const BenchmarkScene> ShellScene(int64_t num_sites);
+
+// The scene of a trained foam, seen from the photos that it was trained on; `rays` are those of the
+// batches. Kept like the above. Throws UserError when the file is no foam, or when its photos
+// have no rays.
+std::shared_ptr<const BenchmarkScene> TrainedScene(const std::filesystem::path& foam_file);
+
+}  // namespace semfoam

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/guard_sites.h"
+#include "foam/optimizer.h"
+#include "foam/parallel.h"
+#include "foam/ray_batch.h"
+#include "foam/total_variation.h"
+#include "foam/view_renderer.h"
+#include "foam/voronoi.h"
+#include "foam/walk.h"
+#include "tools/benchmark/bytes.h"
+#include "tools/benchmark/case.h"
+#include "tools/benchmark/cases.h"
+#include "tools/benchmark/scenes.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+namespace semfoam {
+namespace {
+
+// The regulariser joins, and the planes follow, every so many updates, as in training.
+constexpr int kRoundUpdates = 4;
+
+// All that an update reads and writes, its foam included. Sites learn at rate 0: they stay where
+// their topology holds, and the work is the same.
+class Updater {
+ public:
+  explicit Updater(const BenchmarkScene& scene)
+      : delaunay_(scene.renderer.delaunay()),
+        foam_(scene.foam),
+        optimizer_(foam_),
+        is_clear_(foam_.NumSites(), 0) {
+    SetTopology(delaunay_, &geometry_);
+    density_ = CellDensities(foam_);
+    const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+    tv_weights_ = TotalVariationWeights(
+        delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
+    statistics_.Reset(foam_.NumSites());
+    for (int k = 0; k < kRoundUpdates; ++k) {
+      CastBatch(scene.renderer.geometry(),
+                scene.renderer.shading(),
+                {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
+                RayLossWeights{},
+                static_cast<float>(-std::log(kTransmittanceCutoff)),
+                scene.batches[k],
+                &batches_[k]);
+    }
+  }
+  Updater(const Updater&) = delete;
+
+  // What follows the casting of a batch, kRoundUpdates times: records grouped by cell, Adam; with
+  // the regulariser's gradient in the first and the planes after the last. Returns the number of
+  // gradients that were not finite.
+  int64_t Round() {
+    int64_t not_finite = 0;
+    TotalVariation(delaunay_, tv_weights_, foam_.identity, float{kRoundUpdates}, &tv_gradient_);
+    for (BatchResult& batch : batches_) {
+      not_finite += optimizer_.Step(
+          &batch, tv_gradient_, is_clear_, LearningRates{}, &foam_, &density_, &statistics_);
+      tv_gradient_.clear();
+    }
+    Refresh(WithGuardSites(foam_.positions), &geometry_);
+    return not_finite;
+  }
+
+  // What an update keeps: parameters with two moments, statistics, the regulariser and what follows
+  // from the sites. After a Round.
+  double BytesPerSite() const {
+    return (3.0 * ParameterBytes() * foam_.NumSites() + BytesOf(statistics_.error) +
+            BytesOf(statistics_.contribution) + BytesOf(tv_weights_) + TvGradientBytes() +
+            BytesOf(density_) + WalkBytes(geometry_)) /
+           foam_.NumSites();
+  }
+
+  // What an update has to touch, mean of a Round. After a Round.
+  double BytesPerUpdate() const {
+    const double sites = foam_.NumSites();
+    double records = 0, cells = 0, rays = 0;
+    for (const BatchResult& batch : batches_) {
+      records += double(batch.gradients.NumRecords()) / kRoundUpdates;
+      rays += double(batch.rays.size()) / kRoundUpdates;
+      for (uint32_t cell = 0; cell < foam_.NumSites(); ++cell) {
+        cells += double(!batch.gradients.Of(cell).empty()) / kRoundUpdates;
+      }
+    }
+    // Each record is read and written by two passes, then read once more.
+    const double group = 5 * records * sizeof(GradientRecord);
+    // Parameters and their moments are read and written; so is the density that follows.
+    const double adam = (6 * ParameterBytes() + sizeof(float)) * cells + rays * sizeof(RayOutput);
+    // Weights, neighbours and identities in, the gradient out and in again; then Adam on every
+    // cell's identity.
+    const double tv = BytesOf(tv_weights_) + BytesOf(delaunay_.neighbors) +
+                      BytesOf(foam_.identity) + 2 * TvGradientBytes() +
+                      6 * sizeof(float) * kIdentityDim * (sites - cells);
+    // Sites in, planes out.
+    const double follow = BytesOf(foam_.positions) + WalkBytes(geometry_);
+    return group + adam + (tv + follow) / kRoundUpdates;
+  }
+
+ private:
+  // Of one site: position, density, appearance.
+  double ParameterBytes() const { return 4 * sizeof(float) + AppearanceBytes(foam_); }
+  double TvGradientBytes() const { return sizeof(float) * kIdentityDim * foam_.NumSites(); }
+
+  const Delaunay& delaunay_;
+  Foam foam_;
+  FoamOptimizer optimizer_;
+  const std::vector<uint8_t> is_clear_;
+  std::vector<float> tv_weights_;
+  std::vector<float> tv_gradient_;
+  DensificationStatistics statistics_;
+  std::array<BatchResult, kRoundUpdates> batches_;
+  WalkGeometry<float> geometry_;
+  std::vector<float> density_;
+};
+
+}  // namespace
+
+// What training does between the casting of one batch of 4096 rays and the next.
+void RegisterUpdateCases(int64_t num_sites) {
+  RegisterParallelCase(
+      "update/" + std::to_string(num_sites), [num_sites](benchmark::State& state, int num_threads) {
+        const auto scene = ShellScene(num_sites);
+        Updater updater(*scene);
+        // Moments, planes and scratch get their memory.
+        bool finite = updater.Round() == 0;
+        SetNumThreads(num_threads);
+        Stopwatch watch;
+        int64_t updates = 0;
+        for ([[maybe_unused]] auto iteration : state) {
+          const Stopwatch::Lap lap(&watch);
+          finite &= updater.Round() == 0;
+          updates += kRoundUpdates;
+        }
+        if (!finite) state.SkipWithError("a gradient is not finite");
+        state.counters["updates_per_second"] = Rate(updates, watch);
+        state.counters["sites_per_second"] = Rate(double(updates) * num_sites, watch);
+        state.counters["rays_per_second"] = Rate(double(updates) * kBatchRays, watch);
+        state.counters["bytes_per_site"] = Same(updater.BytesPerSite());
+        state.counters["touched_per_update"] = Same(updater.BytesPerUpdate());
+      });
+}
+
+}  // namespace semfoam

@@ -2,6 +2,7 @@
 #include "foam/cell_statistics.h"
 
 #include "foam/parallel.h"
+#include "foam/ray_tracer.h"
 #include "foam/spherical_harmonics.h"
 
 #include <algorithm>
@@ -47,21 +48,28 @@ CellStatistics MeasureCells(const Foam& foam,
       std::vector<std::vector<Sighting>> blocks((num_rows + kRowsPerBlock - 1) / kRowsPerBlock);
       ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
         std::vector<Sighting>& sightings = blocks[begin / kRowsPerBlock];
-        RayRecord<float> record;
-        record.origin = views.Origin(view).cast<float>();
-        TrainingRay ray;
+        std::vector<Eigen::Vector3f> directions;
         for (int64_t row = first_row + begin; row < first_row + end; ++row) {
+          directions.clear();
+          TrainingRay ray;
           for (int x = 0; x < views.Width(view); x += stride) {
-            if (!views.Ray(view, x, static_cast<int>(row * stride), &ray)) continue;
-            record.direction = ray.direction;
-            record.composite = {};
-            TraceRay(renderer.geometry(), shading, start, cutoff_tau, &record);
-            for (const RecordedPiece<float>& piece : record.pieces) {
-              if (piece.shaded < 0 || piece.cell >= n) continue;
-              const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
-              if (!(shaded.weight > 0)) continue;
-              sightings.push_back(
-                  {piece.cell, shaded.weight, {shaded.color[0], shaded.color[1], shaded.color[2]}});
+            if (views.Ray(view, x, static_cast<int>(row * stride), &ray)) {
+              directions.push_back(ray.direction);
+            }
+          }
+          const std::span<RayTrace> traces = ThreadTraces(directions.size());
+          for (size_t i = 0; i < directions.size(); ++i) {
+            traces[i].origin = views.Origin(view).cast<float>();
+            traces[i].direction = directions[i];
+            traces[i].start_cell = start;
+          }
+          TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
+          for (const RayTrace& trace : traces) {
+            for (int k = 0; k < trace.num_pieces; ++k) {
+              if (!(trace.weight[k] > kNegligibleWeight)) continue;
+              sightings.push_back({trace.pieces[k].cell,
+                                   trace.weight[k],
+                                   {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
             }
           }
         }

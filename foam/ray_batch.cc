@@ -18,6 +18,7 @@ struct BlockSums {
   std::vector<float> bias_gradient;
   int64_t step_limit_hits = 0;
   int64_t num_pieces = 0;
+  int64_t clamped_pieces = 0;
 };
 
 }  // namespace
@@ -62,6 +63,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
       const RayTarget& target = rays[i].target;
       sum.step_limit_hits += trace.hit_step_limit;
       sum.num_pieces += trace.num_pieces;
+      sum.clamped_pieces += trace.clamped.size();
 
       // The classes are many, so they have vector code of their own.
       const RayLossTerms<float> loss = RayLoss(trace.composite, target, {}, (float*)nullptr);
@@ -100,6 +102,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
   result->classifier_bias_gradient.assign(num_classes, 0.f);
   result->step_limit_hits = 0;
   result->num_pieces = 0;
+  result->clamped_pieces = 0;
   for (const BlockSums& sum : sums) {
     result->mean_loss.color += sum.loss.color / rays.size();
     result->mean_loss.opacity += sum.loss.opacity / rays.size();
@@ -113,6 +116,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
     }
     result->step_limit_hits += sum.step_limit_hits;
     result->num_pieces += sum.num_pieces;
+    result->clamped_pieces += sum.clamped_pieces;
   }
 }
 

@@ -52,7 +52,8 @@ struct BatchResult {
   std::vector<float> classifier_bias_gradient;    // [K]
   RayLossTerms<double> mean_loss;                 // unweighted terms, mean over the batch
   int64_t step_limit_hits = 0;
-  int64_t num_pieces = 0;  // cells walked through
+  int64_t num_pieces = 0;      // cells walked through
+  int64_t clamped_pieces = 0;  // of these, left before they were entered (see Walk)
 };
 
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,

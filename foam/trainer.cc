@@ -48,10 +48,12 @@ constexpr int64_t kTvInterval = 4;
 // a thousand rays, and between two of its own steps a cell waits longer than that.
 constexpr int64_t kRefreshInterval = 4;
 
-// Iterations from one triangulation to the next: positions move most at first.
-constexpr int64_t kFirstTriangulationInterval = 20;
-constexpr int64_t kLastTriangulationInterval = 100;
-constexpr int64_t kTriangulationIntervalGrowth = 10;
+// A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
+// ray leaves before it has entered them, and after so many iterations at the latest; but not sooner
+// than after so many, or sites that fly about would keep the triangulation busy and nothing else.
+constexpr double kStaleShare = 1e-3;
+constexpr int64_t kMaxTriangulationInterval = 500;
+constexpr int64_t kMinTriangulationInterval = 20;
 
 // Fractions of the run. Colours settle before matter forms, and the mean colour before its change
 // with direction.
@@ -186,7 +188,8 @@ class Trainer {
   void FollowSites();
   void DrawRays();
   void Iterate();
-  void DensifyIfDue();
+  bool DensifyIfDue();
+  bool TopologyIsStale() const;
   double HeldOutPsnr() const;
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
@@ -220,8 +223,7 @@ class Trainer {
   std::vector<float>
       tv_gradient_;  // [N][kIdentityDim]; empty in iterations without the regulariser
   std::vector<uint32_t> start_cells_;  // per view
-  int64_t next_triangulation_ = 0;
-  int64_t triangulation_interval_ = kFirstTriangulationInterval;
+  int64_t last_triangulation_ = 0;     // iteration
   bool frozen_ = false;
 
   std::vector<BatchRay> rays_;
@@ -281,6 +283,8 @@ void Trainer::Retriangulate() {
   for (size_t i = 0; i < foam_.NumSites(); ++i) {
     if (is_clear_[i]) density_[i] = 0;
   }
+  FollowSites();
+  last_triangulation_ = progress_.iteration;
   ++summary_.triangulations;
   summary_.seconds_triangulating += SecondsSince(begin);
 }
@@ -390,12 +394,12 @@ void Trainer::Iterate() {
 
 // Densification events are spread evenly over [densify_from, densify_until]; each multiplies the
 // sites by what is left to reach the final number, so that prunings are made up for.
-void Trainer::DensifyIfDue() {
-  if (densifications_ >= options_.densify_events) return;
+bool Trainer::DensifyIfDue() {
+  if (densifications_ >= options_.densify_events) return false;
   const double due = options_.densify_from + (options_.densify_until - options_.densify_from) *
                                                  densifications_ /
                                                  std::max(1, options_.densify_events - 1);
-  if (RunFraction() < due || !PositionsMove()) return;
+  if (RunFraction() < due || !PositionsMove()) return false;
   const double growth = std::pow(double(options_.final_sites) / foam_.NumSites(),
                                  1.0 / (options_.densify_events - densifications_));
   DensificationOptions densify;
@@ -406,8 +410,14 @@ void Trainer::DensifyIfDue() {
   densification_.Reset(foam_.NumSites());
   ++densifications_;
   start_cells_.assign(views_.NumViews(), 0);
-  triangulation_interval_ = kFirstTriangulationInterval;
-  next_triangulation_ = progress_.iteration;
+  return true;
+}
+
+bool Trainer::TopologyIsStale() const {
+  const int64_t age = progress_.iteration - last_triangulation_;
+  return age >= kMaxTriangulationInterval ||
+         (age >= kMinTriangulationInterval &&
+          batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
 }
 
 double Trainer::HeldOutPsnr() const {
@@ -481,25 +491,18 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
   double last_report = 0;
   int evaluations = 0;
   Retriangulate();
-  next_triangulation_ = triangulation_interval_;
-  FollowSites();
   while (progress_.iteration < progress_.num_iterations) {
     Iterate();
     ++progress_.iteration;
     progress_.rays += rays_.size();
-    DensifyIfDue();
+    const bool densified = DensifyIfDue();
     if (!frozen_) {
-      const bool freeze_now = !PositionsMove();
-      if (freeze_now || progress_.iteration >= next_triangulation_) {
+      frozen_ = !PositionsMove();
+      if (densified || frozen_ || TopologyIsStale()) {
         Retriangulate();
-        triangulation_interval_ = std::min(triangulation_interval_ + kTriangulationIntervalGrowth,
-                                           kLastTriangulationInterval);
-        next_triangulation_ = progress_.iteration + triangulation_interval_;
-        FollowSites();
       } else if (progress_.iteration % kRefreshInterval == 0) {
         FollowSites();
       }
-      frozen_ = freeze_now;
     }
     if (RunFraction() * kNumEvaluations >= evaluations + 1) {
       ++evaluations;

@@ -40,7 +40,7 @@ struct TrainingOptions {
 
   double densify_from = 0.05;
   double densify_until = 0.6;
-  int densify_events = 20;
+  int densify_events = 10;
   double freeze_positions = 0.9;  // from here on positions stay, and the topology is exact
 
   uint64_t random_seed = 0;

@@ -17,10 +17,11 @@
 // with n.d > 0 and the smallest t = (|n|^2 / 2 - r.n) / (n.d). Everything is relative to the site
 // of the current cell: n (p_i + p_j) / 2 in the frame's own coordinates would cancel.
 //
-// Why it ends: in exact arithmetic p.d grows at every step. In floating point a step forward in t
-// cannot return to where it came from, so a cycle could only consist of steps of zero length; and
-// such a step is taken only if fl(p_j.d) > fl(p_i.d), both computed from the sites themselves. So
-// there is no cycle, whatever the rounding.
+// Why it ends: p.d grows at every step, so no cell is visited twice. In exact arithmetic that is
+// n.d > 0. In floating point it holds where the face is not nearly parallel to the ray; there, and
+// where two crossings lie closer than their rounding, double decides (FindExitInDouble), and asks
+// for p_j.d > p_i.d, both computed from the sites themselves. So there is no cycle, whatever the
+// rounding.
 
 namespace semfoam {
 
@@ -84,23 +85,47 @@ struct CellExit {
   uint32_t edge = kNoEdge;  // index into delaunay->neighbors
 };
 
-// The face through which the ray leaves `cell`, which it entered at t_in. Equal t: the larger n.d /
-// |n|, which leaves an edge or a vertex in the fewest steps.
+// The exit from what double makes of the sites, for the steps that Real cannot be trusted with.
+// Only to sites farther along the ray. Equal t: the larger n.d / |n|, which leaves an edge or a
+// vertex in the fewest steps. Not inlined, to keep what hardly ever runs out of the loop that
+// always does.
+template <typename Real>
+[[gnu::noinline]] CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
+                                                  uint32_t cell,
+                                                  const Eigen::Matrix<Real, 3, 1>& origin,
+                                                  const Eigen::Matrix<Real, 3, 1>& direction) {
+  const Delaunay& delaunay = *geometry.delaunay;
+  const Eigen::Vector3d d = direction.template cast<double>();
+  const Eigen::Vector3d site = geometry.positions[cell].template cast<double>();
+  const Eigen::Vector3d r = origin.template cast<double>() - site;
+  const double here = site.dot(d);
+  double nearest = std::numeric_limits<double>::infinity(), best_cosine = 0;
+  CellExit<Real> exit;
+  for (uint32_t e = delaunay.offsets[cell]; e < delaunay.offsets[cell + 1]; ++e) {
+    const Eigen::Vector3d other = geometry.positions[delaunay.neighbors[e]].template cast<double>();
+    const Eigen::Vector3d n = other - site;
+    const double nd = n.dot(d);
+    if (!(nd > 0) || !(other.dot(d) > here)) continue;
+    const double t = CrossingDistance<double>(r, n, d);
+    const double cosine = nd * nd / n.squaredNorm();
+    if (t < nearest || (t == nearest && cosine > best_cosine)) {
+      nearest = t;
+      best_cosine = cosine;
+      exit = {static_cast<Real>(t), e};
+    }
+  }
+  return exit;
+}
+
+// The face through which the ray leaves `cell`.
 template <typename Real>
 CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         uint32_t cell,
                         const Eigen::Matrix<Real, 3, 1>& origin,
-                        const Eigen::Matrix<Real, 3, 1>& direction,
-                        Real t_in) {
+                        const Eigen::Matrix<Real, 3, 1>& direction) {
   const Delaunay& delaunay = *geometry.delaunay;
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
   const uint32_t begin = delaunay.offsets[cell], end = delaunay.offsets[cell + 1];
-  const auto crossing = [&](uint32_t e) {
-    const FacePlane<Real>& plane = geometry.planes[e];
-    const Real nd = plane.normal.dot(direction);
-    const Real t = (plane.half_squared - plane.normal.dot(r)) / nd;
-    return nd > 0 ? t : std::numeric_limits<Real>::infinity();
-  };
   // Whether a face looks along the ray, and whether it is the nearest so far, is as good as random;
   // so there is no branch on either. First all crossings of a chunk, a loop that compilers turn
   // into vector code, then their minimum.
@@ -126,35 +151,22 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
       exit.t = std::min(exit.t, t);
     }
   }
-  if (second == exit.t && exit.edge != kNoEdge) {
-    Real best_cosine = -1;
-    for (uint32_t e = begin; e < end; ++e) {
-      if (crossing(e) != exit.t) continue;
-      const FacePlane<Real>& plane = geometry.planes[e];
-      const Real nd = plane.normal.dot(direction);
-      const Real cosine = nd * nd / plane.half_squared;
-      if (cosine > best_cosine) {
-        best_cosine = cosine;
-        exit.edge = e;
-      }
-    }
-  }
-  if (exit.edge == kNoEdge || exit.t > t_in) return exit;
+  if (exit.edge == kNoEdge) return exit;
 
-  // A step of zero length: only towards a site that lies farther along the ray. In double, where
-  // products of floats are exact: sites one ulp apart must still be told apart.
-  const auto along = [&](uint32_t c) {
-    return geometry.positions[c].template cast<double>().dot(direction.template cast<double>());
-  };
-  const double here = along(cell);
-  const auto advances = [&](uint32_t e) { return along(delaunay.neighbors[e]) > here; };
-  if (advances(exit.edge)) return exit;
-  exit = {};
-  for (uint32_t e = begin; e < end; ++e) {
-    const Real t = crossing(e);
-    if (t < exit.t && (t > t_in || advances(e))) exit = {t, e};
+  // A crossing is exact to about epsilon (|r| + |n|) |n| / (n.d). The next one must be farther off,
+  // or the order of the two is not known: sites hardly apart have the same faces, and the wrong
+  // half of such a pair would lead the ray astray by more than their distance. And n.d must be more
+  // than its own rounding, or its sign is not known.
+  const FacePlane<Real>& plane = geometry.planes[exit.edge];
+  const Real nd = plane.normal.dot(direction);
+  const Real squared_length = 2 * plane.half_squared;
+  const Real gap = (second - exit.t) * nd;
+  constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
+  if (gap * gap > kRounding * kRounding * (r.squaredNorm() + plane.half_squared) * squared_length &&
+      nd * nd > Real(1e-10) * squared_length) {
+    return exit;
   }
-  return exit;
+  return FindExitInDouble(geometry, cell, origin, direction);
 }
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
@@ -162,8 +174,8 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
 // for every cell that the ray leaves again: [t_in, t_out] is its piece of the ray, `edge` the exit
 // face. clamped: the exit lay before the entry (rounding, or a topology older than the positions),
 // so t_out = t_in, and the face has no say in it. The last, unbounded cell (a guard's) is not
-// visited. Returns false if the walk was cut by the step limit, which a valid topology never does:
-// no cell is visited twice, and the limit is the number of cells.
+// visited. Returns false if the walk was cut by the step limit, which never happens: no cell is
+// visited twice, and the limit is the number of cells.
 template <typename Real, typename Visitor>
 bool Walk(const WalkGeometry<Real>& geometry,
           const Eigen::Matrix<Real, 3, 1>& origin,
@@ -174,7 +186,7 @@ bool Walk(const WalkGeometry<Real>& geometry,
   uint32_t cell = start;
   Real t_in = 0;
   for (uint32_t step = 0; step <= delaunay.num_cells; ++step) {
-    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction, t_in);
+    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction);
     if (exit.edge == kNoEdge) return true;
     const bool clamped = exit.t < t_in;
     const Real t_out = clamped ? t_in : exit.t;

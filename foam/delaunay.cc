@@ -66,16 +66,19 @@ void BuildAdjacency(Delaunay* delaunay) {
     std::vector<uint32_t> around;
     for (int64_t v = begin; v < end; ++v) {
       around.clear();
+      // Each neighbour turns up once per tetrahedron on the shared edge; a linear search of some
+      // fifteen entries is cheaper than sorting eighty. But a guard can have every site for a
+      // neighbour.
+      const bool few = first[v + 1] - first[v] < 256;
       for (uint32_t k = first[v]; k < first[v + 1]; ++k) {
         for (const uint32_t w : tets[incident[k]]) {
-          // Each neighbour turns up once per tetrahedron on the shared edge; a linear search of
-          // some fifteen entries is cheaper than sorting eighty.
-          if (w != v && std::find(around.begin(), around.end(), w) == around.end()) {
-            around.push_back(w);
-          }
+          if (w == v) continue;
+          if (few && std::find(around.begin(), around.end(), w) != around.end()) continue;
+          around.push_back(w);
         }
       }
       std::sort(around.begin(), around.end());
+      around.erase(std::unique(around.begin(), around.end()), around.end());
       delaunay->offsets[v + 1] = static_cast<uint32_t>(around.size());
       out.insert(out.end(), around.begin(), around.end());
     }

@@ -178,6 +178,23 @@ HardCase OutsideCase(double distance, const RayBounds& bounds) {
           }};
 }
 
+// A part of the scene far from the middle of the frame, seen from near by: only what is computed
+// relative to the sites keeps its bits.
+HardCaseResult FarFromTheMiddle(const GradientOracle& oracle) {
+  const Eigen::Vector3d middle(20, 15, -10);
+  std::vector<Eigen::Vector3f> sites;
+  CounterRandom random(25, 0x95, 0);
+  for (int i = 0; i < 400; ++i) sites.push_back(ToFloat(middle + RandomPoint(&random, 0.1)));
+  const RayScene scene(sites, 25);
+  std::vector<RayCase> rays;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d origin = middle + RandomPoint(&random, 0.15);
+    const Eigen::Vector3d aim = middle + RandomPoint(&random, 0.08);
+    rays.push_back(MakeRay(origin, (aim - origin).normalized(), i));
+  }
+  return CheckRays(scene, rays, {}, oracle);
+}
+
 }  // namespace
 
 std::vector<HardCase> FramesCases() {
@@ -195,6 +212,9 @@ std::vector<HardCase> FramesCases() {
       ScaledCase("scene_of_1e-4_units", same + "to 1e-11 units", 1e-5, origin, 1e-12, 1e-11),
       ScaledCase("scene_of_1e6_units", same + "to 0.1 units", 1e5, origin, 1e-12, 0.1),
       ScaledCase("scene_at_utm_coordinates", same + "to a thousandth", 10, utm, 1e-8, 1e-3),
+      {"far_from_the_middle",
+       "colours as in double, to 1e-3 at a density of 2000",
+       FarFromTheMiddle},
       InitialCase("no_points", no_points),
       InitialCase("one_camera", one_camera),
       InitialCase("one_camera_and_no_points", nothing),

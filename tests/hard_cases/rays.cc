@@ -189,7 +189,7 @@ HardCaseResult PerpendicularHops(const GradientOracle& oracle) {
     result.Add(CheckRays(
         scene, {std::begin(rays), std::end(rays)}, bounds, i % 40 == 0 ? oracle : nullptr));
   }
-  result.Expect(result.zero_length_steps > 400,
+  result.Expect(result.zero_length_steps > 100,
                 "only ",
                 result.zero_length_steps,
                 " hops were of no length.");

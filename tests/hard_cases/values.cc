@@ -266,9 +266,45 @@ HardCaseResult EqualIdentities(const GradientOracle&) {
   return result;
 }
 
-// Cells a few ulp wide, whose faces have next to no area, and a cell that has no face at all.
+// What hangs on the areas of the faces.
+struct FaceMeasures {
+  explicit FaceMeasures(const WalkableCells& cells)
+      : areas(FaceAreas(
+            cells.positions, cells.delaunay, VoronoiVertices(cells.positions, cells.delaunay))),
+        volumes(CellVolumes(cells.positions, cells.delaunay, areas)),
+        radii(CellRadii(cells.positions, cells.delaunay)),
+        weights(TotalVariationWeights(cells.delaunay, areas)) {}
+
+  void ExpectFinite(HardCaseResult* result) const {
+    const auto finite = [](const auto& values) {
+      return std::all_of(
+          values.begin(), values.end(), [](auto v) { return std::isfinite(v) && v >= 0; });
+    };
+    result->Expect(finite(areas), "a face area is negative or not finite.");
+    result->Expect(finite(volumes), "a volume is negative or not finite.");
+    result->Expect(finite(radii), "a radius is negative or not finite.");
+    result->Expect(finite(weights), "a weight of the variation is negative or not finite.");
+  }
+
+  std::vector<double> areas, volumes;
+  std::vector<float> radii, weights;
+};
+
+// Cells a few ulp wide, whose faces have next to no area, a cell that has no face at all, and the
+// cells of a grid, most of whose faces are edges or corners.
 HardCaseResult DegenerateFaces(const GradientOracle&) {
   HardCaseResult result;
+  std::vector<Eigen::Vector3f> grid;
+  for (int i = 0; i < 125; ++i) grid.emplace_back(i % 5 / 4.f, i / 5 % 5 / 4.f, i / 25 / 4.f);
+  const WalkableCells grid_cells(grid);
+  const FaceMeasures of_grid(grid_cells);
+  of_grid.ExpectFinite(&result);
+  const double middle_volume = of_grid.volumes[2 * 25 + 2 * 5 + 2];
+  result.Expect(std::abs(middle_volume - 1 / 64.0) < 1e-12,
+                "a cell of the grid has volume ",
+                middle_volume,
+                ".");
+
   std::vector<Eigen::Vector3f> sites = RandomSites(100, 47);
   const Eigen::Vector3f middle(0.3f, -0.6f, 0.7f);
   for (int c = 0; c < 3; ++c) {
@@ -282,25 +318,14 @@ HardCaseResult DegenerateFaces(const GradientOracle&) {
   sites.push_back(middle);
   const uint32_t narrow = 106, empty = 107;
   const WalkableCells cells(sites);
-  const Delaunay& delaunay = cells.delaunay;
-  const std::vector<double> areas =
-      FaceAreas(cells.positions, delaunay, VoronoiVertices(cells.positions, delaunay));
-  const std::vector<double> volumes = CellVolumes(cells.positions, delaunay, areas);
-  const std::vector<float> radii = CellRadii(cells.positions, delaunay);
-  const std::vector<float> weights = TotalVariationWeights(delaunay, areas);
-  const auto finite = [](const auto& values) {
-    return std::all_of(
-        values.begin(), values.end(), [](auto v) { return std::isfinite(v) && v >= 0; });
-  };
-  result.Expect(finite(areas), "a face area is negative or not finite.");
-  result.Expect(finite(volumes), "a volume is negative or not finite.");
-  result.Expect(finite(radii), "a radius is negative or not finite.");
-  result.Expect(finite(weights), "a weight of the variation is negative or not finite.");
-  result.Expect(volumes[narrow] > 0 && volumes[narrow] < 1e-20,
+  const FaceMeasures measures(cells);
+  measures.ExpectFinite(&result);
+  result.Expect(measures.volumes[narrow] > 0 && measures.volumes[narrow] < 1e-20,
                 "the cell one ulp wide has volume ",
-                volumes[narrow],
+                measures.volumes[narrow],
                 ".");
-  result.Expect(delaunay.Neighbors(empty).empty() && volumes[empty] == 0 && radii[empty] == 0,
+  result.Expect(cells.delaunay.Neighbors(empty).empty() && measures.volumes[empty] == 0 &&
+                    measures.radii[empty] == 0,
                 "the duplicate has a cell.");
   return result;
 }

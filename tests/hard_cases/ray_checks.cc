@@ -446,21 +446,20 @@ HardCaseResult CheckRays(const RayScene& scene,
     ParallelForBlocks(rays.size(), 1, [&](int64_t i, int64_t) {
       checked[i] = CheckRay(scene, rays[i], variant, traced[i], reference[i], bounds);
     });
-    size_t num_failures = 0;
+    std::vector<std::string> failures;
     for (size_t i = 0; i < rays.size(); ++i) {
-      for (std::string& failure : checked[i].failures) {
-        failure = variant.name + ", ray " + std::to_string(i) + ": " + failure + ".";
+      for (const std::string& failure : checked[i].failures) {
+        failures.push_back(variant.name + ", ray " + std::to_string(i) + ": " + failure + ".");
       }
-      num_failures += checked[i].failures.size();
-      if (num_failures > kMaxFailures) {
-        checked[i].failures = {};
-        if (i + 1 == rays.size()) {
-          checked[i].failures = {variant.name + ": " + std::to_string(num_failures) +
-                                 " failures in all."};
-        }
-      }
+      checked[i].failures.clear();
       result.Add(checked[i]);
     }
+    if (failures.size() > kMaxFailures) {
+      failures[kMaxFailures] =
+          variant.name + ": " + std::to_string(failures.size()) + " failures in all.";
+      failures.resize(kMaxFailures + 1);
+    }
+    result.failures.insert(result.failures.end(), failures.begin(), failures.end());
     if (variant.in_double && oracle) {
       for (size_t i = 0; i < std::min<size_t>(rays.size(), kOracleRays); ++i) {
         const double deviation = oracle(scene, rays[i], starts[i]);

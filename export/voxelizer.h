@@ -12,8 +12,6 @@
 
 namespace semfoam {
 
-inline constexpr uint32_t kNoCell = 0xffffffffu;
-
 // A regular grid of voxel centres in the normalised frame: voxel (i, j, k) has its centre at
 // origin + voxel_size * (i, j, k). Indices may be negative.
 struct VoxelLattice {

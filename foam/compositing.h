@@ -26,6 +26,10 @@ namespace semfoam {
 // (Normalised frame; 1e-6 over the whole foam, two hundred units across, is an opacity of 2e-4.)
 inline constexpr double kTransparentDensity = 1e-6;
 
+// A piece of this weight or less shows the mean colour of its cell only, and no identity: higher SH
+// degrees and features are not worth fetching for what cannot be seen.
+inline constexpr float kNegligibleWeight = 1e-4f;
+
 inline constexpr int kNumQuantiles = 2;
 
 // One shaded piece of a ray.

@@ -10,6 +10,7 @@
 
 namespace semfoam {
 
+inline constexpr uint32_t kNoCell = 0xffffffffu;
 inline constexpr uint32_t kNoTet = 0xffffffffu;
 
 // The Delaunay triangulation of all cells (sites, then guards), the dual of the foam. Cells i and j

@@ -4,39 +4,34 @@
 #include "foam/activation.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
+#include "foam/update_kernels.h"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include <glog/logging.h>
 
 namespace semfoam {
 namespace {
 
-constexpr float kBeta1 = 0.9f;
-constexpr float kBeta2 =
-    0.99f;  // short memory: a cell sees hundreds of gradients in a run, not tens of thousands
-constexpr float kEpsilon = 1e-15f;
-// Below this raw density a cell's gradient has all but vanished and it could never come back
-// (Radiant Foam's "transparent" value).
-constexpr float kLowestRawDensity = -1;
-
-constexpr int kMaxStride = 4 + 3 * kMaxShCoefficients + kIdentityDim;
-
 // Bias corrections 1 / (1 - beta1^t) and 1 / (1 - beta2^t), by step; from the table's end on they
 // are 1.
-struct BiasCorrection {
-  static constexpr uint32_t kSize = 2048;
-  std::array<float, kSize> first, second;
-
+class BiasCorrection {
+ public:
   BiasCorrection() {
     for (uint32_t t = 0; t < kSize; ++t) {
-      first[t] = static_cast<float>(1 / (1 - std::pow(double(kBeta1), t + 1.0)));
-      second[t] = static_cast<float>(1 / (1 - std::pow(double(kBeta2), t + 1.0)));
+      table_[t] = {static_cast<float>(1 / (1 - std::pow(double(kAdamBeta1), t + 1.0))),
+                   static_cast<float>(1 / (1 - std::pow(double(kAdamBeta2), t + 1.0)))};
     }
   }
+  AdamCorrection At(uint32_t step) const { return table_[std::min(step, kSize - 1)]; }
+
+ private:
+  static constexpr uint32_t kSize = 2048;
+  std::array<AdamCorrection, kSize> table_;
 };
 
 const BiasCorrection& Corrections() {
@@ -44,22 +39,11 @@ const BiasCorrection& Corrections() {
   return corrections;
 }
 
-// One Adam step of one parameter; returns what to add to it.
-float AdamStep(
-    float gradient, float rate, float correct1, float correct2, float* first, float* second) {
-  *first = kBeta1 * *first + (1 - kBeta1) * gradient;
-  *second = kBeta2 * *second + (1 - kBeta2) * gradient * gradient;
-  return -rate * (*first * correct1) / (std::sqrt(*second * correct2) + kEpsilon);
-}
-
-int Stride(const Foam& foam) {
-  return 4 + foam.ShStride() + (foam.HasSemantics() ? kIdentityDim : 0);
-}
-
 }  // namespace
 
 FoamOptimizer::FoamOptimizer(const Foam& foam)
-    : stride_(Stride(foam)),
+    : row_(foam.sh_degree, foam.HasSemantics()),
+      stride_(row_.size),
       first_(foam.NumSites() * stride_, 0.f),
       second_(foam.NumSites() * stride_, 0.f),
       steps_(foam.NumSites(), 0),
@@ -71,113 +55,93 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<uint8_t>& is_clear,
                             const LearningRates& rates,
                             Foam* foam,
+                            std::vector<float>* density,
                             DensificationStatistics* statistics) {
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
   CHECK_EQ(steps_.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
   const int sh_stride = foam->ShStride();
-  const int num_coefficients = NumShCoefficients(foam->sh_degree);
-  const int identity_begin = 4 + sh_stride;
   const bool has_tv = !tv_gradient.empty();
   batch->gradients.Group(num_sites);
 
-  std::array<float, kMaxStride> rate;
-  std::fill_n(rate.begin(), 3, rates.position);
-  rate[3] = rates.density;
-  std::fill_n(rate.begin() + 4, 3, rates.sh_dc);
-  std::fill_n(rate.begin() + 7, sh_stride - 3, rates.sh_rest);
-  std::fill(rate.begin() + identity_begin, rate.begin() + stride_, rates.identity);
+  alignas(64) std::array<float, ParameterRow::kMaxSize> rate = {};
+  std::fill_n(rate.begin(), row_.position, rates.identity);
+  std::fill_n(rate.begin() + row_.position, 3, rates.position);
+  rate[row_.density] = rates.density;
+  std::fill_n(rate.begin() + row_.sh, 3, rates.sh_dc);
+  std::fill_n(rate.begin() + row_.sh + 3, sh_stride - 3, rates.sh_rest);
 
   std::atomic<int64_t> not_finite = 0;
   ParallelForBlocks(num_sites, 256, [&](int64_t begin, int64_t end) {
-    std::array<float, kMaxStride> gradient;
+    alignas(64) std::array<float, ParameterRow::kMaxSize> gradient, change;
     for (int64_t i = begin; i < end; ++i) {
       const auto records = batch->gradients.Of(i);
       if (records.empty() && !has_tv) continue;
-      std::fill_n(gradient.begin(), stride_, 0.f);
-      float* const sh = gradient.data() + 4;
-      float* const identity = gradient.data() + identity_begin;
-      float largest_weight = 0;
-      for (const GradientRecord& record : records) {
-        const CellContribution<float>& c = record.contribution;
-        for (int a = 0; a < 3; ++a) gradient[a] += c.position[a];
-        gradient[3] += c.density;
-        if (c.weight == 0) continue;
-        largest_weight = std::max(largest_weight, c.weight);
-        const RayOutput& ray = batch->rays[record.ray];
-        float weighted[3];
-        for (int a = 0; a < 3; ++a) {
-          weighted[a] = (c.color_mask >> a & 1) ? c.weight * ray.color_gradient[a] : 0.f;
-        }
-        for (int k = 0; k < num_coefficients; ++k) {
-          for (int a = 0; a < 3; ++a) sh[3 * k + a] += ray.sh_basis[k] * weighted[a];
-        }
-        if (foam->HasSemantics()) {
-          for (int a = 0; a < kIdentityDim; ++a) identity[a] += c.weight * ray.identity_gradient[a];
-        }
-      }
-      gradient[3] *= DensityDerivative(foam->raw_density[i]);
+      // A step that is the regulariser's alone moves the identity and nothing else.
+      const int num_parameters = records.empty() ? kIdentityDim : stride_;
+      std::fill_n(gradient.begin(), num_parameters, 0.f);
+      const float largest_weight = SumRecords(records, batch->rays.data(), row_, gradient.data());
+      gradient[row_.density] *= DensityDerivative(foam->raw_density[i]);
       if (has_tv) {
-        for (int a = 0; a < kIdentityDim; ++a) identity[a] += tv_gradient[i * kIdentityDim + a];
+        for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
       }
       float sum = 0;
-      for (int k = 0; k < stride_; ++k) sum += gradient[k] * gradient[k];
+      for (int k = 0; k < num_parameters; ++k) sum += gradient[k] * gradient[k];
       if (!std::isfinite(sum)) {
         ++not_finite;
         continue;
       }
-      const Eigen::Vector3f by_position(gradient[0], gradient[1], gradient[2]);
-      statistics->error[i] += by_position.norm();
-      statistics->contribution[i] = std::max(statistics->contribution[i], largest_weight);
-
-      // A step that is the regulariser's alone moves the identity and nothing else.
-      const int first_parameter = records.empty() ? identity_begin : 0;
-      const uint32_t t = std::min(steps_[i]++, BiasCorrection::kSize - 1);
-      const float correct1 = Corrections().first[t], correct2 = Corrections().second[t];
-      float* const m = &first_[i * stride_];
-      float* const v = &second_[i * stride_];
-      std::array<float, kMaxStride> change;
-      for (int k = first_parameter; k < stride_; ++k) {
-        change[k] = AdamStep(gradient[k], rate[k], correct1, correct2, &m[k], &v[k]);
-      }
+      const AdamCorrection correction = Corrections().At(steps_[i]++);
+      AdamStep(correction,
+               num_parameters,
+               gradient.data(),
+               rate.data(),
+               &first_[i * stride_],
+               &second_[i * stride_],
+               change.data());
       if (!records.empty()) {
+        const Eigen::Vector3f by_position(&gradient[row_.position]);
+        statistics->error[i] += by_position.norm();
+        statistics->contribution[i] = std::max(statistics->contribution[i], largest_weight);
         Eigen::Vector3f& position = foam->positions[i];
-        position += Eigen::Vector3f(change[0], change[1], change[2]);
+        position += Eigen::Vector3f(&change[row_.position]);
         const float distance = position.norm();
         if (distance > kFarRadius) position *= kFarRadius / distance;
-        float& raw = foam->raw_density[i];
-        raw = is_clear[i] ? kLowestRawDensity : std::max(raw + change[3], kLowestRawDensity);
-        for (int k = 0; k < sh_stride; ++k) foam->sh[i * sh_stride + k] += change[4 + k];
-      }
-      if (foam->HasSemantics()) {
-        for (int a = 0; a < kIdentityDim; ++a) {
-          foam->identity[i * kIdentityDim + a] += change[identity_begin + a];
+        if (!is_clear[i]) {
+          float& raw = foam->raw_density[i];
+          raw = std::max(raw + change[row_.density], kLowestRawDensity);
+          (*density)[i] = Density(raw);
         }
+        for (int k = 0; k < sh_stride; ++k) foam->sh[i * sh_stride + k] += change[row_.sh + k];
       }
+      for (int a = 0; a < row_.position; ++a) foam->identity[i * kIdentityDim + a] += change[a];
     }
   });
 
-  const uint32_t t = std::min(classifier_steps_++, BiasCorrection::kSize - 1);
-  const float correct1 = Corrections().first[t], correct2 = Corrections().second[t];
-  for (int k = 0; k < foam->num_classes; ++k) {
-    for (int a = 0; a <= kIdentityDim; ++a) {
-      const bool is_bias = a == kIdentityDim;
-      const float gradient = is_bias ? batch->classifier_bias_gradient[k]
-                                     : batch->classifier_weight_gradient[k * kIdentityDim + a];
-      if (!std::isfinite(gradient)) {
-        ++not_finite;
-        continue;
-      }
-      const size_t slot = size_t(k) * (kIdentityDim + 1) + a;
-      float& parameter =
-          is_bias ? foam->classifier_bias[k] : foam->classifier_weight[k * kIdentityDim + a];
-      parameter += AdamStep(gradient,
-                            rates.classifier,
-                            correct1,
-                            correct2,
-                            &classifier_first_[slot],
-                            &classifier_second_[slot]);
+  // The classifier: weights, then biases.
+  const AdamCorrection correction = Corrections().At(classifier_steps_++);
+  size_t slot = 0;
+  for (const auto& [gradient, parameters] :
+       {std::pair(&batch->classifier_weight_gradient, &foam->classifier_weight),
+        std::pair(&batch->classifier_bias_gradient, &foam->classifier_bias)}) {
+    const size_t count = parameters->size();
+    CHECK_EQ(gradient->size(), count);
+    if (!std::all_of(
+            gradient->begin(), gradient->end(), [](float g) { return std::isfinite(g); })) {
+      ++not_finite;
+    } else {
+      const std::vector<float> rate_of_each(count, rates.classifier);
+      std::vector<float> change_of_each(count);
+      AdamStep(correction,
+               static_cast<int>(count),
+               gradient->data(),
+               rate_of_each.data(),
+               &classifier_first_[slot],
+               &classifier_second_[slot],
+               change_of_each.data());
+      for (size_t k = 0; k < count; ++k) (*parameters)[k] += change_of_each[k];
     }
+    slot += count;
   }
   return not_finite;
 }

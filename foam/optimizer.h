@@ -34,18 +34,24 @@ struct DensificationStatistics {
 // is left alone, its moments too: with some 1e4 rays a step, most cells are idle in most steps, and
 // momentum would push them blindly. Each cell counts its own steps for the bias correction, so a
 // new cell starts as cautiously as the first ones did.
+// Below this raw density a cell's gradient has all but vanished and it could never come back
+// (Radiant Foam's "transparent" value).
+inline constexpr float kLowestRawDensity = -1;
+
 class FoamOptimizer {
  public:
   explicit FoamOptimizer(const Foam& foam);
 
   // One step with the batch's gradients (grouped by cell here). `tv_gradient` is
-  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] are made and kept transparent. A cell
-  // with a gradient that is not finite keeps its parameters; returns the number of such cells.
+  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] keep their density. `density` [N or
+  // more] follows the foam's, activated. A cell with a gradient that is not finite keeps its
+  // parameters; returns the number of such cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
                const std::vector<uint8_t>& is_clear,
                const LearningRates& rates,
                Foam* foam,
+               std::vector<float>* density,
                DensificationStatistics* statistics);
 
   // Follows the foam through a densification: new site k takes the moments of old site origin[k],
@@ -53,11 +59,12 @@ class FoamOptimizer {
   void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
 
  private:
-  int stride_;                   // parameters of a site: 3 position, 1 density, SH, identity
-  std::vector<float> first_;     // [N][stride_] first moments
-  std::vector<float> second_;    // [N][stride_] second moments
-  std::vector<uint32_t> steps_;  // [N]
-  std::vector<float> classifier_first_;  // [K][kIdentityDim + 1]
+  ParameterRow row_;
+  int stride_;                           // of a site's row
+  std::vector<float> first_;             // [N][stride_] first moments
+  std::vector<float> second_;            // [N][stride_] second moments
+  std::vector<uint32_t> steps_;          // [N]
+  std::vector<float> classifier_first_;  // weights [K][kIdentityDim], biases [K]
   std::vector<float> classifier_second_;
   uint32_t classifier_steps_ = 0;
 };

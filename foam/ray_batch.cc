@@ -32,6 +32,8 @@ void CastBatch(const WalkGeometry<float>& geometry,
   const int64_t block_size = BlockSize(rays.size());
   const size_t num_blocks = (rays.size() + block_size - 1) / block_size;
   const int num_classes = classifier.num_classes;
+  const int num_coefficients = NumShCoefficients(shading.sh_degree);
+  const ParameterRow row(shading.sh_degree, shading.identity != nullptr);
   const float per_ray = 1.f / rays.size();
   std::vector<BlockSums> sums(num_blocks);
   auto& blocks = result->gradients.blocks();
@@ -45,50 +47,51 @@ void CastBatch(const WalkGeometry<float>& geometry,
     BlockSums& sum = sums[block];
     sum.weight_gradient.assign(num_classes * kIdentityDim, 0.f);
     sum.bias_gradient.assign(num_classes, 0.f);
-    std::vector<float> logits(num_classes);
-    thread_local RayRecord<float> record;
+    ClassLoss class_loss(classifier);
+    const std::span<RayTrace> traces = ThreadTraces(end - begin);
     for (int64_t i = begin; i < end; ++i) {
-      const BatchRay& ray = rays[i];
-      record.origin = ray.origin;
-      record.direction = ray.direction;
-      record.composite = {};
-      std::copy_n(ray.quantile_tau, kNumQuantiles, record.composite.quantile_tau);
-      TraceRay(geometry, shading, ray.start_cell, cutoff_tau, &record);
-      sum.step_limit_hits += record.hit_step_limit;
-      sum.num_pieces += record.pieces.size();
+      RayTrace& trace = traces[i - begin];
+      trace.origin = rays[i].origin;
+      trace.direction = rays[i].direction;
+      trace.start_cell = rays[i].start_cell;
+      std::copy_n(rays[i].quantile_tau, kNumQuantiles, trace.quantile_tau);
+    }
+    TraceRays(geometry, shading, cutoff_tau, traces);
+    for (int64_t i = begin; i < end; ++i) {
+      const RayTrace& trace = traces[i - begin];
+      const RayTarget& target = rays[i].target;
+      sum.step_limit_hits += trace.hit_step_limit;
+      sum.num_pieces += trace.num_pieces;
 
-      const RayLossTerms<float> loss =
-          RayLoss(record.composite, ray.target, classifier, logits.data());
+      // The classes are many, so they have vector code of their own.
+      const RayLossTerms<float> loss = RayLoss(trace.composite, target, {}, (float*)nullptr);
       sum.loss.color += loss.color;
       sum.loss.opacity += loss.opacity;
       sum.loss.quantile += loss.quantile;
-      sum.loss.identity += loss.identity;
       RayGradient<float> gradient =
-          RayLossGradient(record.composite, ray.target, classifier, weights, logits.data());
-
-      if (num_classes > 0 && ray.target.class_index != kUnlabelled) {
-        for (int k = 0; k < num_classes; ++k) {
-          for (int c = 0; c < kIdentityDim; ++c) {
-            sum.weight_gradient[k * kIdentityDim + c] +=
-                logits[k] * record.composite.identity[c] * per_ray;
-          }
-          sum.bias_gradient[k] += logits[k] * per_ray;
-        }
+          RayLossGradient(trace.composite, target, {}, weights, (float*)nullptr);
+      if (num_classes > 0 && target.class_index != kUnlabelled) {
+        sum.loss.identity += class_loss.Add(trace.composite.identity,
+                                            target.class_index,
+                                            static_cast<float>(weights.identity),
+                                            per_ray,
+                                            gradient.identity,
+                                            sum.weight_gradient.data(),
+                                            sum.bias_gradient.data());
       }
-      RayOutput& out = result->rays[i];
-      for (int c = 0; c < 3; ++c) {
-        gradient.color[c] *= per_ray;
-        out.color_gradient[c] = gradient.color[c];
-      }
+      for (float& g : gradient.color) g *= per_ray;
       gradient.opacity *= per_ray;
       for (float& g : gradient.quantile_depth) g *= per_ray;
-      for (int c = 0; c < kIdentityDim; ++c) {
-        out.identity_gradient[c] = gradient.identity[c] * per_ray;
+      float* const out = result->rays[i].parameters;
+      for (int c = 0; c < row.position; ++c) out[c] = gradient.identity[c] * per_ray;
+      std::fill(out + row.position, out + row.sh, 0.f);
+      for (int k = 0; k < num_coefficients; ++k) {
+        for (int c = 0; c < 3; ++c) {
+          out[row.sh + 3 * k + c] = gradient.color[c] * trace.sh_basis[k];
+        }
       }
-      std::copy_n(record.sh_basis, kMaxShCoefficients, out.sh_basis);
-      BackpropagateRay(geometry, record, gradient, [&](const CellContribution<float>& c) {
-        records.push_back({static_cast<uint32_t>(i), c});
-      });
+      std::fill(out + row.sh + 3 * num_coefficients, out + row.size, 0.f);
+      BackpropagateRay(trace, gradient, geometry.num_sites, static_cast<uint32_t>(i), &records);
     }
   });
 

@@ -3,7 +3,8 @@
 
 #include "foam/gradient_sum.h"
 #include "foam/ray_loss.h"
-#include "foam/ray_record.h"
+#include "foam/ray_tracer.h"
+#include "foam/spherical_harmonics.h"
 
 #include <cstdint>
 #include <vector>
@@ -19,17 +20,34 @@ struct BatchRay {
   RayTarget target;
 };
 
-// The part of a ray's gradient that all its cells share (see CellContribution).
+// The parameters of a cell in one row, as gradients and moments hold them: identity (only with
+// semantics), position, raw density, SH; then zeros, up to a multiple of four.
+struct ParameterRow {
+  static constexpr int kMaxSize = kIdentityDim + 4 + 3 * kMaxShCoefficients;
+
+  ParameterRow(int sh_degree, bool has_semantics)
+      : position(has_semantics ? kIdentityDim : 0),
+        density(position + 3),
+        sh(position + 4),
+        size((sh + 3 * NumShCoefficients(sh_degree) + 3) / 4 * 4) {}
+
+  int position;  // where it begins; the identity begins at 0
+  int density;
+  int sh;
+  int size;
+};
+
+// The part of a ray's gradient that all its cells share (see CellContribution): the derivatives of
+// the loss by the identity and the SH coefficients of a cell of weight 1, as a ParameterRow with
+// zeros in place of position and density.
 struct RayOutput {
-  float color_gradient[3];
-  float identity_gradient[kIdentityDim];
-  float sh_basis[kMaxShCoefficients];
+  alignas(64) float parameters[(ParameterRow::kMaxSize + 15) / 16 * 16];
 };
 
 // What casting a batch leaves behind. Reused from batch to batch.
 struct BatchResult {
   GradientSum gradients;                          // not grouped yet
-  std::vector<RayOutput> rays;                    // [batch size]
+  LargePageVector<RayOutput> rays;                // [batch size]
   std::vector<float> classifier_weight_gradient;  // [K][kIdentityDim], mean over the batch
   std::vector<float> classifier_bias_gradient;    // [K]
   RayLossTerms<double> mean_loss;                 // unweighted terms, mean over the batch

@@ -30,7 +30,7 @@ struct CellShading {
 template <typename Real>
 struct RecordedPiece {
   uint32_t cell;
-  uint32_t edge;   // exit face, index into delaunay->neighbors
+  uint32_t next;   // the cell behind the exit face
   int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the piece
                    // has no length
   bool clamped;    // the exit face has no say in t_out (see Walk)
@@ -69,10 +69,10 @@ void TraceRay(const WalkGeometry<Real>& geometry,
             record->origin,
             record->direction,
             start,
-            [&](uint32_t cell, Real t_in, Real t_out, uint32_t edge, bool clamped) {
+            [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
               RecordedPiece<Real>& piece = record->pieces.emplace_back();
               piece.cell = cell;
-              piece.edge = edge;
+              piece.next = next;
               piece.shaded = -1;
               piece.clamped = clamped;
               piece.t_out = t_out;
@@ -83,12 +83,13 @@ void TraceRay(const WalkGeometry<Real>& geometry,
               piece.shaded = index;
               ShadedPiece<Real>& shaded =
                   record->shaded.emplace_back(AddPiece(t_in, t_out, sigma, index, &composite));
+              const bool counts = shaded.weight > Real(kNegligibleWeight);
               ShColor(record->sh_basis,
-                      num_coefficients,
+                      counts ? num_coefficients : 1,
                       shading.sh + size_t(cell) * 3 * num_coefficients,
                       shaded.color);
               for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
-              if (shading.identity != nullptr) {
+              if (counts && shading.identity != nullptr) {
                 const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
                 for (int c = 0; c < kIdentityDim; ++c) {
                   composite.identity[c] += shaded.weight * identity[c];
@@ -101,7 +102,8 @@ void TraceRay(const WalkGeometry<Real>& geometry,
 // What one ray says to one cell. Colour and identity gradients are outer products with per-ray
 // vectors, so the weight is all that is needed: dL/dsh[k][c] = weight * gradient.color[c] *
 // sh_basis[k] where bit c of color_mask is set (the channel is not clamped at black), dL/df =
-// weight * gradient.identity.
+// weight * gradient.identity; the former for k = 0 only and the latter not at all where the weight
+// is negligible.
 template <typename Real>
 struct CellContribution {
   uint32_t cell;
@@ -119,12 +121,11 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
                       const RayGradient<Real>& gradient,
                       Emit&& emit) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
-  const Delaunay& delaunay = *geometry.delaunay;
   if (record.pieces.empty()) return;
   BackwardPass<Real> pass(record.composite, gradient);
 
   const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
-    if (contribution.cell >= delaunay.num_sites) return;
+    if (contribution.cell >= geometry.num_sites) return;
     if (contribution.weight == 0 && contribution.density == 0 && contribution.position.isZero(0)) {
       return;
     }
@@ -132,8 +133,7 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
   };
 
   // The cell behind the face at hand: it is complete once the face has added its share.
-  CellContribution<Real> behind{
-      delaunay.neighbors[record.pieces.back().edge], 0, Real(0), Real(0), Vector::Zero()};
+  CellContribution<Real> behind{record.pieces.back().next, 0, Real(0), Real(0), Vector::Zero()};
   Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
   for (size_t n = record.pieces.size(); n-- > 0;) {
     const RecordedPiece<Real>& piece = record.pieces[n];
@@ -151,7 +151,7 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
     }
     if (piece.clamped) {
       by_t_in += by_t_out;
-    } else if (const Vector& n = geometry.planes[piece.edge].normal;
+    } else if (const Vector n = geometry.positions[piece.next] - geometry.positions[piece.cell];
                by_t_out != 0 && !IsGrazing(n, record.direction)) {
       const Vector r = record.origin - geometry.positions[piece.cell];
       Vector dt_here, dt_behind;

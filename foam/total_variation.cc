@@ -2,8 +2,10 @@
 #include "foam/total_variation.h"
 
 #include "foam/parallel.h"
+#include "foam/update_kernels.h"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace semfoam {
 
@@ -40,6 +42,18 @@ double TotalVariation(const Delaunay& delaunay,
   gradient->resize(identity.size());
   std::vector<double> sums((delaunay.num_sites + kBlock - 1) / kBlock, 0.0);
   ParallelForBlocks(delaunay.num_sites, kBlock, [&](int64_t begin, int64_t end) {
+    if constexpr (std::is_same_v<Real, float>) {
+      sums[begin / kBlock] = TotalVariationOfCells(delaunay.offsets.data(),
+                                                   delaunay.neighbors.data(),
+                                                   weights.data(),
+                                                   delaunay.num_sites,
+                                                   identity.data(),
+                                                   scale,
+                                                   static_cast<uint32_t>(begin),
+                                                   static_cast<uint32_t>(end),
+                                                   gradient->data());
+      return;
+    }
     double sum = 0;
     for (int64_t i = begin; i < end; ++i) {
       const Real* f_i = &identity[i * kIdentityDim];

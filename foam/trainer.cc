@@ -12,6 +12,7 @@
 #include "foam/parallel.h"
 #include "foam/random.h"
 #include "foam/ray_batch.h"
+#include "foam/ray_tracer.h"
 #include "foam/schedule.h"
 #include "foam/total_variation.h"
 #include "foam/view_renderer.h"
@@ -40,6 +41,10 @@ constexpr int kTileStep = 2;
 // The regulariser touches every cell, the rays only some: it takes one step in so many, with so
 // many times the weight.
 constexpr int64_t kTvInterval = 4;
+
+// The planes follow the sites every so many iterations: moving all of them costs as much as casting
+// a thousand rays, and between two of its own steps a cell waits longer than that.
+constexpr int64_t kRefreshInterval = 4;
 
 // Iterations from one triangulation to the next: positions move most at first.
 constexpr int64_t kFirstTriangulationInterval = 20;
@@ -252,6 +257,7 @@ void Trainer::Retriangulate() {
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
+  SetTopology(delaunay_, &geometry_);
   is_clear_.assign(foam_.NumSites(), 0);
   ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
@@ -259,19 +265,20 @@ void Trainer::Retriangulate() {
           std::any_of(clear_cones_.begin(), clear_cones_.end(), [&](const ClearCone& cone) {
             return cone.Contains(foam_.positions[i]);
           });
+      if (is_clear_[i]) foam_.raw_density[i] = kLowestRawDensity;
     }
   });
+  // Empty cells need not be shaded at all.
+  density_ = CellDensities(foam_);
+  for (size_t i = 0; i < foam_.NumSites(); ++i) {
+    if (is_clear_[i]) density_[i] = 0;
+  }
   ++summary_.triangulations;
   summary_.seconds_triangulating += SecondsSince(begin);
 }
 
-// Brings everything that depends on the parameters up to date with them.
-void Trainer::FollowSites() {
-  if (!frozen_ || geometry_.positions.empty()) {
-    Refresh(WithGuardSites(foam_.positions), delaunay_, &geometry_);
-  }
-  density_ = CellDensities(foam_);
-}
+// Brings the planes up to date with the sites.
+void Trainer::FollowSites() { Refresh(WithGuardSites(foam_.positions), &geometry_); }
 
 void Trainer::DrawRays() {
   // Rays come in tiles of neighbouring pixels, which walk through the same cells and find them in
@@ -350,8 +357,8 @@ void Trainer::Iterate() {
                               &tv_gradient_);
     ++tv_count_;
   }
-  summary_.nonfinite_gradients +=
-      optimizer_->Step(&batch_, tv_gradient_, is_clear_, Rates(), &foam_, &densification_);
+  summary_.nonfinite_gradients += optimizer_->Step(
+      &batch_, tv_gradient_, is_clear_, Rates(), &foam_, &density_, &densification_);
   summary_.step_limit_hits += batch_.step_limit_hits;
   summary_.pieces += batch_.num_pieces;
   loss_sum_.color += batch_.mean_loss.color;
@@ -394,23 +401,29 @@ double Trainer::HeldOutPsnr() const {
     const int rows = (views_.Height(view) + kEvaluationStride - 1) / kEvaluationStride;
     std::vector<double> row_error(rows, 0.0);
     std::vector<int64_t> row_count(rows, 0);
-    ParallelForBlocks(rows, 4, [&](int64_t begin, int64_t end) {
-      RayRecord<float> record;
-      record.origin = views_.Origin(view).cast<float>();
-      TrainingRay ray;
-      for (int64_t row = begin; row < end; ++row) {
-        for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
-          if (!views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) continue;
-          record.direction = ray.direction;
-          record.composite = {};
-          TraceRay(geometry_, shading, start, cutoff_tau, &record);
-          const float transmittance = record.composite.Transmittance();
-          for (int c = 0; c < 3; ++c) {
-            const double shown = std::min(record.composite.color[c] + transmittance, 1.f);
-            row_error[row] += (shown - ray.color[c]) * (shown - ray.color[c]) / 3;
-          }
-          ++row_count[row];
+    ParallelForBlocks(rows, 1, [&](int64_t row, int64_t) {
+      std::vector<TrainingRay> rays;
+      for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
+        TrainingRay ray;
+        if (views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray)) {
+          rays.push_back(ray);
         }
+      }
+      const std::span<RayTrace> traces = ThreadTraces(rays.size());
+      for (size_t i = 0; i < rays.size(); ++i) {
+        traces[i].origin = views_.Origin(view).cast<float>();
+        traces[i].direction = rays[i].direction;
+        traces[i].start_cell = start;
+      }
+      TraceRays(geometry_, shading, cutoff_tau, traces);
+      for (size_t i = 0; i < traces.size(); ++i) {
+        const RayComposite<float>& composite = traces[i].composite;
+        const float transmittance = composite.Transmittance();
+        for (int c = 0; c < 3; ++c) {
+          const double shown = std::min(composite.color[c] + transmittance, 1.f);
+          row_error[row] += (shown - rays[i].color[c]) * (shown - rays[i].color[c]) / 3;
+        }
+        ++row_count[row];
       }
     });
     const double error = std::accumulate(row_error.begin(), row_error.end(), 0.0);
@@ -461,11 +474,11 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
         triangulation_interval_ = std::min(triangulation_interval_ + kTriangulationIntervalGrowth,
                                            kLastTriangulationInterval);
         next_triangulation_ = progress_.iteration + triangulation_interval_;
+        FollowSites();
+      } else if (progress_.iteration % kRefreshInterval == 0) {
+        FollowSites();
       }
-      FollowSites();
       frozen_ = freeze_now;
-    } else {
-      FollowSites();
     }
     if (RunFraction() * kNumEvaluations >= evaluations + 1) {
       ++evaluations;

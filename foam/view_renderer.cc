@@ -5,12 +5,19 @@
 #include "foam/classifier.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
+#include "foam/ray_tracer.h"
 
 #include <cmath>
 
 #include <glog/logging.h>
 
 namespace semfoam {
+namespace {
+
+// Neighbouring pixels, traced together.
+constexpr int64_t kRaysPerBlock = 256;
+
+}  // namespace
 
 std::vector<float> CellDensities(const Foam& foam) {
   std::vector<float> density(foam.NumSites() + kNumGuardSites, 0.f);
@@ -52,18 +59,24 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
   const uint32_t start = StartCell(rays.origin);
   const CellShading<float> shading = this->shading();
   const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
-  ParallelForBlocks(num_pixels, 1024, [&](int64_t begin, int64_t end) {
-    RayRecord<float> record;
-    record.origin = rays.origin.cast<float>();
-    std::vector<float> logits(foam_.num_classes);
+  ParallelForBlocks(num_pixels, kRaysPerBlock, [&](int64_t begin, int64_t end) {
+    std::vector<int64_t> pixels;
     for (int64_t i = begin; i < end; ++i) {
-      if (rays.directions[i].isZero(0)) continue;
-      record.direction = rays.directions[i];
-      record.composite = {};
-      record.composite.quantile_tau[0] = std::log(2.f);
-      TraceRay(geometry_, shading, start, cutoff_tau, &record);
-      CHECK(!record.hit_step_limit) << "a ray walked in circles";
-      const RayComposite<float>& ray = record.composite;
+      if (!rays.directions[i].isZero(0)) pixels.push_back(i);
+    }
+    const std::span<RayTrace> traces = ThreadTraces(pixels.size());
+    for (size_t k = 0; k < pixels.size(); ++k) {
+      traces[k].origin = rays.origin.cast<float>();
+      traces[k].direction = rays.directions[pixels[k]];
+      traces[k].start_cell = start;
+      traces[k].quantile_tau[0] = std::log(2.f);
+    }
+    TraceRays(geometry_, shading, cutoff_tau, traces);
+    std::vector<float> logits(foam_.num_classes);
+    for (size_t k = 0; k < traces.size(); ++k) {
+      CHECK(!traces[k].hit_step_limit) << "a ray walked in circles";
+      const RayComposite<float>& ray = traces[k].composite;
+      const int64_t i = pixels[k];
       const float transmittance = ray.Transmittance();
       view.color[i] =
           Eigen::Vector3f(ray.color[0], ray.color[1], ray.color[2]).array() + transmittance;

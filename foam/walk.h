@@ -2,8 +2,10 @@
 #pragma once
 
 #include "foam/delaunay.h"
+#include "foam/large_pages.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -17,21 +19,26 @@
 // with n.d > 0 and the smallest t = (|n|^2 / 2 - r.n) / (n.d). Everything is relative to the site
 // of the current cell: n (p_i + p_j) / 2 in the frame's own coordinates would cancel.
 //
-// Why it ends: p.d grows at every step, so no cell is visited twice. In exact arithmetic that is
-// n.d > 0. In floating point it holds where the face is not nearly parallel to the ray; there, and
-// where two crossings lie closer than their rounding, double decides (FindExitInDouble), and asks
-// for p_j.d > p_i.d, both computed from the sites themselves. So there is no cycle, whatever the
-// rounding.
+// Why it ends: in exact arithmetic p.d grows at every step. In floating point a step forward in t
+// cannot return to where it came from, so a cycle could only consist of steps of zero length; and
+// such a step is taken only if fl(p_j.d) > fl(p_i.d), both computed from the sites themselves. So
+// there is no cycle, whatever the rounding.
 
 namespace semfoam {
 
-inline constexpr uint32_t kNoEdge = 0xffffffffu;
+// The faces of a cell come in blocks of 16, each coordinate in a row of its own: a vector register
+// of AVX-512 takes a row at once, smaller ones take it in parts. Most cells are one block or two.
+inline constexpr uint32_t kPlaneLanes = 16;
 
-// A face as its cell sees it.
+// 16 faces as their cell sees them. Lanes beyond the last face have normal 0, so that no ray leaves
+// through them, and neighbour kNoCell.
 template <typename Real>
-struct FacePlane {
-  Eigen::Matrix<Real, 3, 1> normal;  // n = p_j - p_i
-  Real half_squared;                 // |n|^2 / 2
+struct alignas(64) PlaneBlock {
+  Real normal_x[kPlaneLanes];  // n = p_j - p_i
+  Real normal_y[kPlaneLanes];
+  Real normal_z[kPlaneLanes];
+  Real half_squared[kPlaneLanes];  // |n|^2 / 2; 1 in empty lanes
+  uint32_t neighbor[kPlaneLanes];  // j
 };
 
 // The cells of a foam, laid out for walking. Sites may move while the topology stays: Refresh()
@@ -40,9 +47,10 @@ template <typename Real>
 struct WalkGeometry {
   using Vector = Eigen::Matrix<Real, 3, 1>;
 
-  const Delaunay* delaunay = nullptr;
-  std::vector<Vector> positions;        // [num_cells], guards included
-  std::vector<FacePlane<Real>> planes;  // one per directed edge, aligned with delaunay->neighbors
+  std::vector<Vector> positions;             // [num_cells], guards included
+  std::vector<uint32_t> first_block;         // [num_cells + 1]
+  LargePageVector<PlaneBlock<Real>> blocks;  // those of cell i: first_block[i], ...
+  uint32_t num_sites = 0;                    // cells beyond are guards
 };
 
 // t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
@@ -78,137 +86,137 @@ void CrossingDerivatives(const Eigen::Matrix<Real, 3, 1>& r,
   *dt_dpj = (n - from_site) * inverse;
 }
 
-// The exit of a cell. edge == kNoEdge: the cell is unbounded along the ray.
+// The exit of a cell. neighbor == kNoCell: the cell is unbounded along the ray.
 template <typename Real>
 struct CellExit {
   Real t = std::numeric_limits<Real>::infinity();
-  uint32_t edge = kNoEdge;  // index into delaunay->neighbors
+  uint32_t neighbor = kNoCell;
 };
 
-// The exit from what double makes of the sites, for the steps that Real cannot be trusted with.
-// Only to sites farther along the ray. Equal t: the larger n.d / |n|, which leaves an edge or a
-// vertex in the fewest steps. Not inlined, to keep what hardly ever runs out of the loop that
-// always does.
+// Where the ray crosses the 16 planes of a block, infinity for those that do not look along it. r =
+// origin - site. The vector code (ray_kernels-inl.h) does the very same operations in the same
+// order, so that it takes the very same steps.
 template <typename Real>
-[[gnu::noinline]] CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
-                                                  uint32_t cell,
-                                                  const Eigen::Matrix<Real, 3, 1>& origin,
-                                                  const Eigen::Matrix<Real, 3, 1>& direction) {
-  const Delaunay& delaunay = *geometry.delaunay;
-  const Eigen::Vector3d d = direction.template cast<double>();
-  const Eigen::Vector3d site = geometry.positions[cell].template cast<double>();
-  const Eigen::Vector3d r = origin.template cast<double>() - site;
-  const double here = site.dot(d);
-  double nearest = std::numeric_limits<double>::infinity(), best_cosine = 0;
-  CellExit<Real> exit;
-  for (uint32_t e = delaunay.offsets[cell]; e < delaunay.offsets[cell + 1]; ++e) {
-    const Eigen::Vector3d other = geometry.positions[delaunay.neighbors[e]].template cast<double>();
-    const Eigen::Vector3d n = other - site;
-    const double nd = n.dot(d);
-    if (!(nd > 0) || !(other.dot(d) > here)) continue;
-    const double t = CrossingDistance<double>(r, n, d);
-    const double cosine = nd * nd / n.squaredNorm();
-    if (t < nearest || (t == nearest && cosine > best_cosine)) {
-      nearest = t;
-      best_cosine = cosine;
-      exit = {static_cast<Real>(t), e};
-    }
+void BlockCrossings(const PlaneBlock<Real>& block,
+                    const Eigen::Matrix<Real, 3, 1>& r,
+                    const Eigen::Matrix<Real, 3, 1>& direction,
+                    Real* crossings) {
+  const Real dx = direction[0], dy = direction[1], dz = direction[2];
+  const Real rx = r[0], ry = r[1], rz = r[2];
+  // Two plain loops, and the select apart from the division, are what compilers turn into vector
+  // code.
+  Real along[kPlaneLanes];
+  for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+    const Real nx = block.normal_x[k], ny = block.normal_y[k], nz = block.normal_z[k];
+    along[k] = nx * dx + ny * dy + nz * dz;
+    crossings[k] = (block.half_squared[k] - (nx * rx + ny * ry + nz * rz)) / along[k];
   }
-  return exit;
+  for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+    crossings[k] = along[k] > 0 ? crossings[k] : std::numeric_limits<Real>::infinity();
+  }
 }
 
-// The face through which the ray leaves `cell`.
+// The smallest of a block's crossings, as a tree of minima of rows.
+template <typename Real>
+Real Smallest(const Real* crossings) {
+  Real smallest[kPlaneLanes];
+  const auto fold = [&](const Real* row, uint32_t half) {
+    for (uint32_t k = 0; k < half; ++k) smallest[k] = std::min(row[k], row[k + half]);
+  };
+  fold(crossings, 8);
+  fold(smallest, 4);
+  fold(smallest, 2);
+  fold(smallest, 1);
+  return smallest[0];
+}
+
+// Bit k is set where crossings[k] == t.
+template <typename Real>
+uint32_t LanesAt(const Real* crossings, Real t) {
+  uint32_t lanes = 0;
+  for (uint32_t k = 0; k < kPlaneLanes; ++k) lanes |= uint32_t{crossings[k] == t} << k;
+  return lanes;
+}
+
+// FindExit for the rare cells where the nearest crossing alone does not decide: several faces at
+// the same t, or an exit that does not lie beyond the entry.
+template <typename Real>
+CellExit<Real> FindExitWithTies(const WalkGeometry<Real>& geometry,
+                                uint32_t cell,
+                                const Eigen::Matrix<Real, 3, 1>& origin,
+                                const Eigen::Matrix<Real, 3, 1>& direction,
+                                Real t_in);
+
+// The face through which the ray leaves `cell`, which it entered at t_in. Equal t: the larger n.d /
+// |n|, which leaves an edge or a vertex in the fewest steps.
 template <typename Real>
 CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         uint32_t cell,
                         const Eigen::Matrix<Real, 3, 1>& origin,
-                        const Eigen::Matrix<Real, 3, 1>& direction) {
-  const Delaunay& delaunay = *geometry.delaunay;
+                        const Eigen::Matrix<Real, 3, 1>& direction,
+                        Real t_in) {
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
-  const uint32_t begin = delaunay.offsets[cell], end = delaunay.offsets[cell + 1];
-  // Whether a face looks along the ray, and whether it is the nearest so far, is as good as random;
-  // so there is no branch on either. First all crossings of a chunk, a loop that compilers turn
-  // into vector code, then their minimum.
+  const uint32_t begin = geometry.first_block[cell], end = geometry.first_block[cell + 1];
   CellExit<Real> exit;
-  Real second = std::numeric_limits<Real>::infinity();
-  constexpr uint32_t kChunk = 32;
-  Real crossings[kChunk];
-  const Real dx = direction[0], dy = direction[1], dz = direction[2];
-  const Real rx = r[0], ry = r[1], rz = r[2];
-  for (uint32_t chunk = begin; chunk < end; chunk += kChunk) {
-    const FacePlane<Real>* planes = geometry.planes.data() + chunk;
-    const uint32_t count = std::min(kChunk, end - chunk);
-    for (uint32_t k = 0; k < count; ++k) {
-      const Real nx = planes[k].normal[0], ny = planes[k].normal[1], nz = planes[k].normal[2];
-      const Real nd = nx * dx + ny * dy + nz * dz;
-      const Real t = (planes[k].half_squared - (nx * rx + ny * ry + nz * rz)) / nd;
-      crossings[k] = nd > 0 ? t : std::numeric_limits<Real>::infinity();
-    }
-    for (uint32_t k = 0; k < count; ++k) {
-      const Real t = crossings[k];
-      second = std::min(second, std::max(exit.t, t));
-      exit.edge = t < exit.t ? chunk + k : exit.edge;
-      exit.t = std::min(exit.t, t);
-    }
+  bool tie = false;
+  for (uint32_t b = begin; b < end; ++b) {
+    const PlaneBlock<Real>& block = geometry.blocks[b];
+    Real crossings[kPlaneLanes];
+    BlockCrossings(block, r, direction, crossings);
+    const Real nearest = Smallest(crossings);
+    if (nearest > exit.t || nearest == std::numeric_limits<Real>::infinity()) continue;
+    const uint32_t lanes = LanesAt(crossings, nearest);
+    tie = nearest == exit.t || (lanes & (lanes - 1)) != 0;
+    exit = {nearest, block.neighbor[std::countr_zero(lanes)]};
   }
-  if (exit.edge == kNoEdge) return exit;
-
-  // A crossing is exact to about epsilon (|r| + |n|) |n| / (n.d). The next one must be farther off,
-  // or the order of the two is not known: sites hardly apart have the same faces, and the wrong
-  // half of such a pair would lead the ray astray by more than their distance. And n.d must be more
-  // than its own rounding, or its sign is not known.
-  const FacePlane<Real>& plane = geometry.planes[exit.edge];
-  const Real nd = plane.normal.dot(direction);
-  const Real squared_length = 2 * plane.half_squared;
-  const Real gap = (second - exit.t) * nd;
-  constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
-  if (gap * gap > kRounding * kRounding * (r.squaredNorm() + plane.half_squared) * squared_length &&
-      nd * nd > Real(1e-10) * squared_length) {
-    return exit;
-  }
-  return FindExitInDouble(geometry, cell, origin, direction);
+  if (exit.neighbor == kNoCell || (!tie && exit.t > t_in)) return exit;
+  return FindExitWithTies(geometry, cell, origin, direction, t_in);
 }
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
-//   visit(cell, t_in, t_out, edge, clamped) -> bool: go on?
-// for every cell that the ray leaves again: [t_in, t_out] is its piece of the ray, `edge` the exit
-// face. clamped: the exit lay before the entry (rounding, or a topology older than the positions),
-// so t_out = t_in, and the face has no say in it. The last, unbounded cell (a guard's) is not
-// visited. Returns false if the walk was cut by the step limit, which never happens: no cell is
-// visited twice, and the limit is the number of cells.
+//   visit(cell, t_in, t_out, next, clamped) -> bool: go on?
+// for every cell that the ray leaves again: [t_in, t_out] is its piece of the ray, `next` the cell
+// behind its exit face. clamped: the exit lay before the entry (rounding, or a topology older than
+// the positions), so t_out = t_in, and the face has no say in it. The last, unbounded cell (a
+// guard's) is not visited. Returns false if the walk was cut by the step limit, which a valid
+// topology never does: no cell is visited twice, and the limit is the number of cells.
 template <typename Real, typename Visitor>
 bool Walk(const WalkGeometry<Real>& geometry,
           const Eigen::Matrix<Real, 3, 1>& origin,
           const Eigen::Matrix<Real, 3, 1>& direction,
           uint32_t start,
           Visitor&& visit) {
-  const Delaunay& delaunay = *geometry.delaunay;
+  const size_t limit = geometry.positions.size();
   uint32_t cell = start;
   Real t_in = 0;
-  for (uint32_t step = 0; step <= delaunay.num_cells; ++step) {
-    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction);
-    if (exit.edge == kNoEdge) return true;
+  for (size_t step = 0; step <= limit; ++step) {
+    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction, t_in);
+    if (exit.neighbor == kNoCell) return true;
     const bool clamped = exit.t < t_in;
     const Real t_out = clamped ? t_in : exit.t;
-    if (!visit(cell, t_in, t_out, exit.edge, clamped)) return true;
+    if (!visit(cell, t_in, t_out, exit.neighbor, clamped)) return true;
     t_in = t_out;
-    cell = delaunay.neighbors[exit.edge];
+    cell = exit.neighbor;
   }
   return false;
 }
 
-// Sets positions and planes for `cell_positions` (guards included); also after sites have moved on
-// an unchanged topology.
+// Lays out the cells of a triangulation.
+template <typename Real>
+void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry);
+
+// Sets positions and planes for `cell_positions` (guards included), on the topology set last.
+template <typename Real>
+void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
+             WalkGeometry<Real>* geometry);
+
+// Both.
 template <typename Real>
 void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
              const Delaunay& delaunay,
-             WalkGeometry<Real>* geometry);
-
-extern template void Refresh(const std::vector<Eigen::Vector3f>&,
-                             const Delaunay&,
-                             WalkGeometry<float>*);
-extern template void Refresh(const std::vector<Eigen::Vector3d>&,
-                             const Delaunay&,
-                             WalkGeometry<double>*);
+             WalkGeometry<Real>* geometry) {
+  SetTopology(delaunay, geometry);
+  Refresh(cell_positions, geometry);
+}
 
 }  // namespace semfoam

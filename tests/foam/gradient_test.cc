@@ -47,7 +47,7 @@ class Scene {
   // The loss along a recorded sequence of cells, in any arithmetic.
   template <typename T>
   T Replay(const RayRecord<double>& record, const RayCase& ray, const FoamParameters<T>& p) const {
-    return ReplayLoss(record, ray, cells_.delaunay, p, kWeights);
+    return ReplayLoss(record, ray, p, kWeights);
   }
 
   // The hand-written gradient, by kind and parameter.
@@ -136,12 +136,15 @@ class Scene {
   static bool SameBranch(const RayRecord<double>& a, const RayRecord<double>& b) {
     if (a.pieces.size() != b.pieces.size() || a.shaded.size() != b.shaded.size()) return false;
     for (size_t n = 0; n < a.pieces.size(); ++n) {
-      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].edge != b.pieces[n].edge ||
+      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].next != b.pieces[n].next ||
           a.pieces[n].clamped != b.pieces[n].clamped || a.pieces[n].shaded != b.pieces[n].shaded) {
         return false;
       }
     }
     for (size_t n = 0; n < a.shaded.size(); ++n) {
+      if ((a.shaded[n].weight > kNegligibleWeight) != (b.shaded[n].weight > kNegligibleWeight)) {
+        return false;
+      }
       for (int c = 0; c < 3; ++c) {
         if ((a.shaded[n].color[c] > 0) != (b.shaded[n].color[c] > 0)) return false;
       }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "foam/activation.h"
-#include "foam/delaunay.h"
 #include "foam/random.h"
 #include "foam/ray_loss.h"
 #include "foam/ray_record.h"
@@ -137,7 +136,6 @@ RayRecord<Real> TraceCase(const WalkGeometry<Real>& geometry,
 template <typename T>
 T ReplayLoss(const RayRecord<double>& record,
              const RayCase& ray,
-             const Delaunay& delaunay,
              const FoamParameters<T>& p,
              const RayLossWeights& weights) {
   const Eigen::Matrix<T, 3, 1> origin = record.origin.cast<T>();
@@ -150,8 +148,7 @@ T ReplayLoss(const RayRecord<double>& record,
   T t_in = T(0);
   for (const RecordedPiece<double>& piece : record.pieces) {
     const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
-    const Eigen::Matrix<T, 3, 1> n =
-        p.positions[delaunay.neighbors[piece.edge]] - p.positions[piece.cell];
+    const Eigen::Matrix<T, 3, 1> n = p.positions[piece.next] - p.positions[piece.cell];
     T t_out = t_in;
     if (!piece.clamped) {
       t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
@@ -159,10 +156,14 @@ T ReplayLoss(const RayRecord<double>& record,
     if (piece.shaded >= 0) {
       const T sigma = Density(p.raw_density[piece.cell]);
       const ShadedPiece<T> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+      const bool counts = record.shaded[piece.shaded].weight > kNegligibleWeight;
       T color[3];
-      ShColor(basis, num_coefficients, &p.sh[size_t(piece.cell) * 3 * num_coefficients], color);
+      ShColor(basis,
+              counts ? num_coefficients : 1,
+              &p.sh[size_t(piece.cell) * 3 * num_coefficients],
+              color);
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
-      for (int c = 0; p.num_classes > 0 && c < kIdentityDim; ++c) {
+      for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
         // The identity loss bends no geometry: its weight is a constant.
         composite.identity[c] += T(record.shaded[piece.shaded].weight) *
                                  p.identity[size_t(piece.cell) * kIdentityDim + c];
@@ -202,14 +203,15 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
   BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
     for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
     out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
-    for (int k = 0; k < num_coefficients; ++k) {
+    const bool counts = c.weight > kNegligibleWeight;
+    for (int k = 0; k < (counts ? num_coefficients : 1); ++k) {
       for (int a = 0; a < 3; ++a) {
         if (!(c.color_mask >> a & 1)) continue;
         out[2][(size_t(c.cell) * num_coefficients + k) * 3 + a] +=
             c.weight * gradient.color[a] * record.sh_basis[k];
       }
     }
-    for (int a = 0; p.num_classes > 0 && a < kIdentityDim; ++a) {
+    for (int a = 0; counts && p.num_classes > 0 && a < kIdentityDim; ++a) {
       out[3][size_t(c.cell) * kIdentityDim + a] += c.weight * gradient.identity[a];
     }
   });

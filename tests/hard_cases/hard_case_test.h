@@ -42,8 +42,7 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
   const auto compare = [&](int kind, size_t k, double scale) {
     Jet* const parameter = jets.Find(kind, k);
     parameter->v[0] = 1;
-    const double oracle =
-        ReplayLoss(record, ray, scene.cells.delaunay, jets, kHardCaseWeights).v[0];
+    const double oracle = ReplayLoss(record, ray, jets, kHardCaseWeights).v[0];
     parameter->v[0] = 0;
     const double difference = std::abs(gradient[kind][k] - oracle);
     // NaN counts as infinitely far off.

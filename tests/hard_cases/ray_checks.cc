@@ -4,11 +4,13 @@
 #include "foam/delaunay.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
+#include "foam/ray_tracer.h"
 #include "foam/spherical_harmonics.h"
 #include "foam/walk.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace semfoam {
 namespace {
@@ -99,12 +101,69 @@ TracedRay TraceScalar(const WalkGeometry<Real>& geometry,
     out.weight.push_back(shaded != nullptr ? double(shaded->weight) : 0.0);
     t = piece.t_out;
   }
-  out.cells.push_back(
-      record.pieces.empty() ? start : geometry.delaunay->neighbors[record.pieces.back().edge]);
+  out.cells.push_back(record.pieces.empty() ? start : record.pieces.back().next);
   const RayGradient<Real> gradient = LossGradient(record.composite, ray, values, &out);
   BackpropagateRay(geometry, record, gradient, [&](const CellContribution<Real>& c) {
     out.contributions.push_back(Widen(c));
   });
+  return out;
+}
+
+// What the vector code has made of a ray.
+TracedRay Widen(const RayScene& scene, const RayCase& ray, const RayTrace& trace) {
+  TracedRay out;
+  out.hit_step_limit = trace.hit_step_limit;
+  std::vector<int> shaded_of_piece;
+  int num_shaded = 0;
+  for (int k = 0; k < trace.num_pieces; ++k) {
+    const bool shaded = trace.sites[k].density > 0;
+    out.cells.push_back(trace.pieces[k].cell);
+    out.t_in.push_back(k > 0 ? trace.pieces[k - 1].t_out : 0.0);
+    out.t_out.push_back(trace.pieces[k].t_out);
+    out.density.push_back(trace.sites[k].density);
+    out.weight.push_back(shaded ? double(trace.weight[k]) : 0.0);
+    shaded_of_piece.push_back(num_shaded);
+    num_shaded += shaded;
+  }
+  out.cells.push_back(trace.num_pieces > 0 ? trace.pieces[trace.num_pieces].cell
+                                           : trace.start_cell);
+  out.clamped.assign(trace.num_pieces, false);
+  for (const uint32_t k : trace.clamped) out.clamped[k] = true;
+  const RayGradient<float> gradient = LossGradient(trace.composite, ray, scene.values, &out);
+  for (int& piece : out.composite.quantile_piece) {
+    if (piece >= 0) piece = shaded_of_piece[piece];
+  }
+  std::vector<GradientRecord> records;
+  BackpropagateRay(trace, gradient, scene.NumSites(), 0, &records);
+  for (const GradientRecord& record : records) {
+    out.contributions.push_back(Widen(record.contribution));
+  }
+  return out;
+}
+
+// All rays at once with one instruction set.
+std::vector<TracedRay> TraceWith(const std::string& simd_target,
+                                 const RayScene& scene,
+                                 std::span<const RayCase> rays,
+                                 std::span<const uint32_t> starts) {
+  std::vector<RayTrace> traces(rays.size());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    traces[i].origin = rays[i].origin.cast<float>();
+    traces[i].direction = rays[i].direction.cast<float>();
+    traces[i].start_cell = starts[i];
+    for (int k = 0; k < kNumQuantiles; ++k) {
+      traces[i].quantile_tau[k] = static_cast<float>(rays[i].quantile_tau[k]);
+    }
+  }
+  const CellShading<float> shading{scene.values.sh_degree,
+                                   scene.density.data(),
+                                   scene.values.sh.data(),
+                                   scene.values.identity.data()};
+  UseSimdTarget(simd_target);
+  TraceRays(scene.cells.float_geometry, shading, std::numeric_limits<float>::infinity(), traces);
+  std::vector<TracedRay> out;
+  for (size_t i = 0; i < rays.size(); ++i) out.push_back(Widen(scene, rays[i], traces[i]));
+  UseSimdTarget("");
   return out;
 }
 
@@ -125,7 +184,7 @@ std::vector<TracedRay> TraceEach(size_t count, const std::function<TracedRay(siz
 
 // The first is the reference of the others.
 std::vector<Variant> Variants() {
-  return {
+  std::vector<Variant> variants = {
       {"scalar double",
        true,
        [](const RayScene& scene, std::span<const RayCase> rays, std::span<const uint32_t> starts) {
@@ -146,6 +205,16 @@ std::vector<Variant> Variants() {
          });
        }},
   };
+  for (const std::string& target : SimdTargets()) {
+    variants.push_back({target,
+                        false,
+                        [target](const RayScene& scene,
+                                 std::span<const RayCase> rays,
+                                 std::span<const uint32_t> starts) {
+                          return TraceWith(target, scene, rays, starts);
+                        }});
+  }
+  return variants;
 }
 
 bool AllFinite(const TracedRay& ray) {
@@ -231,13 +300,6 @@ double ColorDeviation(const TracedRay& traced, const TracedRay& reference) {
   return deviation;
 }
 
-uint32_t EdgeTo(const Delaunay& delaunay, uint32_t from, uint32_t to) {
-  const auto neighbors = delaunay.Neighbors(from);
-  return delaunay.offsets[from] +
-         static_cast<uint32_t>(std::lower_bound(neighbors.begin(), neighbors.end(), to) -
-                               neighbors.begin());
-}
-
 // The variant's ray in double: the same cells, crossings and densities, everything after that
 // computed anew.
 RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
@@ -251,7 +313,7 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
     const uint32_t cell = traced.cells[n];
     RecordedPiece<double>& piece = record.pieces.emplace_back();
     piece.cell = cell;
-    piece.edge = EdgeTo(scene.cells.delaunay, cell, traced.cells[n + 1]);
+    piece.next = traced.cells[n + 1];
     piece.shaded = -1;
     piece.clamped = traced.clamped[n];
     piece.t_out = traced.t_out[n];
@@ -260,7 +322,7 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
     ShadedPiece<double>& shaded = record.shaded.emplace_back(AddPiece(
         traced.t_in[n], traced.t_out[n], traced.density[n], piece.shaded, &record.composite));
     ShColor(record.sh_basis,
-            num_coefficients,
+            traced.weight[n] > kNegligibleWeight ? num_coefficients : 1,
             &values.sh[size_t(cell) * 3 * num_coefficients],
             shaded.color);
   }
@@ -394,8 +456,8 @@ void RayScene::MoveSites(const std::vector<Eigen::Vector3f>& sites) {
   cells.positions = WithGuardSites(sites);
   values.positions = cells.positions;
   Update();
-  Refresh(cells.positions, cells.delaunay, &cells.float_geometry);
-  Refresh(values_in_double.positions, cells.delaunay, &cells.geometry);
+  Refresh(cells.positions, &cells.float_geometry);
+  Refresh(values_in_double.positions, &cells.geometry);
 }
 
 void RayScene::Update() {
@@ -495,7 +557,7 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
   double by_t_in = 0;           // magnitude of dL/dt of the face at hand, from behind it
   for (size_t n = record.pieces.size(); n-- > 0;) {
     const RecordedPiece<double>& piece = record.pieces[n];
-    const uint32_t behind_cell = geometry.delaunay->neighbors[piece.edge];
+    const uint32_t behind_cell = piece.next;
     GradientScale& here = scales[piece.cell];
     GradientScale& behind = scales[behind_cell];
     double by_t_out = by_t_in;

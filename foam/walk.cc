@@ -121,7 +121,8 @@ void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
       }
       if (!in_double) continue;
       for (uint32_t b = 0; b < num_blocks; ++b) {
-        for (Real* row : {blocks[b].normal_x, blocks[b].normal_y, blocks[b].normal_z}) {
+        for (Real* row :
+             {blocks[b].normal_x, blocks[b].normal_y, blocks[b].normal_z, blocks[b].half_squared}) {
           std::fill_n(row, kPlaneLanes, Real(0));
         }
       }

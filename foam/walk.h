@@ -23,8 +23,8 @@
 //
 // Why it ends: p.d grows at every step, so no cell is visited twice. In exact arithmetic that is
 // n.d > 0. In floating point n.d has the right sign where the face is not nearly parallel to the
-// ray, and no other face is ever left through, unless double finds that p_j.d > p_i.d. So there is
-// no cycle, whatever the rounding.
+// ray; through any other face only double may leave (FindExitInDouble), which asks for p_j.d >
+// p_i.d. So there is no cycle, whatever the rounding.
 //
 // Why it goes right: a crossing is off by some rounding, so near an edge of two faces either may
 // come out first, and the ray clips a corner of a cell that it misses by no more than that. Only
@@ -39,7 +39,7 @@ inline constexpr uint32_t kPlaneLanes = 16;
 
 // 16 faces as their cell sees them. Lanes beyond the last face have normal 0, so that no ray leaves
 // through them, and neighbour kNoCell. So have all lanes of a cell that is left to double, but with
-// their neighbours.
+// their neighbours, and with half_squared 0.
 template <typename Real>
 struct alignas(64) PlaneBlock {
   Real normal_x[kPlaneLanes];  // n = p_j - p_i
@@ -60,7 +60,11 @@ struct WalkGeometry {
   LargePageVector<PlaneBlock<Real>> blocks;  // those of cell i: first_block[i], ...
   uint32_t num_sites = 0;                    // cells beyond are guards
 
-  bool IsGuard(uint32_t cell) const { return cell >= num_sites; }
+  // Whether no exit at all is an answer for this cell: a guard's may be unbounded, if it is not
+  // left to double.
+  bool IsOpen(uint32_t cell) const {
+    return cell >= num_sites && blocks[first_block[cell]].half_squared[0] != 0;
+  }
 };
 
 // t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
@@ -103,11 +107,16 @@ struct CellExit {
   uint32_t neighbor = kNoCell;
 };
 
-// A face is left through if the cosine of ray and normal is greater than this; 1e-5 is a hundred
-// times the rounding of n.d. The face that a ray does not leave through, it runs along, and beyond
-// by 1e-5 of its way in the cell at most.
+// Where the cosine of ray and normal is not greater than this, the sign of n.d is not certain; 1e-5
+// is a hundred times its rounding in float.
 template <typename Real>
 inline constexpr Real kSmallestCosine = std::is_same_v<Real, float> ? 1e-5 : 1e-13;
+
+// Is the cosine greater? From n.d and |n|^2 / 2.
+template <typename Real>
+bool IsCertain(Real nd, Real half_squared) {
+  return nd * nd - 2 * kSmallestCosine<Real> * kSmallestCosine<Real> * half_squared > 0;
+}
 
 // Sites nearer to each other than this, times 1 + their distance from the origin, are hardly apart:
 // the faces of the one are those of the other to rounding.
@@ -129,10 +138,8 @@ void BlockCrossings(const PlaneBlock<Real>& block,
   Real along[kPlaneLanes];
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     const Real nx = block.normal_x[k], ny = block.normal_y[k], nz = block.normal_z[k];
-    const Real nd = nx * dx + ny * dy + nz * dz;
-    const Real h = block.half_squared[k];
-    crossings[k] = (h - (nx * rx + ny * ry + nz * rz)) / nd;
-    along[k] = nd * std::abs(nd) - 2 * kSmallestCosine<Real> * kSmallestCosine<Real> * h;
+    along[k] = nx * dx + ny * dy + nz * dz;
+    crossings[k] = (block.half_squared[k] - (nx * rx + ny * ry + nz * rz)) / along[k];
   }
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     crossings[k] = along[k] > 0 ? crossings[k] : std::numeric_limits<Real>::infinity();
@@ -161,17 +168,16 @@ uint32_t LanesAt(const Real* crossings, Real t) {
   return lanes;
 }
 
-// The exit from what double makes of the sites: for ties, for cells left to double, and for those
-// without an exit so far. Only to sites farther along the ray. Equal t: the larger n.d / |n|, which
-// leaves an edge or a vertex in the fewest steps.
+// The exit from what double makes of the sites: for ties, faces nearly parallel to the ray, and
+// cells that are left to double. Only to sites farther along the ray. Equal t: the larger n.d /
+// |n|, which leaves an edge or a vertex in the fewest steps.
 template <typename Real>
 CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
                                 uint32_t cell,
                                 const Eigen::Matrix<Real, 3, 1>& origin,
                                 const Eigen::Matrix<Real, 3, 1>& direction);
 
-// The face through which the ray leaves `cell`. A guard's cell may be unbounded; any other has an
-// exit.
+// The face through which the ray leaves `cell`.
 template <typename Real>
 CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         uint32_t cell,
@@ -179,7 +185,7 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
                         const Eigen::Matrix<Real, 3, 1>& direction) {
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
   CellExit<Real> exit;
-  bool tie = true;  // until one face stands out
+  bool certain = false;
   for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
     const PlaneBlock<Real>& block = geometry.blocks[b];
     Real crossings[kPlaneLanes];
@@ -187,10 +193,14 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
     const Real nearest = Smallest(crossings);
     if (nearest > exit.t || nearest == std::numeric_limits<Real>::infinity()) continue;
     const uint32_t lanes = LanesAt(crossings, nearest);
-    tie = nearest == exit.t || (lanes & (lanes - 1)) != 0;
-    exit = {nearest, block.neighbor[std::countr_zero(lanes)]};
+    const int k = std::countr_zero(lanes);
+    const Real nd = block.normal_x[k] * direction[0] + block.normal_y[k] * direction[1] +
+                    block.normal_z[k] * direction[2];
+    certain = nearest < exit.t && (lanes & (lanes - 1)) == 0 &&
+              IsCertain<Real>(nd, block.half_squared[k]);
+    exit = {nearest, block.neighbor[k]};
   }
-  if (!tie || (exit.neighbor == kNoCell && geometry.IsGuard(cell))) return exit;
+  if (certain || (exit.neighbor == kNoCell && geometry.IsOpen(cell))) return exit;
   return FindExitInDouble(geometry, cell, origin, direction);
 }
 

@@ -46,6 +46,11 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
   const Floats rz = hn::Set(f, origin[2] - site[2]);
   const Floats grazing = hn::Set(f, 2 * kSmallestCosine<float> * kSmallestCosine<float>);
   const Floats infinity = hn::Set(f, std::numeric_limits<float>::infinity());
+  // Of a row: crossings, and whether the sign of n.d is certain where there is one.
+  struct Row {
+    Floats t;
+    hn::Mask<FloatTag> certain;
+  };
   const auto crossings = [&](const PlaneBlock<float>& block, size_t lane) HWY_ATTR {
     const Floats nx = hn::Load(f, block.normal_x + lane);
     const Floats ny = hn::Load(f, block.normal_y + lane);
@@ -54,20 +59,21 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
     const Floats nd = hn::Add(hn::Add(hn::Mul(nx, dx), hn::Mul(ny, dy)), hn::Mul(nz, dz));
     const Floats nr = hn::Add(hn::Add(hn::Mul(nx, rx), hn::Mul(ny, ry)), hn::Mul(nz, rz));
     const Floats t = hn::Div(hn::Sub(h, nr), nd);
-    const Floats along = hn::Sub(hn::Mul(nd, hn::Abs(nd)), hn::Mul(grazing, h));
-    return hn::IfThenElse(hn::Gt(along, hn::Zero(f)), t, infinity);
+    return Row{hn::IfThenElse(hn::Gt(nd, hn::Zero(f)), t, infinity),
+               hn::Gt(hn::Sub(hn::Mul(nd, nd), hn::Mul(grazing, h)), hn::Zero(f))};
   };
 
   const PlaneBlock<float>* block = geometry.blocks.data() + geometry.first_block[cell];
   const PlaneBlock<float>* const end = geometry.blocks.data() + geometry.first_block[cell + 1];
   if (HWY_UNLIKELY(block == end)) return {};  // the empty cell of a duplicate site
-  Floats best = crossings(*block, 0);
+  // Of each lane: its nearest crossing, the neighbour there, and whether it stands alone and is
+  // certain.
+  auto [best, sure] = crossings(*block, 0);
   auto neighbor = hn::Load(u, block->neighbor);
-  auto tie = hn::FirstN(f, 0);  // lanes whose minimum came up more than once
   const auto merge = [&](size_t lane) HWY_ATTR {
-    const Floats t = crossings(*block, lane);
+    const auto [t, certain] = crossings(*block, lane);
     const auto nearer = hn::Lt(t, best);
-    tie = hn::Or(hn::AndNot(nearer, tie), hn::Eq(t, best));
+    sure = hn::AndNot(hn::Eq(t, best), hn::Or(hn::AndNot(nearer, sure), hn::And(nearer, certain)));
     best = hn::Min(t, best);
     neighbor =
         hn::IfThenElse(hn::RebindMask(u, nearer), hn::Load(u, block->neighbor + lane), neighbor);
@@ -80,10 +86,11 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
   const auto is_nearest = hn::Eq(best, nearest);
   const uint32_t next = hn::GetLane(hn::Compress(neighbor, hn::RebindMask(u, is_nearest)));
   // Without any exit all lanes are infinite.
-  if (HWY_LIKELY(hn::CountTrue(f, is_nearest) == 1 && hn::AllFalse(f, hn::And(tie, is_nearest)))) {
+  if (HWY_LIKELY(hn::CountTrue(f, is_nearest) == 1 &&
+                 !hn::AllFalse(f, hn::And(sure, is_nearest)))) {
     return {hn::GetLane(nearest), next};
   }
-  if (hn::GetLane(nearest) == std::numeric_limits<float>::infinity() && geometry.IsGuard(cell)) {
+  if (hn::GetLane(nearest) == std::numeric_limits<float>::infinity() && geometry.IsOpen(cell)) {
     return {};
   }
   return FindExitInDouble(geometry, cell, origin, direction);

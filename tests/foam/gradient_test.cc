@@ -3,7 +3,6 @@
 // Every gradient of a training ray, against two oracles: ceres::Jet run through the same templated
 // code along the recorded sequence of cells (1e-9 relative, in double), and central differences of
 // the whole walk where the sequence does not change.
-#include "foam/activation.h"
 #include "foam/ray_loss.h"
 #include "foam/ray_record.h"
 #include "foam/total_variation.h"
@@ -11,11 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "tests/foam/random_cells.h"
+#include "tests/foam/ray_replay.h"
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
@@ -23,59 +22,7 @@ namespace semfoam {
 namespace {
 
 using Jet = ceres::Jet<double, 1>;
-
-// All parameters of a small foam, in one row each.
-template <typename T>
-struct Parameters {
-  std::vector<Eigen::Matrix<T, 3, 1>> positions;  // guards included
-  std::vector<T> raw_density;                     // [num_sites]
-  std::vector<T> sh;
-  std::vector<T> identity;
-  std::vector<T> weight, bias;
-
-  // The k-th parameter of a kind; kinds in the order of kKinds.
-  T* Find(int kind, size_t k) {
-    switch (kind) {
-      case 0:
-        return &positions[k / 3][k % 3];
-      case 1:
-        return &raw_density[k];
-      case 2:
-        return &sh[k];
-      case 3:
-        return &identity[k];
-      case 4:
-        return &weight[k];
-      default:
-        return &bias[k];
-    }
-  }
-};
-
-constexpr int kNumKinds = 6;
-const char* const kKinds[kNumKinds] = {
-    "position", "raw density", "SH", "identity", "classifier weight", "classifier bias"};
-
-template <typename T>
-Parameters<T> Cast(const Parameters<double>& p) {
-  Parameters<T> out;
-  for (const auto& v : p.positions) out.positions.push_back(v.cast<T>());
-  const auto cast = [](const std::vector<double>& from, std::vector<T>* to) {
-    for (const double value : from) to->push_back(T(value));
-  };
-  cast(p.raw_density, &out.raw_density);
-  cast(p.sh, &out.sh);
-  cast(p.identity, &out.identity);
-  cast(p.weight, &out.weight);
-  cast(p.bias, &out.bias);
-  return out;
-}
-
-struct RayCase {
-  Eigen::Vector3d origin, direction;
-  double quantile_tau[2] = {0.3, 1.2};
-  RayTarget target{{0.2f, 0.9f, 0.4f}, 1};
-};
+using Parameters = FoamParameters<double>;
 
 constexpr int kNumClasses = 5;
 constexpr int kShDegree = 3;
@@ -83,123 +30,32 @@ constexpr RayLossWeights kWeights{1, 0.7, 0.3, 0.9};
 
 class Scene {
  public:
-  Scene(int num_sites, uint64_t seed) : cells_(RandomSites(num_sites, seed)) {
-    parameters_.positions = cells_.geometry.positions;
-    const size_t n = num_sites;
-    CounterRandom random(seed, 0x52, 0);
-    for (size_t i = 0; i < n; ++i) {
-      // Air, haze, matter, saturated matter, and cells that are transparent altogether.
-      const double raw[] = {-0.6, -0.1, 0.05, 0.3, 40, -3};
-      parameters_.raw_density.push_back(raw[random.Below(6)] + 0.01 * random.Uniform());
-    }
-    for (size_t k = 0; k < n * 3 * NumShCoefficients(kShDegree); ++k) {
-      parameters_.sh.push_back(
-          random.Normal());  // wide enough that some channels are clamped at black
-    }
-    for (size_t k = 0; k < n * kIdentityDim; ++k) parameters_.identity.push_back(random.Normal());
-    for (int k = 0; k < kNumClasses * kIdentityDim; ++k)
-      parameters_.weight.push_back(random.Normal());
-    for (int k = 0; k < kNumClasses; ++k) parameters_.bias.push_back(random.Normal());
-  }
+  Scene(int num_sites, uint64_t seed)
+      : cells_(RandomSites(num_sites, seed)),
+        parameters_(
+            RandomParameters(cells_.geometry.positions, num_sites, kShDegree, kNumClasses, seed)) {}
 
   // Walks for real, with the present topology, through the given parameters.
-  RayRecord<double> Trace(const RayCase& ray, const Parameters<double>& p) const {
+  RayRecord<double> Trace(const RayCase& ray, const Parameters& p) const {
     WalkGeometry<double> geometry;
     Refresh(p.positions, cells_.delaunay, &geometry);
-    const std::vector<double> density = Densities(p);
-    RayRecord<double> record;
-    record.origin = ray.origin;
-    record.direction = ray.direction;
-    std::copy_n(ray.quantile_tau, 2, record.composite.quantile_tau);
-    const CellShading<double> shading{kShDegree, density.data(), p.sh.data(), p.identity.data()};
-    TraceRay(geometry, shading, Start(ray), std::numeric_limits<double>::infinity(), &record);
-    return record;
+    return TraceCase(geometry, p, p.Densities(), ray, Start(ray));
   }
 
   uint32_t Start(const RayCase& ray) const { return cells_.BruteForceNearest(ray.origin); }
 
   // The loss along a recorded sequence of cells, in any arithmetic.
   template <typename T>
-  T Replay(const RayRecord<double>& record, const RayCase& ray, const Parameters<T>& p) const {
-    const Eigen::Matrix<T, 3, 1> origin = record.origin.cast<T>();
-    const Eigen::Matrix<T, 3, 1> direction = record.direction.cast<T>();
-    RayComposite<T> composite;
-    for (int k = 0; k < 2; ++k) composite.quantile_tau[k] = T(ray.quantile_tau[k]);
-    T basis[kMaxShCoefficients];
-    ShBasis(kShDegree, direction, basis);
-    T t_in = T(0);
-    for (const RecordedPiece<double>& piece : record.pieces) {
-      const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
-      const Eigen::Matrix<T, 3, 1> n = p.positions[piece.next] - p.positions[piece.cell];
-      T t_out = t_in;
-      if (!piece.clamped) {
-        t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
-      }
-      if (piece.shaded >= 0) {
-        const T sigma = Density(p.raw_density[piece.cell]);
-        const ShadedPiece<T> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
-        const bool counts = record.shaded[piece.shaded].weight > kNegligibleWeight;
-        T color[3];
-        ShColor(basis,
-                counts ? NumShCoefficients(kShDegree) : 1,
-                &p.sh[piece.cell * 3 * NumShCoefficients(kShDegree)],
-                color);
-        for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
-        for (int c = 0; counts && c < kIdentityDim; ++c) {
-          // The identity loss bends no geometry: its weight is a constant.
-          composite.identity[c] +=
-              T(record.shaded[piece.shaded].weight) * p.identity[piece.cell * kIdentityDim + c];
-        }
-      }
-      t_in = t_out;
-    }
-    std::vector<T> logits(kNumClasses);
-    const ClassifierView<T> classifier{kNumClasses, p.weight.data(), p.bias.data()};
-    return RayLoss(composite, ray.target, classifier, logits.data()).Total(kWeights);
+  T Replay(const RayRecord<double>& record, const RayCase& ray, const FoamParameters<T>& p) const {
+    return ReplayLoss(record, ray, p, kWeights);
   }
 
   // The hand-written gradient, by kind and parameter.
   std::vector<std::vector<double>> Gradient(const RayRecord<double>& record,
                                             const RayCase& ray) const {
-    const Parameters<double>& p = parameters_;
-    std::vector<std::vector<double>> out = {std::vector<double>(3 * p.positions.size()),
-                                            std::vector<double>(p.raw_density.size()),
-                                            std::vector<double>(p.sh.size()),
-                                            std::vector<double>(p.identity.size()),
-                                            std::vector<double>(p.weight.size()),
-                                            std::vector<double>(p.bias.size())};
-    std::vector<double> logits(kNumClasses);
-    const ClassifierView<double> classifier{kNumClasses, p.weight.data(), p.bias.data()};
-    RayLoss(record.composite, ray.target, classifier, logits.data());
-    const RayGradient<double> gradient =
-        RayLossGradient(record.composite, ray.target, classifier, kWeights, logits.data());
-    if (ray.target.class_index != kUnlabelled) {
-      for (int k = 0; k < kNumClasses; ++k) {
-        for (int c = 0; c < kIdentityDim; ++c) {
-          out[4][k * kIdentityDim + c] = logits[k] * record.composite.identity[c];
-        }
-        out[5][k] = logits[k];
-      }
-    }
     WalkGeometry<double> geometry;
-    Refresh(p.positions, cells_.delaunay, &geometry);
-    constexpr int kCoefficients = NumShCoefficients(kShDegree);
-    BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
-      for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
-      out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
-      const bool counts = c.weight > kNegligibleWeight;
-      for (int k = 0; k < (counts ? kCoefficients : 1); ++k) {
-        for (int a = 0; a < 3; ++a) {
-          if (!(c.color_mask >> a & 1)) continue;
-          out[2][(c.cell * kCoefficients + k) * 3 + a] +=
-              c.weight * gradient.color[a] * record.sh_basis[k];
-        }
-      }
-      for (int a = 0; counts && a < kIdentityDim; ++a) {
-        out[3][c.cell * kIdentityDim + a] += c.weight * gradient.identity[a];
-      }
-    });
-    return out;
+    Refresh(parameters_.positions, cells_.delaunay, &geometry);
+    return HandWrittenGradient(geometry, record, ray, parameters_, kWeights);
   }
 
   // Compares the hand-written gradient of one ray with Jet, parameter by parameter.
@@ -211,9 +67,9 @@ class Scene {
     // numbers of order 1, and the derivative by a crossing is that times the density of the cell.
     double rounding = 1e-15;
     for (const auto& shaded : record.shaded) rounding = std::max(rounding, 1e-16 * shaded.sigma);
-    Parameters<Jet> jets = Cast<Jet>(parameters_);
+    FoamParameters<Jet> jets = Cast<Jet>(parameters_);
     ExpectEqualTotals(record, ray, jets);
-    for (int kind = 0; kind < kNumKinds; ++kind) {
+    for (int kind = 0; kind < kNumParameterKinds; ++kind) {
       for (size_t k = 0; k < gradient[kind].size(); ++k) {
         // Guards do not move: they get no gradient.
         if (kind == 0 && k / 3 >= cells_.delaunay.num_sites) continue;
@@ -221,9 +77,9 @@ class Scene {
         parameter->v[0] = 1;
         const double oracle = Replay(record, ray, jets).v[0];
         parameter->v[0] = 0;
-        ASSERT_TRUE(std::isfinite(gradient[kind][k])) << kKinds[kind] << " " << k;
+        ASSERT_TRUE(std::isfinite(gradient[kind][k])) << kParameterKinds[kind] << " " << k;
         ASSERT_NEAR(gradient[kind][k], oracle, 1e-9 * std::abs(oracle) + rounding)
-            << kKinds[kind] << " " << k;
+            << kParameterKinds[kind] << " " << k;
         compared_ += oracle != 0;
       }
     }
@@ -235,12 +91,12 @@ class Scene {
     const RayRecord<double> record = Trace(ray, parameters_);
     const auto gradient = Gradient(record, ray);
     constexpr double kStep = 1e-6;
-    for (int kind = 0; kind < kNumKinds; ++kind) {
+    for (int kind = 0; kind < kNumParameterKinds; ++kind) {
       double largest = 1e-3;
       for (const double g : gradient[kind]) largest = std::max(largest, std::abs(g));
       for (size_t k = 0; k < gradient[kind].size(); ++k) {
         if (kind == 0 && k / 3 >= cells_.delaunay.num_sites) continue;
-        Parameters<double> moved = parameters_;
+        Parameters moved = parameters_;
         double* const parameter = moved.Find(kind, k);
         const double value = *parameter;
         double loss[2];
@@ -258,23 +114,18 @@ class Scene {
           continue;
         }
         const double difference = (loss[1] - loss[0]) / (2 * kStep);
-        ASSERT_NEAR(gradient[kind][k], difference, 2e-6 * largest) << kKinds[kind] << " " << k;
+        ASSERT_NEAR(gradient[kind][k], difference, 2e-6 * largest)
+            << kParameterKinds[kind] << " " << k;
         differenced_ += std::abs(difference) > 1e-9;
       }
     }
   }
 
   WalkableCells cells_;
-  Parameters<double> parameters_;
+  Parameters parameters_;
   size_t compared_ = 0, differenced_ = 0, skipped_ = 0;
 
  private:
-  std::vector<double> Densities(const Parameters<double>& p) const {
-    std::vector<double> density(cells_.delaunay.num_cells, 0.0);
-    for (size_t i = 0; i < p.raw_density.size(); ++i) density[i] = Density(p.raw_density[i]);
-    return density;
-  }
-
   static RayRecord<double> Reweighted(RayRecord<double> record, const RayRecord<double>& weights) {
     for (size_t k = 0; k < record.shaded.size(); ++k) {
       record.shaded[k].weight = weights.shaded[k].weight;
@@ -307,12 +158,11 @@ class Scene {
   // The replay must tell the same story as the walk, or it would be no oracle.
   void ExpectEqualTotals(const RayRecord<double>& record,
                          const RayCase& ray,
-                         const Parameters<Jet>& jets) const {
+                         const FoamParameters<Jet>& jets) const {
     std::vector<double> logits(kNumClasses);
-    const ClassifierView<double> classifier{
-        kNumClasses, parameters_.weight.data(), parameters_.bias.data()};
     const double walked =
-        RayLoss(record.composite, ray.target, classifier, logits.data()).Total(kWeights);
+        RayLoss(record.composite, ray.target, parameters_.Classifier(), logits.data())
+            .Total(kWeights);
     ASSERT_NEAR(Replay(record, ray, jets).a, walked, 1e-12 * std::max(1.0, std::abs(walked)));
   }
 };

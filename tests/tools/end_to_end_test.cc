@@ -517,7 +517,8 @@ TEST(Program, HelpAndVersion) {
                                 "foam_evaluator",
                                 "foam_analyzer",
                                 "volume_exporter",
-                                "mesh_exporter"}) {
+                                "mesh_exporter",
+                                "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));
       if (!arguments.empty()) continue;
       const Outcome help = RunSemfoam({command, "-h"});

@@ -1,0 +1,628 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/hard_cases/ray_checks.h"
+
+#include "foam/delaunay.h"
+#include "foam/guard_sites.h"
+#include "foam/parallel.h"
+#include "foam/ray_tracer.h"
+#include "foam/spherical_harmonics.h"
+#include "foam/walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace semfoam {
+namespace {
+
+constexpr size_t kMaxFailures = 5;       // sentences of one set of rays and one variant
+constexpr int kOracleRays = 2;           // of a set, that an independent oracle sees
+constexpr double kSmallest = 1e-32;      // below this a float has no bits left
+constexpr double kQueriesPerRay = 1e7;   // site distances computed per ray by brute force
+constexpr double kGrazingCosine = 1e-5;  // IsGrazing's threshold
+constexpr double kCosineRounding = 5e-7;
+
+// What one variant has made of one ray, widened to double.
+struct TracedRay {
+  std::vector<uint32_t> cells;  // [pieces + 1]: the cell behind the last piece too
+  std::vector<double> t_in, t_out;
+  std::vector<bool> clamped;
+  std::vector<double> density;  // 0 where the piece is not shaded
+  std::vector<double> weight;
+  RayComposite<double> composite;
+  RayGradient<double> gradient;  // of the loss, by what the ray has gathered
+  double loss = 0;
+  std::vector<CellContribution<double>> contributions;
+  bool hit_step_limit = false;
+
+  size_t NumPieces() const { return t_out.size(); }
+};
+
+template <typename Real>
+RayComposite<double> Widen(const RayComposite<Real>& ray) {
+  RayComposite<double> out;
+  out.tau = ray.tau;
+  std::copy_n(ray.color, 3, out.color);
+  std::copy_n(ray.identity, kIdentityDim, out.identity);
+  std::copy_n(ray.quantile_tau, kNumQuantiles, out.quantile_tau);
+  std::copy_n(ray.quantile_depth, kNumQuantiles, out.quantile_depth);
+  std::copy_n(ray.quantile_piece, kNumQuantiles, out.quantile_piece);
+  return out;
+}
+
+template <typename Real>
+RayGradient<double> Widen(const RayGradient<Real>& gradient) {
+  RayGradient<double> out;
+  std::copy_n(gradient.color, 3, out.color);
+  out.opacity = gradient.opacity;
+  std::copy_n(gradient.quantile_depth, kNumQuantiles, out.quantile_depth);
+  std::copy_n(gradient.identity, kIdentityDim, out.identity);
+  return out;
+}
+
+template <typename Real>
+CellContribution<double> Widen(const CellContribution<Real>& c) {
+  return {c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>()};
+}
+
+// The loss of what the ray has gathered, in the variant's own arithmetic, and its gradient.
+template <typename Real>
+RayGradient<Real> LossGradient(const RayComposite<Real>& composite,
+                               const RayCase& ray,
+                               const FoamParameters<Real>& values,
+                               TracedRay* out) {
+  std::vector<Real> logits(values.num_classes);
+  const ClassifierView<Real> classifier = values.Classifier();
+  out->loss = RayLoss(composite, ray.target, classifier, logits.data()).Total(kHardCaseWeights);
+  const RayGradient<Real> gradient =
+      RayLossGradient(composite, ray.target, classifier, kHardCaseWeights, logits.data());
+  out->composite = Widen(composite);
+  out->gradient = Widen(gradient);
+  return gradient;
+}
+
+template <typename Real>
+TracedRay TraceScalar(const WalkGeometry<Real>& geometry,
+                      const FoamParameters<Real>& values,
+                      const std::vector<Real>& density,
+                      const RayCase& ray,
+                      uint32_t start) {
+  const RayRecord<Real> record = TraceCase(geometry, values, density, ray, start);
+  TracedRay out;
+  out.hit_step_limit = record.hit_step_limit;
+  double t = 0;
+  for (const RecordedPiece<Real>& piece : record.pieces) {
+    const ShadedPiece<Real>* shaded = piece.shaded >= 0 ? &record.shaded[piece.shaded] : nullptr;
+    out.cells.push_back(piece.cell);
+    out.t_in.push_back(shaded != nullptr ? double(shaded->t_in) : t);
+    out.t_out.push_back(piece.t_out);
+    out.clamped.push_back(piece.clamped);
+    out.density.push_back(shaded != nullptr ? double(shaded->sigma) : 0.0);
+    out.weight.push_back(shaded != nullptr ? double(shaded->weight) : 0.0);
+    t = piece.t_out;
+  }
+  out.cells.push_back(record.pieces.empty() ? start : record.pieces.back().next);
+  const RayGradient<Real> gradient = LossGradient(record.composite, ray, values, &out);
+  BackpropagateRay(geometry, record, gradient, [&](const CellContribution<Real>& c) {
+    out.contributions.push_back(Widen(c));
+  });
+  return out;
+}
+
+// What the vector code has made of a ray.
+TracedRay Widen(const RayScene& scene, const RayCase& ray, const RayTrace& trace) {
+  TracedRay out;
+  out.hit_step_limit = trace.hit_step_limit;
+  std::vector<int> shaded_of_piece;
+  int num_shaded = 0;
+  for (int k = 0; k < trace.num_pieces; ++k) {
+    const bool shaded = trace.sites[k].density > 0;
+    out.cells.push_back(trace.pieces[k].cell);
+    out.t_in.push_back(k > 0 ? trace.pieces[k - 1].t_out : 0.0);
+    out.t_out.push_back(trace.pieces[k].t_out);
+    out.density.push_back(trace.sites[k].density);
+    out.weight.push_back(shaded ? double(trace.weight[k]) : 0.0);
+    shaded_of_piece.push_back(num_shaded);
+    num_shaded += shaded;
+  }
+  out.cells.push_back(trace.num_pieces > 0 ? trace.pieces[trace.num_pieces].cell
+                                           : trace.start_cell);
+  out.clamped.assign(trace.num_pieces, false);
+  for (const uint32_t k : trace.clamped) out.clamped[k] = true;
+  const RayGradient<float> gradient = LossGradient(trace.composite, ray, scene.values, &out);
+  for (int& piece : out.composite.quantile_piece) {
+    if (piece >= 0) piece = shaded_of_piece[piece];
+  }
+  std::vector<GradientRecord> records;
+  BackpropagateRay(trace, gradient, scene.NumSites(), 0, &records);
+  for (const GradientRecord& record : records) {
+    out.contributions.push_back(Widen(record.contribution));
+  }
+  return out;
+}
+
+// All rays at once with one instruction set.
+std::vector<TracedRay> TraceWith(const std::string& simd_target,
+                                 const RayScene& scene,
+                                 std::span<const RayCase> rays,
+                                 std::span<const uint32_t> starts) {
+  std::vector<RayTrace> traces(rays.size());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    traces[i].origin = rays[i].origin.cast<float>();
+    traces[i].direction = rays[i].direction.cast<float>();
+    traces[i].start_cell = starts[i];
+    for (int k = 0; k < kNumQuantiles; ++k) {
+      traces[i].quantile_tau[k] = static_cast<float>(rays[i].quantile_tau[k]);
+    }
+  }
+  const CellShading<float> shading{scene.values.sh_degree,
+                                   scene.density.data(),
+                                   scene.values.sh.data(),
+                                   scene.values.identity.data()};
+  UseSimdTarget(simd_target);
+  TraceRays(scene.cells.float_geometry, shading, std::numeric_limits<float>::infinity(), traces);
+  std::vector<TracedRay> out;
+  for (size_t i = 0; i < rays.size(); ++i) out.push_back(Widen(scene, rays[i], traces[i]));
+  UseSimdTarget("");
+  return out;
+}
+
+// A way to trace rays. One more is one more entry of Variants().
+struct Variant {
+  std::string name;
+  bool in_double = false;
+  std::function<std::vector<TracedRay>(
+      const RayScene&, std::span<const RayCase>, std::span<const uint32_t> starts)>
+      trace;
+};
+
+std::vector<TracedRay> TraceEach(size_t count, const std::function<TracedRay(size_t)>& trace) {
+  std::vector<TracedRay> traced(count);
+  ParallelForBlocks(count, 1, [&](int64_t begin, int64_t) { traced[begin] = trace(begin); });
+  return traced;
+}
+
+// The first is the reference of the others.
+std::vector<Variant> Variants() {
+  std::vector<Variant> variants = {
+      {"scalar double",
+       true,
+       [](const RayScene& scene, std::span<const RayCase> rays, std::span<const uint32_t> starts) {
+         return TraceEach(rays.size(), [&](size_t i) {
+           return TraceScalar(scene.cells.geometry,
+                              scene.values_in_double,
+                              scene.density_in_double,
+                              rays[i],
+                              starts[i]);
+         });
+       }},
+      {"scalar float",
+       false,
+       [](const RayScene& scene, std::span<const RayCase> rays, std::span<const uint32_t> starts) {
+         return TraceEach(rays.size(), [&](size_t i) {
+           return TraceScalar(
+               scene.cells.float_geometry, scene.values, scene.density, rays[i], starts[i]);
+         });
+       }},
+  };
+  for (const std::string& target : SimdTargets()) {
+    variants.push_back({target,
+                        false,
+                        [target](const RayScene& scene,
+                                 std::span<const RayCase> rays,
+                                 std::span<const uint32_t> starts) {
+                          return TraceWith(target, scene, rays, starts);
+                        }});
+  }
+  return variants;
+}
+
+bool AllFinite(const TracedRay& ray) {
+  bool finite = std::isfinite(ray.composite.tau) && std::isfinite(ray.loss) &&
+                std::isfinite(ray.gradient.opacity);
+  const auto check = [&](double value) { finite = finite && std::isfinite(value); };
+  for (const auto* values : {&ray.t_out, &ray.weight, &ray.density}) {
+    for (const double value : *values) check(value);
+  }
+  for (int c = 0; c < 3; ++c) {
+    check(ray.composite.color[c]);
+    check(ray.gradient.color[c]);
+  }
+  for (int c = 0; c < kIdentityDim; ++c) {
+    check(ray.composite.identity[c]);
+    check(ray.gradient.identity[c]);
+  }
+  for (int k = 0; k < kNumQuantiles; ++k) {
+    check(ray.composite.quantile_depth[k]);
+    check(ray.gradient.quantile_depth[k]);
+  }
+  for (const CellContribution<double>& c : ray.contributions) {
+    check(c.weight);
+    check(c.density);
+    finite = finite && c.position.allFinite();
+  }
+  return finite;
+}
+
+void CheckPieces(const RayScene& scene,
+                 const RayCase& ray,
+                 const TracedRay& traced,
+                 HardCaseResult* result) {
+  const auto along = [&](uint32_t cell) {
+    return scene.cells.geometry.positions[cell].dot(ray.direction);
+  };
+  double t = 0;
+  for (size_t n = 0; n < traced.NumPieces(); ++n) {
+    result->Expect(traced.t_in[n] == t, "piece ", n, " does not begin where the last one ends");
+    result->Expect(traced.t_out[n] >= traced.t_in[n], "t runs backwards in piece ", n);
+    t = traced.t_out[n];
+    if (traced.t_out[n] > traced.t_in[n]) continue;
+    ++result->zero_length_steps;
+    result->clamped_steps += traced.clamped[n];
+    result->Expect(along(traced.cells[n + 1]) > along(traced.cells[n]),
+                   "a step of zero length leads to a site that is not farther along, in piece ",
+                   n);
+  }
+  std::vector<uint32_t> seen = traced.cells;
+  std::sort(seen.begin(), seen.end());
+  result->Expect(std::adjacent_find(seen.begin(), seen.end()) == seen.end(), "a cell comes twice");
+}
+
+// Evenly spread over the ray's pieces, as many as the number of sites allows.
+double WalkDeviation(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
+  const double budget = std::max(8.0, kQueriesPerRay / scene.cells.positions.size() / 3);
+  const size_t stride = std::max<size_t>(1, std::ceil(traced.NumPieces() / budget));
+  double deviation = 0;
+  for (size_t n = 0; n < traced.NumPieces(); n += stride) {
+    for (const double at : {0.1, 0.5, 0.9}) {
+      const Eigen::Vector3d point =
+          ray.origin + (traced.t_in[n] + at * (traced.t_out[n] - traced.t_in[n])) * ray.direction;
+      const double own = (scene.cells.geometry.positions[traced.cells[n]] - point).norm();
+      const double reach = std::max({1.0, ray.origin.norm(), point.norm(), own});
+      deviation = std::max(deviation, (own - scene.NearestDistance(point)) / reach);
+    }
+  }
+  return deviation;
+}
+
+double WeightsDeviation(const TracedRay& traced) {
+  double sum = 0;
+  for (const double weight : traced.weight) sum += weight;
+  return std::abs(sum - traced.composite.Opacity());
+}
+
+double ColorDeviation(const TracedRay& traced, const TracedRay& reference) {
+  double deviation = std::abs(traced.composite.Opacity() - reference.composite.Opacity());
+  for (int c = 0; c < 3; ++c) {
+    deviation =
+        std::max(deviation, std::abs(traced.composite.color[c] - reference.composite.color[c]));
+  }
+  return deviation;
+}
+
+// The variant's ray in double: the same cells, crossings and densities, everything after that
+// computed anew.
+RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
+  const FoamParameters<double>& values = scene.values_in_double;
+  const int num_coefficients = NumShCoefficients(values.sh_degree);
+  RayRecord<double> record;
+  record.origin = ray.origin;
+  record.direction = ray.direction;
+  ShBasis(values.sh_degree, ray.direction, record.sh_basis);
+  for (size_t n = 0; n < traced.NumPieces(); ++n) {
+    const uint32_t cell = traced.cells[n];
+    RecordedPiece<double>& piece = record.pieces.emplace_back();
+    piece.cell = cell;
+    piece.next = traced.cells[n + 1];
+    piece.shaded = -1;
+    piece.clamped = traced.clamped[n];
+    piece.t_out = traced.t_out[n];
+    if (!(traced.density[n] > 0)) continue;
+    piece.shaded = static_cast<int>(record.shaded.size());
+    ShadedPiece<double>& shaded = record.shaded.emplace_back(AddPiece(
+        traced.t_in[n], traced.t_out[n], traced.density[n], piece.shaded, &record.composite));
+    ShColor(record.sh_basis,
+            traced.weight[n] > kNegligibleWeight ? num_coefficients : 1,
+            &values.sh[size_t(cell) * 3 * num_coefficients],
+            shaded.color);
+  }
+  // Into which piece a quantile falls is a branch: the variant's is followed.
+  for (int k = 0; k < kNumQuantiles; ++k) {
+    record.composite.quantile_piece[k] = traced.composite.quantile_piece[k];
+    record.composite.quantile_depth[k] = traced.composite.quantile_depth[k];
+  }
+  return record;
+}
+
+double GradientDeviation(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
+  const RayRecord<double> record = InDouble(scene, ray, traced);
+  const WalkGeometry<double>& geometry = scene.cells.geometry;
+  const auto scales = GradientScales(geometry, record, traced.gradient);
+  struct Pair {
+    CellContribution<double> mine, oracle;
+  };
+  const CellContribution<double> nothing{0, 0, 0, 0, Eigen::Vector3d::Zero()};
+  std::map<uint32_t, Pair> pairs;
+  for (const CellContribution<double>& c : traced.contributions) {
+    pairs.try_emplace(c.cell, Pair{nothing, nothing}).first->second.mine = c;
+  }
+  BackpropagateRay(geometry, record, traced.gradient, [&](const CellContribution<double>& c) {
+    pairs.try_emplace(c.cell, Pair{nothing, nothing}).first->second.oracle = c;
+  });
+  double deviation = 0;
+  for (const auto& [cell, pair] : pairs) {
+    const GradientScale& scale = scales.at(cell);
+    const auto include = [&](double difference, double magnitude) {
+      deviation = std::max(deviation, std::abs(difference) / (magnitude + kSmallest));
+    };
+    include(pair.mine.weight - pair.oracle.weight, scale.weight);
+    include(pair.mine.density - pair.oracle.density, scale.density);
+    if (scale.ambiguous) continue;
+    include((pair.mine.position - pair.oracle.position).lpNorm<Eigen::Infinity>(), scale.position);
+  }
+  return deviation;
+}
+
+// Where the rendered quantile lies in optical depth, against where it should, over what the
+// rounding of its distance makes of it.
+double QuantileDeviation(const TracedRay& traced, const RayRecord<double>& record) {
+  double deviation = 0;
+  for (int k = 0; k < kNumQuantiles; ++k) {
+    const int index = traced.composite.quantile_piece[k];
+    if (index < 0) continue;
+    const ShadedPiece<double>& piece = record.shaded[index];
+    const double depth = traced.composite.quantile_depth[k];
+    const double tau = piece.tau_in + piece.sigma * (depth - piece.t_in);
+    const double wanted = traced.composite.quantile_tau[k];
+    deviation = std::max(
+        deviation, std::abs(tau - wanted) / (1 + piece.tau_in + wanted + piece.sigma * depth));
+  }
+  return deviation;
+}
+
+// All assertions about one ray of one variant.
+HardCaseResult CheckRay(const RayScene& scene,
+                        const RayCase& ray,
+                        const Variant& variant,
+                        const TracedRay& traced,
+                        const TracedRay& reference,
+                        const RayBounds& bounds) {
+  HardCaseResult result;
+  result.rays = 1;
+  result.steps = traced.NumPieces();
+  result.step_limit_hits = traced.hit_step_limit;
+  result.Expect(!traced.hit_step_limit, "the step limit was hit");
+  result.Expect(AllFinite(traced), "something is not finite");
+  CheckPieces(scene, ray, traced, &result);
+  if (!result.failures.empty()) return result;  // what follows would say the same in other words
+
+  const bool in_double = variant.in_double;
+  Deviations& deviations = result.deviations[variant.name];
+  const auto expect = [&](double deviation, double bound, const char* what) {
+    result.Expect(deviation <= bound, what, " deviates by ", deviation, ", more than ", bound);
+  };
+  if (!bounds.stale) {
+    deviations.walk = WalkDeviation(scene, ray, traced);
+    expect(deviations.walk, in_double ? bounds.walk_double : bounds.walk_float, "the walk");
+    result.Expect(!bounds.ends_in_guard || traced.cells.back() >= scene.NumSites(),
+                  "the walk ends in the bounded cell ",
+                  traced.cells.back());
+  }
+  deviations.weights = WeightsDeviation(traced);
+  expect(deviations.weights,
+         in_double ? bounds.weights_double : bounds.weights_float,
+         "the sum of the weights");
+  const double quantile_deviation = QuantileDeviation(traced, InDouble(scene, ray, traced));
+  expect(quantile_deviation,
+         in_double ? bounds.gradient_double : bounds.gradient_float,
+         "a quantile's optical depth");
+  if (in_double) return result;
+  deviations.gradient = GradientDeviation(scene, ray, traced);
+  expect(deviations.gradient, bounds.gradient_float, "the gradient");
+  deviations.color = ColorDeviation(traced, reference);
+  expect(deviations.color, bounds.color_float, "the colour");
+  return result;
+}
+
+}  // namespace
+
+void Deviations::Include(const Deviations& other) {
+  walk = std::max(walk, other.walk);
+  weights = std::max(weights, other.weights);
+  gradient = std::max(gradient, other.gradient);
+  color = std::max(color, other.color);
+}
+
+void HardCaseResult::Add(const HardCaseResult& other) {
+  failures.insert(failures.end(), other.failures.begin(), other.failures.end());
+  for (const auto& [variant, found] : other.deviations) deviations[variant].Include(found);
+  rays += other.rays;
+  steps += other.steps;
+  zero_length_steps += other.zero_length_steps;
+  clamped_steps += other.clamped_steps;
+  step_limit_hits += other.step_limit_hits;
+}
+
+RayScene::RayScene(const std::vector<Eigen::Vector3f>& sites,
+                   uint64_t seed,
+                   int sh_degree,
+                   int num_classes)
+    : cells(sites),
+      values(RandomParameters(cells.positions, sites.size(), sh_degree, num_classes, seed)) {
+  Update();
+}
+
+void RayScene::MoveSites(const std::vector<Eigen::Vector3f>& sites) {
+  cells.positions = WithGuardSites(sites);
+  values.positions = cells.positions;
+  Update();
+  Refresh(cells.positions, &cells.float_geometry);
+  Refresh(values_in_double.positions, &cells.geometry);
+}
+
+void RayScene::Update() {
+  values_in_double = Cast<double>(values);
+  density = values.Densities();
+  density_in_double = values_in_double.Densities();
+  const auto num_cells = static_cast<Eigen::Index>(cells.positions.size());
+  x.resize(num_cells);
+  y.resize(num_cells);
+  z.resize(num_cells);
+  for (Eigen::Index i = 0; i < num_cells; ++i) {
+    x[i] = cells.positions[i].x();
+    y[i] = cells.positions[i].y();
+    z[i] = cells.positions[i].z();
+  }
+}
+
+double RayScene::NearestDistance(const Eigen::Vector3d& point) const {
+  const double px = point.x(), py = point.y(), pz = point.z();
+  return std::sqrt(((x - px).square() + (y - py).square() + (z - pz).square()).minCoeff());
+}
+
+Eigen::Vector3f ToFloat(const Eigen::Vector3d& x) { return x.cast<float>(); }
+
+HardCaseResult CheckRays(const RayScene& scene,
+                         std::vector<RayCase> rays,
+                         const RayBounds& bounds,
+                         const GradientOracle& oracle) {
+  HardCaseResult result;
+  std::vector<uint32_t> starts;
+  for (RayCase& ray : rays) {
+    ray.origin = ToFloat(ray.origin).cast<double>();
+    ray.direction = ToFloat(ray.direction).cast<double>();
+    starts.push_back(scene.cells.BruteForceNearest(ray.origin));
+    if (bounds.stale) continue;
+    const uint32_t descended =
+        NearestCell(scene.cells.positions, scene.cells.delaunay, ray.origin, 0);
+    result.Expect((scene.cells.geometry.positions[descended] - ray.origin).norm() ==
+                      (scene.cells.geometry.positions[starts.back()] - ray.origin).norm(),
+                  "the descent to the first cell ends in one that is not the nearest");
+  }
+
+  std::vector<TracedRay> reference;
+  for (const Variant& variant : Variants()) {
+    std::vector<TracedRay> traced = variant.trace(scene, rays, starts);
+    if (reference.empty()) reference = traced;
+    std::vector<HardCaseResult> checked(rays.size());
+    ParallelForBlocks(rays.size(), 1, [&](int64_t i, int64_t) {
+      checked[i] = CheckRay(scene, rays[i], variant, traced[i], reference[i], bounds);
+    });
+    std::vector<std::string> failures;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      for (const std::string& failure : checked[i].failures) {
+        failures.push_back(variant.name + ", ray " + std::to_string(i) + ": " + failure + ".");
+      }
+      checked[i].failures.clear();
+      result.Add(checked[i]);
+    }
+    if (failures.size() > kMaxFailures) {
+      failures[kMaxFailures] =
+          variant.name + ": " + std::to_string(failures.size()) + " failures in all.";
+      failures.resize(kMaxFailures + 1);
+    }
+    result.failures.insert(result.failures.end(), failures.begin(), failures.end());
+    if (variant.in_double && oracle) {
+      for (size_t i = 0; i < std::min<size_t>(rays.size(), kOracleRays); ++i) {
+        const double deviation = oracle(scene, rays[i], starts[i]);
+        Deviations& deviations = result.deviations[variant.name];
+        deviations.gradient = std::max(deviations.gradient, deviation);
+        result.Expect(deviation <= bounds.gradient_double,
+                      variant.name,
+                      ", ray ",
+                      i,
+                      ": the gradient deviates by ",
+                      deviation,
+                      " from the oracle's, more than ",
+                      bounds.gradient_double,
+                      ".");
+      }
+    }
+  }
+  return result;
+}
+
+std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
+                                                 const RayRecord<double>& record,
+                                                 const RayGradient<double>& gradient) {
+  // by_weight <= brightest, for every piece.
+  double brightest = std::abs(gradient.opacity);
+  for (int c = 0; c < 3; ++c) {
+    double largest = 0;
+    for (const auto& shaded : record.shaded) largest = std::max(largest, shaded.color[c]);
+    brightest += std::abs(gradient.color[c]) * largest;
+  }
+  std::map<uint32_t, GradientScale> scales;
+  double behind_quantiles = 0;  // sum over the quantiles behind of |gradient| / sigma
+  double by_t_in = 0;           // magnitude of dL/dt of the face at hand, from behind it
+  for (size_t n = record.pieces.size(); n-- > 0;) {
+    const RecordedPiece<double>& piece = record.pieces[n];
+    const uint32_t behind_cell = piece.next;
+    GradientScale& here = scales[piece.cell];
+    GradientScale& behind = scales[behind_cell];
+    double by_t_out = by_t_in;
+    by_t_in = 0;
+    if (piece.shaded >= 0) {
+      const ShadedPiece<double>& shaded = record.shaded[piece.shaded];
+      const double by_depth = brightest * std::exp(-shaded.tau_in) + behind_quantiles;
+      const double length = shaded.optical_depth / shaded.sigma;
+      here.weight += shaded.weight * (1 + shaded.tau_in);
+      here.density += by_depth * length;
+      by_t_out += by_depth * shaded.sigma;
+      by_t_in += by_depth * shaded.sigma;
+      for (int k = 0; k < kNumQuantiles; ++k) {
+        if (record.composite.quantile_piece[k] != piece.shaded) continue;
+        const double by_quantile = std::abs(gradient.quantile_depth[k]);
+        here.density +=
+            by_quantile * std::abs(record.composite.quantile_depth[k] - shaded.t_in) / shaded.sigma;
+        by_t_in += by_quantile;
+        behind_quantiles += by_quantile / shaded.sigma;
+      }
+    }
+    if (piece.clamped) {
+      by_t_in += by_t_out;
+      continue;
+    }
+    const Eigen::Vector3d normal = geometry.positions[behind_cell] - geometry.positions[piece.cell];
+    const double cosine = normal.dot(record.direction) / normal.norm();
+    if (std::abs(cosine - kGrazingCosine) < kCosineRounding)
+      here.ambiguous = behind.ambiguous = true;
+    if (IsGrazing<double>(normal, record.direction)) continue;
+    // dt/dp = (x - p) / (n.d): x - p is a sum of terms as long as the ray so far, and n.d is as
+    // exact as its ratio to |n|.
+    const double reach =
+        (record.origin - geometry.positions[piece.cell]).norm() + std::abs(piece.t_out);
+    const double scale = by_t_out * reach / (normal.norm() * cosine * std::abs(cosine));
+    here.position += std::abs(scale);
+    behind.position += std::abs(scale);
+  }
+  return scales;
+}
+
+std::vector<RayCase> RaysFromEverywhere(int count, uint64_t seed) {
+  std::vector<RayCase> rays;
+  for (int i = 0; i < count; ++i) {
+    CounterRandom random(seed, 0x71, i);
+    const bool outside = i % 4 == 0;
+    const Eigen::Vector3d origin = RandomPoint(&random, outside ? 150 : 1.2);
+    const Eigen::Vector3d direction =
+        outside ? (RandomPoint(&random, 1) - origin).normalized() : RandomDirection(&random);
+    rays.push_back(MakeRay(origin, direction, seed + i));
+  }
+  return rays;
+}
+
+RayCase MakeRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, uint64_t seed) {
+  CounterRandom random(seed, 0x72, 0);
+  RayCase ray;
+  ray.origin = origin;
+  ray.direction = direction;
+  const double u = random.Uniform(), v = random.Uniform();
+  ray.quantile_tau[0] = -std::log(1 - std::min(u, v));
+  ray.quantile_tau[1] = -std::log(1 - std::max(u, v));
+  for (float& c : ray.target.color) c = static_cast<float>(random.Uniform());
+  ray.target.class_index = seed % 4 == 3 ? kUnlabelled : 0;
+  return ray;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/hard_cases/hard_case_test.h"
+
+namespace semfoam {
+namespace {
+
+TEST_P(HardCaseTest, HasTheStatedOutcome) { ExpectPasses(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(Rays, HardCaseTest, testing::ValuesIn(RaysCases()), HardCaseName);
+
+}  // namespace
+}  // namespace semfoam

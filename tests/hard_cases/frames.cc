@@ -206,7 +206,7 @@ std::vector<HardCase> FramesCases() {
   nothing.cameras.resize(1);
   nothing.points.clear();
   RayBounds far;
-  far.color_float = 3e-2;  // a float of 1e5 has bits of 0.008, and cells are hardly larger
+  far.color_float = 0.1;  // a float of 1e5 has bits of 0.008, and cells are hardly larger
   far.gradient_double = 1e-7;
   return {
       ScaledCase("scene_of_1e-4_units", same + "to 1e-11 units", 1e-5, origin, 1e-12, 1e-11),

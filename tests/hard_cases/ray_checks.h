@@ -106,7 +106,8 @@ inline constexpr RayLossWeights kHardCaseWeights{1, 0.7, 0.3, 0.9};
 using GradientOracle =
     std::function<double(const RayScene& scene, const RayCase& ray, uint32_t start)>;
 
-// Traces every ray with all variants (scalar float and double) and asserts, ray by ray:
+// Traces every ray with all variants (the scalar reference in double and in float, the vector code
+// on every instruction set of the machine) and asserts, ray by ray:
 // nothing is NaN or infinite; the step limit is not hit; pieces follow on each other and t never
 // runs backwards; a step of zero length leads to a site farther along the ray, and no cell comes
 // twice; the walk agrees with looking at all sites; the weights sum to 1 - transmittance; the

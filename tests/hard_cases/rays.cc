@@ -120,7 +120,10 @@ HardCaseResult AlongRandomEdges(const GradientOracle& oracle) {
       rays.push_back(MakeRay(vertices[t] - 0.5 * in_face, in_face, rays.size()));
     }
   }
-  return CheckRays(scene, rays, {}, oracle);
+  // Either side of a face is right for a ray that runs in it, and their colours differ.
+  RayBounds bounds;
+  bounds.color_float = std::numeric_limits<double>::infinity();
+  return CheckRays(scene, rays, bounds, oracle);
 }
 
 // From site to site, which is the direction of a face's normal, and through corners of cells.

@@ -13,7 +13,6 @@ namespace semfoam {
 namespace {
 
 constexpr uint64_t kDrawPurpose = 0xd3a1, kPlacePurpose = 0xd3a2;
-constexpr float kTransparentRawDensity = -1;
 
 // The k sites with the largest keys ln(u) / weight: a weighted draw without replacement (Efraimidis
 // and Spirakis 2006). Sites of weight 0 are never drawn. Ascending.
@@ -58,7 +57,7 @@ Rearrangement Densify(const Delaunay& delaunay,
   std::vector<uint8_t> pruned(n, 0);
   for (uint32_t i = 0; i < n; ++i) {
     if (contribution[i] < options.transparent_contribution) {
-      foam->raw_density[i] = std::min(foam->raw_density[i], kTransparentRawDensity);
+      foam->raw_density[i] = std::min(foam->raw_density[i], kLowestRawDensity);
     }
     if (contribution[i] > options.prune_contribution || radii[i] >= options.prune_radius) continue;
     const auto around = delaunay.Neighbors(i);

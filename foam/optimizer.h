@@ -30,14 +30,16 @@ struct DensificationStatistics {
   }
 };
 
+// Below this raw density a cell's gradient has all but vanished and it could never come back
+// (Radiant Foam's "transparent" value).
+inline constexpr float kLowestRawDensity = -1;
+// Of cells that are known to be empty: below kTransparentDensity, so that no ray shades them.
+inline constexpr float kTransparentRawDensity = -2;
+
 // Adam (Kingma and Ba 2015) over all parameters of a foam. A cell that no ray of the batch touched
 // is left alone, its moments too: with some 1e4 rays a step, most cells are idle in most steps, and
 // momentum would push them blindly. Each cell counts its own steps for the bias correction, so a
 // new cell starts as cautiously as the first ones did.
-// Below this raw density a cell's gradient has all but vanished and it could never come back
-// (Radiant Foam's "transparent" value).
-inline constexpr float kLowestRawDensity = -1;
-
 class FoamOptimizer {
  public:
   explicit FoamOptimizer(const Foam& foam);

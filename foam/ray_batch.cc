@@ -12,6 +12,16 @@ namespace {
 // batch, so that a classifier of thousands of classes does not need thousands of partial sums.
 int64_t BlockSize(size_t num_rays) { return std::max<int64_t>(64, (num_rays + 63) / 64); }
 
+// When ray i of a block of n is traced. Neighbouring rays cross the same cells; they come one after
+// the other, when the cells are in the cache, and not together, when all of them would wait for the
+// same cell. So the rays that are in flight together are far apart in the block.
+size_t Turn(size_t i, size_t n) {
+  const size_t whole_groups = n / kRaysInFlight * kRaysInFlight;
+  if (i >= whole_groups) return i;
+  const size_t num_groups = n / kRaysInFlight;
+  return i % num_groups * kRaysInFlight + i / num_groups;
+}
+
 struct BlockSums {
   RayLossTerms<double> loss;
   std::vector<float> weight_gradient;
@@ -51,7 +61,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
     ClassLoss class_loss(classifier);
     const std::span<RayTrace> traces = ThreadTraces(end - begin);
     for (int64_t i = begin; i < end; ++i) {
-      RayTrace& trace = traces[i - begin];
+      RayTrace& trace = traces[Turn(i - begin, end - begin)];
       trace.origin = rays[i].origin;
       trace.direction = rays[i].direction;
       trace.start_cell = rays[i].start_cell;
@@ -59,7 +69,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
     }
     TraceRays(geometry, shading, cutoff_tau, traces);
     for (int64_t i = begin; i < end; ++i) {
-      const RayTrace& trace = traces[i - begin];
+      const RayTrace& trace = traces[Turn(i - begin, end - begin)];
       const RayTarget& target = rays[i].target;
       sum.step_limit_hits += trace.hit_step_limit;
       sum.num_pieces += trace.num_pieces;

@@ -46,13 +46,13 @@ constexpr int64_t kTvInterval = 4;
 
 // The planes follow the sites every so many iterations: moving all of them costs as much as casting
 // a thousand rays, and between two of its own steps a cell waits longer than that.
-constexpr int64_t kRefreshInterval = 4;
+constexpr int64_t kRefreshInterval = 2;
 
 // A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
 // ray leaves before it has entered them, and after so many iterations at the latest; but not sooner
 // than after so many, or sites that fly about would keep the triangulation busy and nothing else.
-constexpr double kStaleShare = 1e-3;
-constexpr int64_t kMaxTriangulationInterval = 500;
+constexpr double kStaleShare = 2e-3;
+constexpr int64_t kMaxTriangulationInterval = 1000;
 constexpr int64_t kMinTriangulationInterval = 20;
 
 // Fractions of the run. Colours settle before matter forms, and the mean colour before its change
@@ -275,14 +275,11 @@ void Trainer::Retriangulate() {
           std::any_of(clear_cones_.begin(), clear_cones_.end(), [&](const ClearCone& cone) {
             return cone.Contains(foam_.positions[i]);
           });
-      if (is_clear_[i]) foam_.raw_density[i] = kLowestRawDensity;
+      float& raw = foam_.raw_density[i];
+      raw = is_clear_[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
     }
   });
-  // Empty cells need not be shaded at all.
   density_ = CellDensities(foam_);
-  for (size_t i = 0; i < foam_.NumSites(); ++i) {
-    if (is_clear_[i]) density_[i] = 0;
-  }
   FollowSites();
   last_triangulation_ = progress_.iteration;
   ++summary_.triangulations;

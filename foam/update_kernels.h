@@ -22,14 +22,18 @@ struct AdamCorrection {
 };
 
 // One Adam step (Kingma and Ba 2015, algorithm 1) of `count` parameters: moves both moments and
-// writes what to add to the parameters to `change`. All arrays are [count].
-void AdamStep(const AdamCorrection& correction,
+// writes what to add to the parameters to `change`. All arrays are [count]. If the gradient is not
+// finite, does nothing and returns false.
+bool AdamStep(const AdamCorrection& correction,
               int count,
               const float* gradient,
               const float* rate,
               float* first_moment,
               float* second_moment,
               float* change);
+
+// parameters[k] += change[k].
+void AddTo(const float* change, int count, float* parameters);
 
 // Adds the records of one cell to `gradient` [row.size], in their order: dL/dsigma goes to
 // row.density. `rays` are the batch's. Returns the largest weight of any record.

@@ -101,15 +101,21 @@ float ClassLoss::Add(const float* identity,
 
 HWY_EXPORT(AdamStep);
 
-void AdamStep(const AdamCorrection& correction,
+bool AdamStep(const AdamCorrection& correction,
               int count,
               const float* gradient,
               const float* rate,
               float* first_moment,
               float* second_moment,
               float* change) {
-  HWY_DYNAMIC_DISPATCH(AdamStep)
-  (correction, count, gradient, rate, first_moment, second_moment, change);
+  return HWY_DYNAMIC_DISPATCH(AdamStep)(
+      correction, count, gradient, rate, first_moment, second_moment, change);
+}
+
+HWY_EXPORT(AddTo);
+
+void AddTo(const float* change, int count, float* parameters) {
+  HWY_DYNAMIC_DISPATCH(AddTo)(change, count, parameters);
 }
 
 HWY_EXPORT(SumRecords);

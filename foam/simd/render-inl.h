@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <hwy/cache_control.h>
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
@@ -33,11 +34,29 @@ inline void Reserve(size_t count, RayTrace* ray) {
   for (auto& channel : ray->color) channel.resize(size);
 }
 
+inline void PrefetchCell(const WalkGeometry<float>& geometry, uint32_t cell) {
+  const auto* const block =
+      reinterpret_cast<const char*>(geometry.blocks.data() + geometry.first_block[cell]);
+  for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
+}
+
+inline void PrefetchAppearance(const CellShading<float>& shading,
+                               size_t sh_stride,
+                               size_t cell,
+                               float optical_depth) {
+  const float* const sh = shading.sh + cell * sh_stride;
+  hwy::Prefetch(sh);
+  if (optical_depth <= kNegligibleWeight) return;  // and so is the weight
+  for (size_t k = 16; k < sh_stride; k += 16) hwy::Prefetch(sh + k);
+  hwy::Prefetch(sh + sh_stride - 1);
+  if (shading.identity != nullptr) hwy::Prefetch(shading.identity + cell * kIdentityDim);
+}
+
 // Walks a group of rays in turns. Nothing is shaded here: what the walk needs is the optical depth,
 // to know where to stop.
 template <int kRays>
 void WalkAndRecord(const WalkGeometry<float>& geometry,
-                   const float* density,
+                   const CellShading<float>& shading,
                    float cutoff_tau,
                    RayTrace* rays) {
   struct State {
@@ -54,6 +73,7 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
     rays[r].clamped.clear();
     Reserve(1, &rays[r]);
   }
+  const size_t sh_stride = 3 * NumShCoefficients(shading.sh_degree);
   const size_t limit = geometry.positions.size();
   int num_alive = kRays;
   for (size_t step = 0; step <= limit && num_alive > 0; ++step) {
@@ -73,12 +93,16 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       }
       if (HWY_UNLIKELY(exit.t < state.t)) ray.clamped.push_back(static_cast<uint32_t>(k));
       const float t_out = HWY_MAX(exit.t, state.t);
-      const float sigma = density[state.cell];
+      const float sigma = shading.density[state.cell];
       const float shaded = sigma > static_cast<float>(kTransparentDensity) ? sigma : 0.f;
       const float optical_depth = shaded * (t_out - state.t);
       ray.sites[k] = {site[0], site[1], site[2], t_out > state.t ? shaded : 0.f};
       ray.pieces[k] = {state.cell, t_out, state.tau, optical_depth};
       ++ray.num_pieces;
+      // The next cell comes while the other rays compute, and what shading will ask for while the
+      // walk goes on.
+      PrefetchCell(geometry, exit.neighbor);
+      if (shaded > 0) PrefetchAppearance(shading, sh_stride, state.cell, optical_depth);
       state.tau += optical_depth;
       state.t = t_out;
       state.cell = exit.neighbor;
@@ -93,6 +117,28 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
     }
   }
   for (int r = 0; r < kRays; ++r) rays[r].hit_step_limit = states[r].alive;
+}
+
+// ShColor, three channels in a register. `sh` is [num_coefficients][3].
+HWY_INLINE void ShColorSimd(const float* basis,
+                            int num_coefficients,
+                            const float* sh,
+                            float* color) {
+  const hn::CappedTag<float, 4> f;
+  if constexpr (hn::MaxLanes(f) < 4) {
+    ShColor(basis, num_coefficients, sh, color);
+  } else {
+    // The fourth lane holds what is not wanted; the last coefficient has no fourth float to load.
+    auto sum = hn::Set(f, 0.5f);
+    const int last = num_coefficients - 1;
+    for (int k = 0; k < last; ++k) {
+      sum = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), sum);
+    }
+    HWY_ALIGN float final[4] = {sh[3 * last], sh[3 * last + 1], sh[3 * last + 2], 0};
+    sum = hn::MulAdd(hn::Set(f, basis[last]), hn::Load(f, final), sum);
+    hn::Store(hn::Max(sum, hn::Zero(f)), f, final);
+    std::copy_n(final, 3, color);
+  }
 }
 
 // Weights, depth quantiles, colour and identity of a walked ray.
@@ -143,10 +189,10 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
       const float weight = ray->weight[k];
       const size_t cell = ray->pieces[k].cell;
       const bool counts = weight > kNegligibleWeight;
-      ShColor(ray->sh_basis,
-              counts ? num_coefficients : 1,
-              shading.sh + cell * 3 * num_coefficients,
-              color);
+      ShColorSimd(ray->sh_basis,
+                  counts ? num_coefficients : 1,
+                  shading.sh + cell * 3 * num_coefficients,
+                  color);
       for (int c = 0; c < 3; ++c) composite.color[c] += weight * color[c];
       if (counts && shading.identity != nullptr) {
         const float* const row = shading.identity + cell * kIdentityDim;
@@ -170,11 +216,11 @@ void TraceRays(const WalkGeometry<float>& geometry,
                size_t count) {
   size_t i = 0;
   for (; i + kRaysInFlight <= count; i += kRaysInFlight) {
-    WalkAndRecord<kRaysInFlight>(geometry, shading.density, cutoff_tau, rays + i);
+    WalkAndRecord<kRaysInFlight>(geometry, shading, cutoff_tau, rays + i);
     for (int r = 0; r < kRaysInFlight; ++r) ShadeRay(shading, &rays[i + r]);
   }
   for (; i < count; ++i) {
-    WalkAndRecord<1>(geometry, shading.density, cutoff_tau, rays + i);
+    WalkAndRecord<1>(geometry, shading, cutoff_tau, rays + i);
     ShadeRay(shading, &rays[i]);
   }
 }

@@ -36,13 +36,20 @@ HWY_INLINE void ForLanes(int count, Body&& body) {
   for (; k < count; ++k) body(single, k);
 }
 
-void AdamStep(const AdamCorrection& correction,
+bool AdamStep(const AdamCorrection& correction,
               int count,
               const float* gradient,
               const float* rate,
               float* first_moment,
               float* second_moment,
               float* change) {
+  // A value that is not finite makes the sum of squares so.
+  float squares = 0;
+  ForLanes(count, [&](auto f, int k) HWY_ATTR {
+    const auto g = hn::LoadU(f, gradient + k);
+    squares += hn::GetLane(hn::SumOfLanes(f, hn::Mul(g, g)));
+  });
+  if (HWY_UNLIKELY(!std::isfinite(squares))) return false;
   ForLanes(count, [&](auto f, int k) HWY_ATTR {
     const auto g = hn::LoadU(f, gradient + k);
     const auto m = hn::MulAdd(hn::Set(f, kAdamBeta1),
@@ -57,6 +64,13 @@ void AdamStep(const AdamCorrection& correction,
     const auto size =
         hn::Add(hn::Sqrt(hn::Mul(v, hn::Set(f, correction.second))), hn::Set(f, kAdamEpsilon));
     hn::StoreU(hn::Div(step, size), f, change + k);
+  });
+  return true;
+}
+
+void AddTo(const float* change, int count, float* parameters) {
+  ForLanes(count, [&](auto f, int k) HWY_ATTR {
+    hn::StoreU(hn::Add(hn::LoadU(f, parameters + k), hn::LoadU(f, change + k)), f, parameters + k);
   });
 }
 

@@ -50,6 +50,21 @@ uint64_t Digest(const TrainingSummary& summary) {
   return Digest(summary.statistics.mean_color, hash);
 }
 
+TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {
+  const SyntheticViews views(16, 64, 48);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 200'000;
+  options.densify_events = 0;
+  options.position_rate = 1e-6;
+  const TrainingSummary resting = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
+  // At the start and when positions freeze, and nothing in between: 195 iterations are no age.
+  EXPECT_EQ(resting.triangulations, 2);
+  options.position_rate = 2e-3;
+  const TrainingSummary moving = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
+  EXPECT_GT(moving.triangulations, 3);
+  EXPECT_EQ(moving.step_limit_hits, 0);
+}
+
 TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
   const SyntheticViews views(16, 64, 48);
   const TrainingSummary summary = TrainFoam(views, views.Seeds(800), 3, SmallRun(), nullptr);

@@ -34,7 +34,11 @@ inline void Reserve(size_t count, RayTrace* ray) {
   for (auto& channel : ray->color) channel.resize(size);
 }
 
-inline void PrefetchCell(const WalkGeometry<float>& geometry, uint32_t cell) {
+inline void PrefetchCell(const WalkGeometry<float>& geometry,
+                         const CellShading<float>& shading,
+                         uint32_t cell) {
+  hwy::Prefetch(&geometry.positions[cell]);
+  hwy::Prefetch(&shading.density[cell]);
   const auto* const block =
       reinterpret_cast<const char*>(geometry.blocks.data() + geometry.first_block[cell]);
   for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
@@ -101,7 +105,7 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       ++ray.num_pieces;
       // The next cell comes while the other rays compute, and what shading will ask for while the
       // walk goes on.
-      PrefetchCell(geometry, exit.neighbor);
+      PrefetchCell(geometry, shading, exit.neighbor);
       if (shaded > 0) PrefetchAppearance(shading, sh_stride, state.cell, optical_depth);
       state.tau += optical_depth;
       state.t = t_out;

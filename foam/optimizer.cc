@@ -137,8 +137,8 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                static_cast<int>(count),
                gradient->data(),
                rate_of_each.data(),
-               &classifier_first_[slot],
-               &classifier_second_[slot],
+               classifier_first_.data() + slot,
+               classifier_second_.data() + slot,
                change_of_each.data());
       for (size_t k = 0; k < count; ++k) (*parameters)[k] += change_of_each[k];
     }

@@ -86,20 +86,17 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
       }
-      float sum = 0;
-      for (int k = 0; k < num_parameters; ++k) sum += gradient[k] * gradient[k];
-      if (!std::isfinite(sum)) {
+      if (!AdamStep(Corrections().At(steps_[i]),
+                    num_parameters,
+                    gradient.data(),
+                    rate.data(),
+                    &first_[i * stride_],
+                    &second_[i * stride_],
+                    change.data())) {
         ++not_finite;
         continue;
       }
-      const AdamCorrection correction = Corrections().At(steps_[i]++);
-      AdamStep(correction,
-               num_parameters,
-               gradient.data(),
-               rate.data(),
-               &first_[i * stride_],
-               &second_[i * stride_],
-               change.data());
+      ++steps_[i];
       if (!records.empty()) {
         const Eigen::Vector3f by_position(&gradient[row_.position]);
         statistics->error[i] += by_position.norm();
@@ -113,9 +110,11 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
           raw = std::max(raw + change[row_.density], kLowestRawDensity);
           (*density)[i] = Density(raw);
         }
-        for (int k = 0; k < sh_stride; ++k) foam->sh[i * sh_stride + k] += change[row_.sh + k];
+        AddTo(&change[row_.sh], sh_stride, &foam->sh[i * sh_stride]);
       }
-      for (int a = 0; a < row_.position; ++a) foam->identity[i * kIdentityDim + a] += change[a];
+      if (foam->HasSemantics()) {
+        AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
+      }
     }
   });
 
@@ -127,20 +126,18 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
         std::pair(&batch->classifier_bias_gradient, &foam->classifier_bias)}) {
     const size_t count = parameters->size();
     CHECK_EQ(gradient->size(), count);
-    if (!std::all_of(
-            gradient->begin(), gradient->end(), [](float g) { return std::isfinite(g); })) {
-      ++not_finite;
+    const std::vector<float> rate_of_each(count, rates.classifier);
+    std::vector<float> change_of_each(count);
+    if (AdamStep(correction,
+                 static_cast<int>(count),
+                 gradient->data(),
+                 rate_of_each.data(),
+                 classifier_first_.data() + slot,
+                 classifier_second_.data() + slot,
+                 change_of_each.data())) {
+      AddTo(change_of_each.data(), static_cast<int>(count), parameters->data());
     } else {
-      const std::vector<float> rate_of_each(count, rates.classifier);
-      std::vector<float> change_of_each(count);
-      AdamStep(correction,
-               static_cast<int>(count),
-               gradient->data(),
-               rate_of_each.data(),
-               classifier_first_.data() + slot,
-               classifier_second_.data() + slot,
-               change_of_each.data());
-      for (size_t k = 0; k < count; ++k) (*parameters)[k] += change_of_each[k];
+      ++not_finite;
     }
     slot += count;
   }

@@ -67,7 +67,6 @@ class CellSet {
   }
 
  private:
-  static constexpr uint32_t kNoCell = 0xffffffffu;
   std::vector<uint32_t> table_;
   size_t size_ = 0;
   int shift_ = 0;

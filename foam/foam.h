@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/large_pages.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -22,8 +24,8 @@ struct Foam {
 
   std::vector<Eigen::Vector3f> positions;  // [N]
   std::vector<float> raw_density;          // [N], before the activation (activation.h)
-  std::vector<float> sh;        // [N][(sh_degree+1)^2][3]: coefficient-major, channels interleaved
-  std::vector<float> identity;  // [N][kIdentityDim]
+  LargePageVector<float> sh;  // [N][(sh_degree+1)^2][3]: coefficient-major, channels interleaved
+  LargePageVector<float> identity;       // [N][kIdentityDim], each a cache line
   std::vector<float> classifier_weight;  // [K][kIdentityDim]
   std::vector<float> classifier_bias;    // [K]
 

@@ -11,10 +11,10 @@ namespace semfoam {
 
 // Rearranges rows of `stride` elements: new row k is old row origin[k]. An empty array stays empty.
 // Holds the old and the new array for a moment, so rearrange one array at a time.
-template <typename Element>
-void Gather(const std::vector<uint32_t>& origin, size_t stride, std::vector<Element>* values) {
+template <typename Vector>
+void Gather(const std::vector<uint32_t>& origin, size_t stride, Vector* values) {
   if (values->empty()) return;
-  std::vector<Element> out(origin.size() * stride);
+  Vector out(origin.size() * stride);
   ParallelForBlocks(origin.size(), 4096, [&](int64_t begin, int64_t end) {
     for (int64_t k = begin; k < end; ++k) {
       std::copy_n(&(*values)[origin[k] * stride], stride, &out[k * stride]);

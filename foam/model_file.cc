@@ -39,7 +39,7 @@ struct ArrayView {
   std::span<const float> values;
 };
 
-std::span<const float> Floats(const std::vector<float>& v) { return v; }
+std::span<const float> Floats(std::span<const float> v) { return v; }
 std::span<const float> Floats(const std::vector<Eigen::Vector3f>& v) {
   return {reinterpret_cast<const float*>(v.data()), 3 * v.size()};
 }
@@ -197,7 +197,7 @@ void ReadArrays(const std::string& bytes, const Json& header, Model* model) {
   if (n > bytes.size() / sizeof(Eigen::Vector3f)) {
     throw std::string("it claims more sites than the file can hold");
   }
-  const auto read = [&](const std::string& name, size_t length, std::vector<float>* out) {
+  const auto read = [&](const std::string& name, size_t length, auto* out) {
     if (length > bytes.size() / sizeof(float)) throw "array '" + name + "' is larger than the file";
     out->resize(length);
     ReadArray(bytes, table, name, length, out->data());

@@ -45,7 +45,7 @@ std::vector<float> TotalVariationWeights(const Delaunay& delaunay,
 template <typename Real>
 double TotalVariation(const Delaunay& delaunay,
                       const std::vector<Real>& weights,
-                      const std::vector<Real>& identity,
+                      std::span<const std::type_identity_t<Real>> identity,
                       Real scale,
                       std::vector<Real>* gradient) {
   constexpr int64_t kBlock = 1024;
@@ -89,12 +89,12 @@ double TotalVariation(const Delaunay& delaunay,
 
 template double TotalVariation(const Delaunay&,
                                const std::vector<float>&,
-                               const std::vector<float>&,
+                               std::span<const float>,
                                float,
                                std::vector<float>*);
 template double TotalVariation(const Delaunay&,
                                const std::vector<double>&,
-                               const std::vector<double>&,
+                               std::span<const double>,
                                double,
                                std::vector<double>*);
 

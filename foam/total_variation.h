@@ -5,6 +5,8 @@
 #include "foam/foam.h"
 
 #include <cmath>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 namespace semfoam {
@@ -35,18 +37,18 @@ T EdgeVariation(const T& weight, const T* f_i, const T* f_j) {
 template <typename Real>
 double TotalVariation(const Delaunay& delaunay,
                       const std::vector<Real>& weights,
-                      const std::vector<Real>& identity,
+                      std::span<const std::type_identity_t<Real>> identity,
                       Real scale,
                       std::vector<Real>* gradient);
 
 extern template double TotalVariation(const Delaunay&,
                                       const std::vector<float>&,
-                                      const std::vector<float>&,
+                                      std::span<const float>,
                                       float,
                                       std::vector<float>*);
 extern template double TotalVariation(const Delaunay&,
                                       const std::vector<double>&,
-                                      const std::vector<double>&,
+                                      std::span<const double>,
                                       double,
                                       std::vector<double>*);
 

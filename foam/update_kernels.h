@@ -55,4 +55,16 @@ double TotalVariationOfCells(const uint32_t* offsets,
                              uint32_t end,
                              float* gradient);
 
+// The planes of cells [begin, end), from all cells' positions: fills all rows of `blocks` (those of
+// cell i: first_block[i], ...) but the neighbours, which are read, and writes the squared distance
+// from each of these cells to its nearest neighbour to `nearest_squared` [end - begin] (infinity
+// for a cell without neighbours, 2 at most for one with empty lanes). No fused multiply-add, so
+// that the planes are the same on every instruction set.
+void PlanesFromSites(const Eigen::Vector3f* positions,
+                     const uint32_t* first_block,
+                     int64_t begin,
+                     int64_t end,
+                     PlaneBlock<float>* blocks,
+                     float* nearest_squared);
+
 }  // namespace semfoam

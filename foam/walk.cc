@@ -2,6 +2,7 @@
 #include "foam/walk.h"
 
 #include "foam/parallel.h"
+#include "foam/update_kernels.h"
 
 #include <algorithm>
 #include <atomic>
@@ -72,42 +73,72 @@ void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry) {
   });
 }
 
+namespace {
+
+// Is a site hardly apart from its nearest neighbour's?
+template <typename Real>
+bool IsHardlyApart(Real nearest_squared, const Eigen::Matrix<Real, 3, 1>& site) {
+  const Real too_near = kHardlyApart<Real> * (1 + site.norm());
+  return nearest_squared < too_near * too_near;
+}
+
+// Planes of cells [begin, end); has_twin[i] = 1 where a site is hardly apart from a neighbour's.
+void RefreshPlanes(int64_t begin,
+                   int64_t end,
+                   WalkGeometry<double>* geometry,
+                   std::vector<uint8_t>* has_twin) {
+  for (int64_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d& site = geometry->positions[i];
+    double nearest = std::numeric_limits<double>::infinity();
+    for (uint32_t b = geometry->first_block[i]; b < geometry->first_block[i + 1]; ++b) {
+      PlaneBlock<double>& block = geometry->blocks[b];
+      for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+        const uint32_t j = block.neighbor[k];
+        const Eigen::Vector3d n = geometry->positions[j != kNoCell ? j : i] - site;
+        block.normal_x[k] = n[0];
+        block.normal_y[k] = n[1];
+        block.normal_z[k] = n[2];
+        block.half_squared[k] = j != kNoCell ? 0.5 * n.squaredNorm() : 1;
+        nearest = std::min(nearest, 2 * block.half_squared[k]);
+      }
+    }
+    (*has_twin)[i] = IsHardlyApart(nearest, site);
+  }
+}
+
+void RefreshPlanes(int64_t begin,
+                   int64_t end,
+                   WalkGeometry<float>* geometry,
+                   std::vector<uint8_t>* has_twin) {
+  std::vector<float> nearest(end - begin);
+  PlanesFromSites(geometry->positions.data(),
+                  geometry->first_block.data(),
+                  begin,
+                  end,
+                  geometry->blocks.data(),
+                  nearest.data());
+  for (int64_t i = begin; i < end; ++i) {
+    (*has_twin)[i] = IsHardlyApart(nearest[i - begin], geometry->positions[i]);
+  }
+}
+
+}  // namespace
+
 template <typename Real>
 void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
              WalkGeometry<Real>* geometry) {
   const size_t num_cells = cell_positions.size();
   CHECK_EQ(num_cells + 1, geometry->first_block.size());
+  CHECK_LT(num_cells, size_t{1} << 29);  // vector code finds coordinates by a signed index
   geometry->positions = cell_positions;
-  std::vector<uint8_t> has_twin(num_cells, 0);  // a site that is hardly apart
+  std::vector<uint8_t> has_twin(num_cells, 0);
   std::atomic<bool> any_twins = false;
   ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const Eigen::Matrix<Real, 3, 1> site = cell_positions[i];
-      Real nearest = std::numeric_limits<Real>::infinity();
-      for (uint32_t b = geometry->first_block[i]; b < geometry->first_block[i + 1]; ++b) {
-        PlaneBlock<Real>& block = geometry->blocks[b];
-        Real squared[kPlaneLanes];
-        for (uint32_t k = 0; k < kPlaneLanes; ++k) {
-          const uint32_t j = block.neighbor[k];
-          const Eigen::Matrix<Real, 3, 1>& other = cell_positions[j != kNoCell ? j : i];
-          block.normal_x[k] = other[0] - site[0];
-          block.normal_y[k] = other[1] - site[1];
-          block.normal_z[k] = other[2] - site[2];
-          squared[k] = j != kNoCell ? Real(0) : Real(2);
-        }
-        for (uint32_t k = 0; k < kPlaneLanes; ++k) {
-          squared[k] += block.normal_x[k] * block.normal_x[k] +
-                        block.normal_y[k] * block.normal_y[k] +
-                        block.normal_z[k] * block.normal_z[k];
-          block.half_squared[k] = Real(0.5) * squared[k];
-        }
-        nearest = std::min(nearest, Smallest(squared));
-      }
-      const Real too_near = kHardlyApart<Real> * (1 + site.norm());
-      if (nearest < too_near * too_near) {
-        has_twin[i] = 1;
-        any_twins = true;
-      }
+    RefreshPlanes(begin, end, geometry, &has_twin);
+    if (std::any_of(&has_twin[begin], &has_twin[begin] + (end - begin), [](uint8_t t) {
+          return t != 0;
+        })) {
+      any_twins = true;
     }
   });
   if (!any_twins) return;

@@ -142,6 +142,18 @@ double TotalVariationOfCells(const uint32_t* offsets,
       offsets, neighbors, weights, num_sites, identity, scale, begin, end, gradient);
 }
 
+HWY_EXPORT(PlanesFromSites);
+
+void PlanesFromSites(const Eigen::Vector3f* positions,
+                     const uint32_t* first_block,
+                     int64_t begin,
+                     int64_t end,
+                     PlaneBlock<float>* blocks,
+                     float* nearest_squared) {
+  HWY_DYNAMIC_DISPATCH(PlanesFromSites)
+  (positions, first_block, begin, end, blocks, nearest_squared);
+}
+
 namespace {
 
 const char* FamilyName(int64_t target) {

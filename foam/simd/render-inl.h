@@ -44,16 +44,17 @@ inline void PrefetchCell(const WalkGeometry<float>& geometry,
   for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
 }
 
-inline void PrefetchAppearance(const CellShading<float>& shading,
-                               size_t sh_stride,
-                               size_t cell,
-                               float optical_depth) {
+// kLocality as in __builtin_prefetch: 3 brings the lines to the first-level cache, 2 to the second.
+template <int kLocality>
+HWY_INLINE void PrefetchAppearance(const CellShading<float>& shading,
+                                   size_t sh_stride,
+                                   size_t cell) {
   const float* const sh = shading.sh + cell * sh_stride;
-  hwy::Prefetch(sh);
-  if (optical_depth <= kNegligibleWeight) return;  // and so is the weight
-  for (size_t k = 16; k < sh_stride; k += 16) hwy::Prefetch(sh + k);
-  hwy::Prefetch(sh + sh_stride - 1);
-  if (shading.identity != nullptr) hwy::Prefetch(shading.identity + cell * kIdentityDim);
+  for (size_t k = 0; k < sh_stride; k += 16) __builtin_prefetch(sh + k, 0, kLocality);
+  __builtin_prefetch(sh + sh_stride - 1, 0, kLocality);
+  if (shading.identity != nullptr) {
+    __builtin_prefetch(shading.identity + cell * kIdentityDim, 0, kLocality);
+  }
 }
 
 // Walks a group of rays in turns. Nothing is shaded here: what the walk needs is the optical depth,
@@ -104,9 +105,13 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       ray.pieces[k] = {state.cell, t_out, state.tau, optical_depth};
       ++ray.num_pieces;
       // The next cell comes while the other rays compute, and what shading will ask for while the
-      // walk goes on.
+      // walk goes on: to the second-level cache, for the first has no room for all these rays' cells.
       PrefetchCell(geometry, shading, exit.neighbor);
-      if (shaded > 0) PrefetchAppearance(shading, sh_stride, state.cell, optical_depth);
+      if (optical_depth > kNegligibleWeight) {
+        PrefetchAppearance<2>(shading, sh_stride, state.cell);
+      } else if (shaded > 0) {
+        __builtin_prefetch(shading.sh + state.cell * sh_stride, 0, 2);
+      }
       state.tau += optical_depth;
       state.t = t_out;
       state.cell = exit.neighbor;
@@ -123,26 +128,36 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   for (int r = 0; r < kRays; ++r) rays[r].hit_step_limit = states[r].alive;
 }
 
-// ShColor, three channels in a register. `sh` is [num_coefficients][3].
+// ShColor, three channels in a register. `sh` is [num_coefficients][3], and there is a float behind
+// the first three.
 HWY_INLINE void ShColorSimd(const float* basis,
                             int num_coefficients,
                             const float* sh,
                             float* color) {
+#if HWY_TARGET == HWY_SCALAR
+  ShColor(basis, num_coefficients, sh, color);
+#else
+  // The fourth lane holds what is not wanted. Two sums, for they are chains of multiply-adds that
+  // wait for each other.
   const hn::CappedTag<float, 4> f;
-  if constexpr (hn::MaxLanes(f) < 4) {
-    ShColor(basis, num_coefficients, sh, color);
-  } else {
-    // The fourth lane holds what is not wanted; the last coefficient has no fourth float to load.
-    auto sum = hn::Set(f, 0.5f);
+  auto even = hn::MulAdd(hn::Set(f, basis[0]), hn::LoadU(f, sh), hn::Set(f, 0.5f));
+  if (num_coefficients > 1) {
     const int last = num_coefficients - 1;
-    for (int k = 0; k < last; ++k) {
-      sum = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), sum);
+    auto odd = hn::Zero(f);
+    int k = 1;
+    for (; k + 1 < last; k += 2) {
+      odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+      even = hn::MulAdd(hn::Set(f, basis[k + 1]), hn::LoadU(f, sh + 3 * k + 3), even);
     }
-    HWY_ALIGN float final[4] = {sh[3 * last], sh[3 * last + 1], sh[3 * last + 2], 0};
-    sum = hn::MulAdd(hn::Set(f, basis[last]), hn::Load(f, final), sum);
-    hn::Store(hn::Max(sum, hn::Zero(f)), f, final);
-    std::copy_n(final, 3, color);
+    if (k < last) odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+    // No float may lie behind the last coefficient; one lies before it.
+    const auto shifted = hn::Shuffle0321(hn::LoadU(f, sh + 3 * last - 1));
+    even = hn::Add(hn::MulAdd(hn::Set(f, basis[last]), shifted, even), odd);
   }
+  HWY_ALIGN float sum[4];
+  hn::Store(hn::Max(even, hn::Zero(f)), f, sum);
+  std::copy_n(sum, 3, color);
+#endif
 }
 
 // Weights, depth quantiles, colour and identity of a walked ray.
@@ -187,16 +202,22 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
   constexpr size_t kIdParts = kIdentityDim / kIdStep;
   hn::Vec<decltype(id)> identity[kIdParts];
   for (auto& part : identity) part = hn::Zero(id);
+  constexpr size_t kAhead = 4;  // pieces, from the second-level cache to the first
   for (size_t k = 0; k < n; ++k) {
     float color[3] = {0, 0, 0};
+    if (k + kAhead < n && ray->weight[k + kAhead] > kNegligibleWeight) {
+      PrefetchAppearance<3>(shading, 3 * num_coefficients, ray->pieces[k + kAhead].cell);
+    }
     if (ray->sites[k].density > 0) {
       const float weight = ray->weight[k];
       const size_t cell = ray->pieces[k].cell;
       const bool counts = weight > kNegligibleWeight;
-      ShColorSimd(ray->sh_basis,
-                  counts ? num_coefficients : 1,
-                  shading.sh + cell * 3 * num_coefficients,
-                  color);
+      const float* const sh = shading.sh + cell * 3 * num_coefficients;
+      if (num_coefficients == 1) {
+        ShColor(ray->sh_basis, 1, sh, color);
+      } else {
+        ShColorSimd(ray->sh_basis, counts ? num_coefficients : 1, sh, color);
+      }
       for (int c = 0; c < 3; ++c) composite.color[c] += weight * color[c];
       if (counts && shading.identity != nullptr) {
         const float* const row = shading.identity + cell * kIdentityDim;

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <hwy/highway.h>
 
@@ -154,6 +155,49 @@ double TotalVariationOfCells(const uint32_t* offsets,
     total += hn::GetLane(hn::SumOfLanes(f, sum));
   }
   return total;
+}
+
+void PlanesFromSites(const Eigen::Vector3f* positions,
+                     const uint32_t* first_block,
+                     int64_t begin,
+                     int64_t end,
+                     PlaneBlock<float>* blocks,
+                     float* nearest_squared) {
+  const hn::CappedTag<float, kPlaneLanes> f;
+  const hn::Repartition<int32_t, decltype(f)> index;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const float* const coordinates = positions->data();
+  for (int64_t i = begin; i < end; ++i) {
+    const auto x = hn::Set(f, positions[i][0]);
+    const auto y = hn::Set(f, positions[i][1]);
+    const auto z = hn::Set(f, positions[i][2]);
+    const auto self = hn::Set(index, static_cast<int32_t>(i));
+    auto nearest = hn::Set(f, std::numeric_limits<float>::infinity());
+    for (uint32_t b = first_block[i]; b < first_block[i + 1]; ++b) {
+      PlaneBlock<float>& block = blocks[b];
+      for (size_t lane = 0; lane < kPlaneLanes; lane += kStep) {
+        // kNoCell is -1 as a signed number; an empty lane sees the cell itself.
+        const auto neighbor =
+            hn::Load(index, reinterpret_cast<const int32_t*>(block.neighbor + lane));
+        const auto is_empty = hn::Lt(neighbor, hn::Zero(index));
+        const auto j = hn::IfThenElse(is_empty, self, neighbor);
+        const auto at = hn::Add(j, hn::Add(j, j));
+        const auto nx = hn::Sub(hn::GatherIndex(f, coordinates, at), x);
+        const auto ny = hn::Sub(hn::GatherIndex(f, coordinates + 1, at), y);
+        const auto nz = hn::Sub(hn::GatherIndex(f, coordinates + 2, at), z);
+        const auto squared =
+            hn::IfThenElse(hn::RebindMask(f, is_empty),
+                           hn::Set(f, 2.f),
+                           hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz)));
+        hn::Store(nx, f, block.normal_x + lane);
+        hn::Store(ny, f, block.normal_y + lane);
+        hn::Store(nz, f, block.normal_z + lane);
+        hn::Store(hn::Mul(hn::Set(f, 0.5f), squared), f, block.half_squared + lane);
+        nearest = hn::Min(nearest, squared);
+      }
+    }
+    nearest_squared[i - begin] = hn::GetLane(hn::MinOfLanes(f, nearest));
+  }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -39,7 +39,7 @@ class ModelFile : public testing::Test {
     foam.num_classes = semantics ? 2 : 0;
     foam.positions = RandomSites(5, 1);
     CounterRandom random(1, 0x91, 0);
-    const auto fill = [&](size_t n, std::vector<float>* out) {
+    const auto fill = [&](size_t n, auto* out) {
       for (size_t i = 0; i < n; ++i) out->push_back(static_cast<float>(random.Normal()));
     };
     fill(5, &foam.raw_density);

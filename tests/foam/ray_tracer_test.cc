@@ -249,6 +249,36 @@ TEST_P(RayTracer, AgreesWithTheReferenceOnATopologyOlderThanThePositions) {
   ExpectTracesAreRight(cells, cells.float_geometry, 100, 34);
 }
 
+TEST_P(RayTracer, PlanesAreThoseOfTheSites) {
+  // With a pair of twins far from the rest, so that cells are left to double here as well.
+  std::vector<Eigen::Vector3f> sites = RandomSites(500, 40);
+  sites.push_back({9, 9, 9});
+  sites.push_back({std::nextafter(9.f, 10.f), 9, 9});
+  WalkableCells cells(sites);
+  WalkGeometry<float>& geometry = cells.float_geometry;
+  Refresh(cells.positions, &geometry);
+  int left_to_double = 0;
+  for (uint32_t i = 0; i < cells.positions.size(); ++i) {
+    const uint32_t first = geometry.first_block[i];
+    const bool in_double = geometry.blocks[first].half_squared[0] == 0;
+    left_to_double += in_double;
+    for (uint32_t b = first; b < geometry.first_block[i + 1]; ++b) {
+      const PlaneBlock<float>& block = geometry.blocks[b];
+      for (uint32_t k = 0; k < kPlaneLanes; ++k) {
+        const uint32_t j = block.neighbor[k];
+        const bool is_face = j != kNoCell && !in_double;
+        const Eigen::Vector3f n = is_face ? Eigen::Vector3f(cells.positions[j] - cells.positions[i])
+                                          : Eigen::Vector3f::Zero();
+        ASSERT_EQ(n, Eigen::Vector3f(block.normal_x[k], block.normal_y[k], block.normal_z[k]));
+        const float half = 0.5f * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        ASSERT_EQ(block.half_squared[k], is_face ? half : in_double ? 0.f : 1.f);
+      }
+    }
+  }
+  EXPECT_GE(left_to_double, 2);
+  EXPECT_LT(left_to_double, 100);
+}
+
 TEST_P(RayTracer, CompositesAgreeWithDouble) {
   const WalkableCells cells(RandomSites(2000, 35));
   const Appearance appearance(cells);

@@ -31,22 +31,20 @@ TrainingOptions SmallRun() {
   return options;
 }
 
-template <typename T>
-uint64_t Digest(const std::vector<T>& values, uint64_t seed) {
-  return XXH64(values.data(), values.size() * sizeof(T), seed);
+template <typename Vector>
+uint64_t Digest(const Vector& values, uint64_t seed) {
+  return XXH64(values.data(), values.size() * sizeof(values[0]), seed);
 }
 
 uint64_t Digest(const TrainingSummary& summary) {
   const Foam& foam = summary.foam;
   uint64_t hash = Digest(foam.positions, 0);
-  for (const std::vector<float>* v : {&foam.raw_density,
-                                      &foam.sh,
-                                      &foam.identity,
-                                      &foam.classifier_weight,
-                                      &foam.classifier_bias,
-                                      &summary.statistics.contribution}) {
-    hash = Digest(*v, hash);
-  }
+  hash = Digest(foam.raw_density, hash);
+  hash = Digest(foam.sh, hash);
+  hash = Digest(foam.identity, hash);
+  hash = Digest(foam.classifier_weight, hash);
+  hash = Digest(foam.classifier_bias, hash);
+  hash = Digest(summary.statistics.contribution, hash);
   return Digest(summary.statistics.mean_color, hash);
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -81,13 +82,14 @@ void ExpectFinite(const TrainingSummary& summary) {
     ASSERT_TRUE(p.allFinite());
     ASSERT_LE(p.norm(), 1.001f * kFarRadius);
   }
-  for (const std::vector<float>* values : {&foam.raw_density,
-                                           &foam.sh,
-                                           &foam.identity,
-                                           &foam.classifier_weight,
-                                           &foam.classifier_bias,
-                                           &summary.statistics.contribution}) {
-    for (const float value : *values) ASSERT_TRUE(std::isfinite(value));
+  for (const std::span<const float> values :
+       std::initializer_list<std::span<const float>>{foam.raw_density,
+                                                     foam.sh,
+                                                     foam.identity,
+                                                     foam.classifier_weight,
+                                                     foam.classifier_bias,
+                                                     summary.statistics.contribution}) {
+    for (const float value : values) ASSERT_TRUE(std::isfinite(value));
   }
   for (const Eigen::Vector3f& color : summary.statistics.mean_color) {
     ASSERT_TRUE(color.allFinite());

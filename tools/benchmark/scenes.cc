@@ -45,7 +45,7 @@ Foam ShellFoam(int64_t num_sites) {
     foam.raw_density.push_back(is_shell != 0 ? shell_raw_density : kAirRawDensity);
   }
   CounterRandom random(/*seed=*/0, kParameterPurpose, /*index=*/0);
-  const auto fill = [&](size_t count, double scale, std::vector<float>* values) {
+  const auto fill = [&](size_t count, double scale, auto* values) {
     values->resize(count);
     for (float& value : *values) value = static_cast<float>(scale * (2 * random.Uniform() - 1));
   };

@@ -42,6 +42,21 @@ Eigen::Vector3f RandomUnitVector(CounterRandom* random) {
   }
 }
 
+// From a site to the farthest of its neighbours that qualify, guards never; zero if none does.
+template <typename Predicate>
+Eigen::Vector3f ToFarthestNeighbor(const Foam& foam,
+                                   const Delaunay& delaunay,
+                                   uint32_t site,
+                                   Predicate&& qualifies) {
+  Eigen::Vector3f to_farthest = Eigen::Vector3f::Zero();
+  for (const uint32_t j : delaunay.Neighbors(site)) {
+    if (j >= delaunay.num_sites || !qualifies(j)) continue;
+    const Eigen::Vector3f offset = foam.positions[j] - foam.positions[site];
+    if (offset.squaredNorm() > to_farthest.squaredNorm()) to_farthest = offset;
+  }
+  return to_farthest;
+}
+
 }  // namespace
 
 Rearrangement Densify(const Delaunay& delaunay,
@@ -67,7 +82,7 @@ Rearrangement Densify(const Delaunay& delaunay,
   }
 
   std::vector<float> score(n);
-  for (uint32_t i = 0; i < n; ++i) score[i] = pruned[i] ? 0.f : statistics.error[i] * radii[i];
+  for (uint32_t i = 0; i < n; ++i) score[i] = pruned[i] ? 0.f : statistics.squared_error[i];
   const std::vector<uint32_t> parents =
       DrawWithoutReplacement(score, options.num_to_add, seed, event);
 
@@ -82,11 +97,12 @@ Rearrangement Densify(const Delaunay& delaunay,
   result.is_new.assign(positions.size(), 0);
   for (const uint32_t parent : parents) {
     const Eigen::Vector3f p = foam->positions[parent];
-    Eigen::Vector3f to_farthest = Eigen::Vector3f::Zero();
-    for (const uint32_t j : delaunay.Neighbors(parent)) {
-      if (j >= n) continue;
-      const Eigen::Vector3f offset = foam->positions[j] - p;
-      if (offset.squaredNorm() > to_farthest.squaredNorm()) to_farthest = offset;
+    // Along the surface, where there is one.
+    Eigen::Vector3f to_farthest = ToFarthestNeighbor(*foam, delaunay, parent, [&](uint32_t j) {
+      return contribution[j] >= options.seen_contribution;
+    });
+    if (to_farthest.isZero(0)) {
+      to_farthest = ToFarthestNeighbor(*foam, delaunay, parent, [](uint32_t) { return true; });
     }
     if (to_farthest.isZero(0)) continue;  // only guards around it
     CounterRandom random(seed, kPlacePurpose, event << 32 | parent);

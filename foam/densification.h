@@ -25,14 +25,17 @@ struct DensificationOptions {
   float prune_radius =
       0.02f;  // ... if its radius is smaller; large empty cells hold the space open
   float transparent_contribution =
-      1e-3f;  // a cell that never weighs more than this becomes transparent
+      1e-3f;                       // a cell that never weighs more than this becomes transparent
+  float seen_contribution = 0.1f;  // children are placed towards neighbours that weigh as much
 };
 
 // Prunes what nothing sees, and adds children to cells drawn without replacement with probability
-// proportional to error * cell radius (Radiant Foam, section on adaptive densification). A child
-// lies a quarter of the way to the parent's farthest neighbour, jittered, and copies everything
-// else from its parent. The foam comes back in Hilbert order. Random numbers are keyed by (seed,
-// event).
+// proportional to the squared error of the colours that they had a part in: where a photo has more
+// detail than the cells can show. (Radiant Foam takes |dL/dposition| times the cell's radius, which
+// cancels inside a cell that shows a fine pattern; foam/NOTES.md has the comparison.) A child lies
+// a quarter of the way to the parent's farthest neighbour that is seen, or farthest neighbour at
+// all, jittered, and copies everything else from its parent. The foam comes back in Hilbert order.
+// Random numbers are keyed by (seed, event).
 Rearrangement Densify(const Delaunay& delaunay,
                       const DensificationStatistics& statistics,
                       const DensificationOptions& options,

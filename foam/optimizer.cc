@@ -43,7 +43,8 @@ const BiasCorrection& Corrections() {
 }  // namespace
 
 FoamOptimizer::FoamOptimizer(const Foam& foam)
-    : row_(foam.sh_degree, foam.HasSemantics()),
+    : sh_degree_(foam.sh_degree),
+      row_(foam.sh_degree, foam.HasSemantics()),
       stride_(row_.size),
       first_(foam.NumSites() * stride_, 0.f),
       second_(foam.NumSites() * stride_, 0.f),
@@ -63,6 +64,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
   CHECK_EQ(is_clear.size(), num_sites);
   const int sh_stride = foam->ShStride();
   const bool has_tv = !tv_gradient.empty();
+  CHECK_EQ(foam->sh_degree, sh_degree_);
   batch->gradients.Group(num_sites);
 
   alignas(64) std::array<float, ParameterRow::kMaxSize> rate = {};
@@ -81,7 +83,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       // A step that is the regulariser's alone moves the identity and nothing else.
       const int num_parameters = records.empty() ? kIdentityDim : stride_;
       std::fill_n(gradient.begin(), num_parameters, 0.f);
-      const float largest_weight = SumRecords(records, batch->rays.data(), row_, gradient.data());
+      const RecordTotals totals = SumRecords(records, batch->rays.data(), row_, gradient.data());
       gradient[row_.density] *= DensityDerivative(foam->raw_density[i]);
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
@@ -98,9 +100,8 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       }
       ++steps_[i];
       if (!records.empty()) {
-        const Eigen::Vector3f by_position(&gradient[row_.position]);
-        statistics->error[i] += by_position.norm();
-        statistics->contribution[i] = std::max(statistics->contribution[i], largest_weight);
+        statistics->squared_error[i] += totals.squared_error;
+        statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
         Eigen::Vector3f& position = foam->positions[i];
         position += Eigen::Vector3f(&change[row_.position]);
         const float distance = position.norm();
@@ -155,6 +156,16 @@ void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
     std::fill_n(&second_[k * stride_], stride_, 0.f);
     steps_[k] = 0;
   }
+}
+
+void FoamOptimizer::ChangeShDegree(int degree) {
+  const ParameterRow row(degree, row_.position > 0);
+  const int kept = row_.sh + 3 * NumShCoefficients(std::min(sh_degree_, degree));
+  first_ = WithStride(first_, stride_, kept, row.size);
+  second_ = WithStride(second_, stride_, kept, row.size);
+  sh_degree_ = degree;
+  row_ = row;
+  stride_ = row.size;
 }
 
 }  // namespace semfoam

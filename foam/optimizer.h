@@ -21,11 +21,11 @@ struct LearningRates {
 // What densification wants to know of a cell, gathered from the training rays since the last time
 // it was asked.
 struct DensificationStatistics {
-  std::vector<float> error;         // [N] sum over batches of |dL/dposition|
-  std::vector<float> contribution;  // [N] largest rendering weight over all rays
+  std::vector<float> squared_error;  // [N] sum over all rays of weight |dL/dcolour|^2
+  std::vector<float> contribution;   // [N] largest rendering weight over all rays
 
   void Reset(size_t num_sites) {
-    error.assign(num_sites, 0.f);
+    squared_error.assign(num_sites, 0.f);
     contribution.assign(num_sites, 0.f);
   }
 };
@@ -60,7 +60,11 @@ class FoamOptimizer {
   // or starts from zero where is_new[k].
   void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
 
+  // Follows the foam to another SH degree: moments of new coefficients start from zero.
+  void ChangeShDegree(int degree);
+
  private:
+  int sh_degree_;
   ParameterRow row_;
   int stride_;                           // of a site's row
   std::vector<float> first_;             // [N][stride_] first moments

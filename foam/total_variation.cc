@@ -87,11 +87,8 @@ double TotalVariation(const Delaunay& delaunay,
   return total / 2;  // every edge was met from both sides
 }
 
-template double TotalVariation(const Delaunay&,
-                               const std::vector<float>&,
-                               std::span<const float>,
-                               float,
-                               std::vector<float>*);
+template double TotalVariation(
+    const Delaunay&, const std::vector<float>&, std::span<const float>, float, std::vector<float>*);
 template double TotalVariation(const Delaunay&,
                                const std::vector<double>&,
                                std::span<const double>,

@@ -41,11 +41,8 @@ double TotalVariation(const Delaunay& delaunay,
                       Real scale,
                       std::vector<Real>* gradient);
 
-extern template double TotalVariation(const Delaunay&,
-                                      const std::vector<float>&,
-                                      std::span<const float>,
-                                      float,
-                                      std::vector<float>*);
+extern template double TotalVariation(
+    const Delaunay&, const std::vector<float>&, std::span<const float>, float, std::vector<float>*);
 extern template double TotalVariation(const Delaunay&,
                                       const std::vector<double>&,
                                       std::span<const double>,

@@ -14,6 +14,7 @@
 #include "foam/ray_batch.h"
 #include "foam/ray_tracer.h"
 #include "foam/schedule.h"
+#include "foam/sh_degree.h"
 #include "foam/total_variation.h"
 #include "foam/training_guard.h"
 #include "foam/view_renderer.h"
@@ -25,6 +26,7 @@
 #include <cmath>
 #include <iomanip>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
 #include <glog/logging.h>
@@ -32,7 +34,7 @@
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kTilePurpose = 0x4a1, kQuantilePurpose = 0x4a2;
+constexpr uint64_t kTilePurpose = 0x4a1, kQuantilePurpose = 0x4a2, kShProbePurpose = 0x4a3;
 
 // A tile is kTileSide x kTileSide pixels, kTileStep apart: near enough to share cells, far enough
 // not to say the same thing.
@@ -62,6 +64,16 @@ constexpr int64_t kMaxTriangulationInterval = 1000;
 // with direction.
 constexpr double kDensityWarmUp = 0.1;
 constexpr double kShWarmUp = 0.2;
+// When the colour of a cell may begin to change with direction in one degree more: degree d at d
+// times kShRaise. One such time later the degree must have paid, or it is taken out again and the
+// question is settled: without it, the colour's squared error must be greater by kShWorthwhile, on
+// pixels of photos that training has not seen until then (every kProbeViews-th; there it can only
+// be right, and not learned by heart).
+constexpr double kShRaise = 0.1;
+constexpr double kShWorthwhile = 0.01;
+constexpr int kShProbeRays = 16384;
+constexpr int kProbeViews = 16;
+constexpr int kFewestViewsToProbe = 8;
 
 constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
 constexpr int kEvaluationStride = 4;  // pixels
@@ -71,13 +83,12 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// The pixels of all training views as one range, so that every pixel is drawn equally often.
+// The pixels of some views as one range, so that every pixel is drawn equally often.
 class PixelRange {
  public:
-  explicit PixelRange(const TrainingViews& views) {
-    for (int view = 0; view < views.NumViews(); ++view) {
-      if (views.IsHeldOut(view)) continue;
-      views_.push_back(view);
+  PixelRange() = default;
+  PixelRange(const TrainingViews& views, const std::vector<int>& which) : views_(which) {
+    for (const int view : views_) {
       widths_.push_back(views.Width(view));
       ends_.push_back((ends_.empty() ? 0 : ends_.back()) +
                       int64_t{views.Width(view)} * views.Height(view));
@@ -100,6 +111,14 @@ class PixelRange {
   std::vector<int> widths_;
   std::vector<int64_t> ends_;
 };
+
+std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
+  std::vector<int> result;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (!views.IsHeldOut(view)) result.push_back(view);
+  }
+  return result;
+}
 
 // What lies between a camera and the nearest things it sees must be empty: otherwise it would see
 // that instead. The near part of its view (a cone around it), up to 0.7 of the distance to the
@@ -161,7 +180,8 @@ class Trainer {
           const std::vector<SeedPoint>& seeds,
           int num_classes,
           const TrainingOptions& options)
-      : views_(views), options_(options), pixels_(views), clear_cones_(ClearCones(views, seeds)) {
+      : views_(views), options_(options), clear_cones_(ClearCones(views, seeds)) {
+    ChooseViews();
     if (pixels_.size() == 0) {
       throw UserError(
           "There is no photo to train on: all are held out or missing; hold out fewer "
@@ -171,7 +191,7 @@ class Trainer {
     initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
     initialization.num_scattered = ScatteredSites(options);
     initialization.num_far = FarSites(options);
-    initialization.sh_degree = options.sh_degree;
+    initialization.sh_degree = 0;  // raised later
     initialization.num_classes = num_classes;
     initialization.seed = options.random_seed;
     std::vector<Eigen::Vector3d> centers;
@@ -189,10 +209,18 @@ class Trainer {
  private:
   void Retriangulate();
   void FollowSites();
+  void ChooseViews();
+  uint32_t StartCell(int view) const;
   void DrawRays();
   void Iterate();
   bool DensifyIfDue();
+  void ChooseShDegreeIfDue();
+  void SetShDegree(int degree);
+  void SettleShDegree(int degree);
+  bool ShDegreePays() const;
   bool TopologyIsStale() const;
+  std::optional<BatchRay> PixelAsRay(const PixelRange::Pixel& pixel, uint32_t start_cell) const;
+  double SquaredError(const CellShading<float>& shading, const std::vector<BatchRay>& rays) const;
   double HeldOutPsnr() const;
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
@@ -210,7 +238,8 @@ class Trainer {
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
-  const PixelRange pixels_;
+  PixelRange pixels_;        // to train on
+  PixelRange probe_pixels_;  // to settle the SH degree on; empty when that is done
   const std::vector<ClearCone> clear_cones_;
 
   Foam foam_;
@@ -229,6 +258,7 @@ class Trainer {
   int64_t last_triangulation_ = 0;     // iteration
   int64_t triangulated_sites_ = 0;     // after the first triangulation
   bool frozen_ = false;
+  bool sh_degree_is_settled_ = false;
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
@@ -294,6 +324,14 @@ void Trainer::Retriangulate() {
 // Brings the planes up to date with the sites.
 void Trainer::FollowSites() { Refresh(WithGuardSites(foam_.positions), &geometry_); }
 
+// The cell that the view's camera is in, found from where it was last.
+uint32_t Trainer::StartCell(int view) const {
+  return NearestCell(geometry_.positions,
+                     delaunay_,
+                     views_.Origin(view),
+                     std::min(start_cells_[view], delaunay_.num_cells - 1));
+}
+
 void Trainer::DrawRays() {
   // Rays come in tiles of neighbouring pixels, which walk through the same cells and find them in
   // the cache, and tiles in the order of the photos.
@@ -310,10 +348,7 @@ void Trainer::DrawRays() {
 
   for (int view = 0; view < views_.NumViews(); ++view) {
     if (views_.IsHeldOut(view)) continue;
-    start_cells_[view] = NearestCell(geometry_.positions,
-                                     delaunay_,
-                                     views_.Origin(view),
-                                     std::min(start_cells_[view], delaunay_.num_cells - 1));
+    start_cells_[view] = StartCell(view);
   }
   std::vector<uint8_t> valid(batch);
   std::atomic<int64_t> nonfinite_pixels = 0;
@@ -424,47 +459,120 @@ bool Trainer::TopologyIsStale() const {
           batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
 }
 
+// Sets the photos apart on which the SH degree is settled, if there is anything to settle and
+// there are photos to spare.
+void Trainer::ChooseViews() {
+  std::vector<int> train = ViewsToTrainOn(views_), probe;
+  if (options_.sh_degree > 0 && train.size() >= kFewestViewsToProbe) {
+    for (size_t k = 0; k < train.size(); ++k) {
+      if (k % kProbeViews == kFewestViewsToProbe / 2) probe.push_back(train[k]);
+    }
+    std::erase_if(train, [&](int view) { return std::count(probe.begin(), probe.end(), view); });
+  }
+  pixels_ = PixelRange(views_, train);
+  probe_pixels_ = PixelRange(views_, probe);
+}
+
+void Trainer::SettleShDegree(int degree) {
+  SetShDegree(degree);
+  sh_degree_is_settled_ = true;
+  if (probe_pixels_.size() == 0) return;
+  pixels_ = PixelRange(views_, ViewsToTrainOn(views_));
+  probe_pixels_ = {};
+}
+
+void Trainer::SetShDegree(int degree) {
+  if (degree == foam_.sh_degree) return;
+  ChangeShDegree(degree, &foam_);
+  optimizer_->ChangeShDegree(degree);
+}
+
+// The pixel's ray and colour; nothing where it has no ray or its colour is not finite.
+std::optional<BatchRay> Trainer::PixelAsRay(const PixelRange::Pixel& pixel,
+                                            uint32_t start_cell) const {
+  TrainingRay ray;
+  if (!views_.Ray(pixel.view, pixel.x, pixel.y, &ray) || !ray.color.allFinite()) return {};
+  BatchRay out;
+  out.origin = views_.Origin(pixel.view).cast<float>();
+  out.direction = ray.direction;
+  out.start_cell = start_cell;
+  std::copy_n(ray.color.data(), 3, out.target.color);
+  return out;
+}
+
+// Whether the highest degree makes enough of a difference to photos not seen.
+bool Trainer::ShDegreePays() const {
+  std::vector<BatchRay> rays;
+  for (int i = 0; i < kShProbeRays; ++i) {
+    CounterRandom random(options_.random_seed, kShProbePurpose, i);
+    const PixelRange::Pixel pixel =
+        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size()));
+    if (const auto ray = PixelAsRay(pixel, StartCell(pixel.view))) rays.push_back(*ray);
+  }
+  const LargePageVector<float> lower_sh = ShOfDegree(foam_, foam_.sh_degree - 1);
+  CellShading<float> lower = Shading();
+  lower.sh_degree = foam_.sh_degree - 1;
+  lower.sh = lower_sh.data();
+  const double without = SquaredError(lower, rays), with = SquaredError(Shading(), rays);
+  VLOG(1) << "SH degree " << foam_.sh_degree
+          << ": without it, the squared error on photos not seen is " << without / with
+          << " times as large";
+  return without >= (1 + kShWorthwhile) * with;
+}
+
+void Trainer::ChooseShDegreeIfDue() {
+  const int degree = foam_.sh_degree;
+  if (sh_degree_is_settled_ || RunFraction() < kShRaise * (degree + 1)) return;
+  const bool can_probe = probe_pixels_.size() > 0;
+  if (degree > 0 && can_probe && !ShDegreePays()) {
+    SettleShDegree(degree - 1);
+  } else if (degree < options_.sh_degree) {
+    SetShDegree(degree + 1);
+  } else {
+    SettleShDegree(degree);
+  }
+}
+
+// Sum over the rays of the squared difference between the colour over white and the target's.
+double Trainer::SquaredError(const CellShading<float>& shading,
+                             const std::vector<BatchRay>& rays) const {
+  constexpr int64_t kBlock = 256;
+  std::vector<double> errors((rays.size() + kBlock - 1) / kBlock, 0.0);
+  ParallelForBlocks(rays.size(), kBlock, [&](int64_t begin, int64_t end) {
+    const std::span<RayTrace> traces = ThreadTraces(end - begin);
+    for (int64_t i = begin; i < end; ++i) {
+      traces[i - begin].origin = rays[i].origin;
+      traces[i - begin].direction = rays[i].direction;
+      traces[i - begin].start_cell = rays[i].start_cell;
+    }
+    TraceRays(geometry_, shading, static_cast<float>(-std::log(kTransmittanceCutoff)), traces);
+    for (int64_t i = begin; i < end; ++i) {
+      const RayComposite<float>& composite = traces[i - begin].composite;
+      for (int c = 0; c < 3; ++c) {
+        const double shown = std::min(composite.color[c] + composite.Transmittance(), 1.f);
+        const double difference = shown - rays[i].target.color[c];
+        errors[begin / kBlock] += difference * difference;
+      }
+    }
+  });
+  return std::accumulate(errors.begin(), errors.end(), 0.0);
+}
+
 double Trainer::HeldOutPsnr() const {
-  const CellShading<float> shading = Shading();
-  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
   double sum = 0;
   int count = 0;
   for (int view = 0; view < views_.NumViews(); ++view) {
     if (!views_.IsHeldOut(view)) continue;
-    const uint32_t start = NearestCell(geometry_.positions, delaunay_, views_.Origin(view), 0);
-    const int rows = (views_.Height(view) + kEvaluationStride - 1) / kEvaluationStride;
-    std::vector<double> row_error(rows, 0.0);
-    std::vector<int64_t> row_count(rows, 0);
-    ParallelForBlocks(rows, 1, [&](int64_t row, int64_t) {
-      std::vector<TrainingRay> rays;
+    const uint32_t start = StartCell(view);
+    std::vector<BatchRay> rays;
+    for (int y = 0; y < views_.Height(view); y += kEvaluationStride) {
       for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
-        TrainingRay ray;
-        if (views_.Ray(view, x, static_cast<int>(row * kEvaluationStride), &ray) &&
-            ray.color.allFinite()) {
-          rays.push_back(ray);
-        }
+        if (const auto ray = PixelAsRay({view, x, y}, start)) rays.push_back(*ray);
       }
-      const std::span<RayTrace> traces = ThreadTraces(rays.size());
-      for (size_t i = 0; i < rays.size(); ++i) {
-        traces[i].origin = views_.Origin(view).cast<float>();
-        traces[i].direction = rays[i].direction;
-        traces[i].start_cell = start;
-      }
-      TraceRays(geometry_, shading, cutoff_tau, traces);
-      for (size_t i = 0; i < traces.size(); ++i) {
-        const RayComposite<float>& composite = traces[i].composite;
-        const float transmittance = composite.Transmittance();
-        for (int c = 0; c < 3; ++c) {
-          const double shown = std::min(composite.color[c] + transmittance, 1.f);
-          row_error[row] += (shown - rays[i].color[c]) * (shown - rays[i].color[c]) / 3;
-        }
-        ++row_count[row];
-      }
-    });
-    const double error = std::accumulate(row_error.begin(), row_error.end(), 0.0);
-    const int64_t pixels = std::accumulate(row_count.begin(), row_count.end(), int64_t{0});
-    if (pixels == 0) continue;
-    sum += -10 * std::log10(std::max(error / pixels, 1e-12));
+    }
+    if (rays.empty()) continue;
+    const double error = SquaredError(Shading(), rays) / (3.0 * rays.size());
+    sum += -10 * std::log10(std::max(error, 1e-12));
     ++count;
   }
   return count > 0 ? sum / count : NAN;
@@ -499,6 +607,7 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
     Iterate();
     ++progress_.iteration;
     progress_.rays += rays_.size();
+    ChooseShDegreeIfDue();
     const bool densified = DensifyIfDue();
     if (!frozen_) {
       frozen_ = !PositionsMove();

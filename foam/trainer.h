@@ -21,7 +21,7 @@ struct TrainingOptions {
   int rays_per_iteration = 4096;  // batch size, > 0
   int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
   int final_sites = 100'000;      // what densification grows to, >= 64
-  int sh_degree = 2;              // 0..3
+  int sh_degree = 2;              // 0..3, at most: raised while it pays on photos not seen
 
   // Weights of the loss terms (ray_loss.h, total_variation.h), >= 0. The colour term has weight 1.
   double opacity_weight = 0.02;

@@ -35,12 +35,18 @@ bool AdamStep(const AdamCorrection& correction,
 // parameters[k] += change[k].
 void AddTo(const float* change, int count, float* parameters);
 
+// What the records of a cell say of it besides the gradient.
+struct RecordTotals {
+  float largest_weight = 0;
+  float squared_error = 0;  // sum of weight times |dL/dcolour|^2 of the ray
+};
+
 // Adds the records of one cell to `gradient` [row.size], in their order: dL/dsigma goes to
-// row.density. `rays` are the batch's. Returns the largest weight of any record.
-float SumRecords(std::span<const GradientRecord> records,
-                 const RayOutput* rays,
-                 const ParameterRow& row,
-                 float* gradient);
+// row.density. `rays` are the batch's.
+RecordTotals SumRecords(std::span<const GradientRecord> records,
+                        const RayOutput* rays,
+                        const ParameterRow& row,
+                        float* gradient);
 
 // TotalVariation (total_variation.h) of the edges of cells [begin, end), each edge from both its
 // sides: writes `scale` dL/df to `gradient` [.][kIdentityDim], returns the sum of a_ij |f_i - f_j|.

@@ -135,9 +135,8 @@ void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
   std::atomic<bool> any_twins = false;
   ParallelForBlocks(num_cells, kBlock, [&](int64_t begin, int64_t end) {
     RefreshPlanes(begin, end, geometry, &has_twin);
-    if (std::any_of(&has_twin[begin], &has_twin[begin] + (end - begin), [](uint8_t t) {
-          return t != 0;
-        })) {
+    if (std::any_of(
+            &has_twin[begin], &has_twin[begin] + (end - begin), [](uint8_t t) { return t != 0; })) {
       any_twins = true;
     }
   });

@@ -19,7 +19,7 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
   add("rays_per_iteration", &training->rays_per_iteration, "batch size");
   add("initial_sites", &training->initial_sites, "SfM points beyond this are thinned");
   add("final_sites", &training->final_sites, "what densification grows to");
-  add("sh_degree", &training->sh_degree, "of the view-dependent colour, 0 to 3");
+  add("sh_degree", &training->sh_degree, "of the view-dependent colour, 0 to 3, at most: raised only while it pays");
   add("opacity_weight", &training->opacity_weight, "weight of the opacity loss");
   add("quantile_weight", &training->quantile_weight, "weight of the depth quantile loss");
   add("identity_weight", &training->identity_weight, "weight of the labels' cross-entropy");

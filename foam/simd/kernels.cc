@@ -120,10 +120,10 @@ void AddTo(const float* change, int count, float* parameters) {
 
 HWY_EXPORT(SumRecords);
 
-float SumRecords(std::span<const GradientRecord> records,
-                 const RayOutput* rays,
-                 const ParameterRow& row,
-                 float* gradient) {
+RecordTotals SumRecords(std::span<const GradientRecord> records,
+                        const RayOutput* rays,
+                        const ParameterRow& row,
+                        float* gradient) {
   return HWY_DYNAMIC_DISPATCH(SumRecords)(records.data(), records.size(), rays, row, gradient);
 }
 

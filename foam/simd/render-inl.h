@@ -105,7 +105,8 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       ray.pieces[k] = {state.cell, t_out, state.tau, optical_depth};
       ++ray.num_pieces;
       // The next cell comes while the other rays compute, and what shading will ask for while the
-      // walk goes on: to the second-level cache, for the first has no room for all these rays' cells.
+      // walk goes on: to the second-level cache, for the first has no room for all these rays'
+      // cells.
       PrefetchCell(geometry, shading, exit.neighbor);
       if (optical_depth > kNegligibleWeight) {
         PrefetchAppearance<2>(shading, sh_stride, state.cell);

@@ -75,20 +75,24 @@ void AddTo(const float* change, int count, float* parameters) {
   });
 }
 
-float SumRecords(const GradientRecord* records,
-                 size_t count,
-                 const RayOutput* rays,
-                 const ParameterRow& row,
-                 float* gradient) {
-  float largest_weight = 0, density = 0;
+RecordTotals SumRecords(const GradientRecord* records,
+                        size_t count,
+                        const RayOutput* rays,
+                        const ParameterRow& row,
+                        float* gradient) {
+  RecordTotals totals;
+  float density = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   for (size_t i = 0; i < count; ++i) {
     const CellContribution<float>& c = records[i].contribution;
     position += c.position;
     density += c.density;
     if (c.weight == 0) continue;
-    largest_weight = std::max(largest_weight, c.weight);
+    totals.largest_weight = std::max(totals.largest_weight, c.weight);
     const float* const shared = rays[records[i].ray].parameters;
+    const float* const by_color = shared + row.sh;
+    totals.squared_error += c.weight * (by_color[0] * by_color[0] + by_color[1] * by_color[1] +
+                                        by_color[2] * by_color[2]);
     if (HWY_LIKELY(c.color_mask == 7 && c.weight > kNegligibleWeight)) {
       ForLanes(row.size, [&](auto f, int k) HWY_ATTR {
         hn::StoreU(
@@ -108,7 +112,7 @@ float SumRecords(const GradientRecord* records,
   }
   for (int a = 0; a < 3; ++a) gradient[row.position + a] += position[a];
   gradient[row.density] += density;
-  return largest_weight;
+  return totals;
 }
 
 double TotalVariationOfCells(const uint32_t* offsets,

@@ -2,6 +2,7 @@
 #include "foam/densification.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "tests/foam/random_cells.h"
@@ -47,7 +48,7 @@ TEST(Densification, AddsChildrenOfErroneousCellsAndMovesParametersAlong) {
   DensificationStatistics statistics;
   statistics.Reset(400);
   std::fill(statistics.contribution.begin(), statistics.contribution.end(), 0.5f);
-  for (int i = 0; i < 40; ++i) statistics.error[i] = 1;  // only these may have children
+  for (int i = 0; i < 40; ++i) statistics.squared_error[i] = 1;  // only these may have children
   Foam after = before;
   DensificationOptions options;
   options.num_to_add = 30;
@@ -64,6 +65,39 @@ TEST(Densification, AddsChildrenOfErroneousCellsAndMovesParametersAlong) {
     EXPECT_NE(after.positions[k], before.positions[how.origin[k]]);
   }
   EXPECT_EQ(*std::max_element(copies.begin(), copies.end()), 2) << "drawn without replacement";
+}
+
+TEST(Densification, PlacesChildrenTowardsTheFarthestNeighbourThatIsSeen) {
+  const WalkableCells cells(RandomSites(400, 1));
+  const Foam before = MarkedFoam(400);
+  DensificationStatistics statistics;
+  statistics.Reset(400);
+  const auto is_seen = [&](uint32_t j) { return std::abs(before.positions[j].z()) < 0.2f; };
+  for (uint32_t i = 0; i < 400; ++i) {
+    statistics.contribution[i] = is_seen(i) ? 0.5f : 0.05f;
+    statistics.squared_error[i] = 1;
+  }
+  DensificationOptions options;
+  options.num_to_add = 400;
+  Foam after = before;
+  const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, 0, &after);
+  int along = 0;
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    if (!how.is_new[k]) continue;
+    const uint32_t parent = how.origin[k];
+    Eigen::Vector3f farthest = Eigen::Vector3f::Zero(), farthest_seen = farthest;
+    for (const uint32_t j : cells.delaunay.Neighbors(parent)) {
+      if (j >= 400) continue;
+      const Eigen::Vector3f offset = before.positions[j] - before.positions[parent];
+      if (offset.norm() > farthest.norm()) farthest = offset;
+      if (is_seen(j) && offset.norm() > farthest_seen.norm()) farthest_seen = offset;
+    }
+    const bool has_seen = farthest_seen.norm() > 0;
+    along += has_seen && farthest_seen != farthest;
+    const Eigen::Vector3f step = 0.25f * (has_seen ? farthest_seen : farthest);
+    EXPECT_LT((after.positions[k] - before.positions[parent] - step).norm(), 0.11f * step.norm());
+  }
+  EXPECT_GT(along, 50) << "the two rules were the same, so nothing was tested";
 }
 
 TEST(Densification, PrunesOnlySmallCellsThatNothingAroundSees) {
@@ -100,7 +134,7 @@ TEST(Densification, PrunesOnlySmallCellsThatNothingAroundSees) {
   }
 }
 
-TEST(Densification, DrawsInProportionToErrorTimesRadius) {
+TEST(Densification, DrawsInProportionToTheSquaredError) {
   const WalkableCells cells(RandomSites(300, 1));
   const Foam before = MarkedFoam(300);
   DensificationStatistics statistics;
@@ -111,15 +145,8 @@ TEST(Densification, DrawsInProportionToErrorTimesRadius) {
   for (uint32_t i = 0; i < 300 && inner.size() < 2; ++i) {
     if (before.positions[i].norm() < 0.6f) inner.push_back(i);
   }
-  const auto radius = [&](uint32_t i) {
-    double sum = 0;
-    for (const uint32_t j : cells.delaunay.Neighbors(i)) {
-      sum += (before.positions[j] - before.positions[i]).norm();
-    }
-    return sum / cells.delaunay.Neighbors(i).size();
-  };
-  statistics.error[inner[0]] = 3 / radius(inner[0]);
-  statistics.error[inner[1]] = 1 / radius(inner[1]);
+  statistics.squared_error[inner[0]] = 3;
+  statistics.squared_error[inner[1]] = 1;
   DensificationOptions options;
   options.num_to_add = 1;
   int first = 0;

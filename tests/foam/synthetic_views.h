@@ -14,11 +14,11 @@ namespace semfoam {
 
 // A room to learn: a red and a blue ball (classes 0 and 1) inside a large chequered sphere (class
 // 2), seen by a ring of pinhole cameras. Everything is computed per ray; every fourth view is held
-// out.
+// out. With `gloss`, colours depend on the direction: to a linear function of x, at most this much.
 class SyntheticViews final : public TrainingViews {
  public:
-  SyntheticViews(int num_views, int width, int height)
-      : num_views_(num_views), width_(width), height_(height) {}
+  SyntheticViews(int num_views, int width, int height, float gloss = 0)
+      : num_views_(num_views), width_(width), height_(height), gloss_(gloss) {}
 
   int NumViews() const override { return num_views_; }
   int Width(int) const override { return width_; }
@@ -34,6 +34,7 @@ class SyntheticViews final : public TrainingViews {
     ray->direction = Direction(view, x, y);
     Eigen::Vector3d hit;
     Shade(Origin(view), ray->direction.cast<double>(), &hit, ray);
+    ray->color *= 1 + gloss_ * ray->direction.x();
     return true;
   }
 
@@ -99,6 +100,7 @@ class SyntheticViews final : public TrainingViews {
   }
 
   int num_views_, width_, height_;
+  float gloss_;
 };
 
 }  // namespace semfoam

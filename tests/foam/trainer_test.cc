@@ -137,6 +137,19 @@ TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
   EXPECT_GT(summary.last.held_out_psnr, 10);
 }
 
+TEST(Trainer, RaisesTheShDegreeOnlyWhereColourChangesWithDirection) {
+  TrainingOptions options = SmallRun();
+  options.sh_degree = 3;
+  const auto degree = [&](float gloss) {
+    const SyntheticViews views(16, 64, 48, gloss);
+    const Foam foam = TrainFoam(views, views.Seeds(500), 0, options, nullptr).foam;
+    EXPECT_EQ(foam.sh.size(), foam.NumSites() * 3 * NumShCoefficients(foam.sh_degree));
+    return foam.sh_degree;
+  };
+  EXPECT_EQ(degree(0), 0);
+  EXPECT_GE(degree(0.5), 1);
+}
+
 TEST(Trainer, KeepsEveryParameterFiniteAtAbsurdLearningRates) {
   const SyntheticViews views(8, 32, 24);
   TrainingOptions options = SmallRun();

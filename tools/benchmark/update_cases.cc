@@ -67,7 +67,7 @@ class Updater {
   // What an update keeps: parameters with two moments, statistics, the regulariser and what follows
   // from the sites. After a Round.
   double BytesPerSite() const {
-    return (3.0 * ParameterBytes() * foam_.NumSites() + BytesOf(statistics_.error) +
+    return (3.0 * ParameterBytes() * foam_.NumSites() + BytesOf(statistics_.squared_error) +
             BytesOf(statistics_.contribution) + BytesOf(tv_weights_) + TvGradientBytes() +
             BytesOf(density_) + WalkBytes(geometry_)) /
            foam_.NumSites();

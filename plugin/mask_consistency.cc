@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -40,7 +41,9 @@ constexpr double kShareOfLabel = 0.5;
 // Regions change while such a share of their points agree: the clear ones first, as their
 // correction may clear up others.
 constexpr double kClearShares[] = {0.8, 0.65, 0.5, 0.5, 0.5, 0.5};
-// A label that no point confirms is believed if it is in this share of the photos.
+// A contradicted region that is not clearly anything else is dropped from so many points on.
+constexpr int kPointsToDrop = 8;
+// A label in less than this share of the photos is rare: a fragment, unless points confirm it.
 constexpr double kShareOfPhotos = 0.1;
 // A pixel of a split region belongs to the label whose nearest point is less than this times as far
 // as the nearest of any other label.
@@ -419,9 +422,26 @@ void JudgeObservations(Evidence* evidence) {
   }
 }
 
+// Which labels few photos have, by the regions' labels.
+std::vector<char> RareLabels(int num_labels, const std::vector<Region>& regions) {
+  std::vector<std::set<int32_t>> views(num_labels);
+  std::set<int32_t> all_views;
+  for (const Region& region : regions) {
+    all_views.insert(region.view);
+    if (region.label != kNone) views[region.label].insert(region.view);
+  }
+  const double enough = std::max(2.0, kShareOfPhotos * static_cast<double>(all_views.size()));
+  std::vector<char> is_rare;
+  for (const auto& v : views) is_rare.push_back(static_cast<double>(v.size()) < enough);
+  return is_rare;
+}
+
 // What each region is, by the verdicts on its observations; `believed` are the labels that the
-// masks gave.
-void JudgeRegions(const std::vector<int32_t>& believed, double clear_share, Evidence* evidence) {
+// masks gave, `is_rare` tells which of them few photos have.
+void JudgeRegions(const std::vector<int32_t>& believed,
+                  const std::vector<char>& is_rare,
+                  double clear_share,
+                  Evidence* evidence) {
   // How many points of a label each photo sees.
   std::map<std::pair<int32_t, int32_t>, int> in_view;  // (view, label)
   for (const Observation& observation : evidence->observations) {
@@ -442,22 +462,30 @@ void JudgeRegions(const std::vector<int32_t>& believed, double clear_share, Evid
     region.label = believed[r];
     region.parts.clear();
     if (!region.is_judged) continue;
+    const auto holds_most_of = [&](int32_t label, int n) {
+      return n >= kShareOfLabel * in_view.at({region.view, label});
+    };
     std::vector<int32_t> present;
     int most = 0;
     for (const auto& [label, n] : count) {
       most = std::max(most, n);
-      if (n >= kLeastPoints &&
-          (n >= kShareOfRegion * judged || n >= kShareOfLabel * in_view.at({region.view, label}))) {
+      if (n >= kLeastPoints && (n >= kShareOfRegion * judged || holds_most_of(label, n))) {
         present.push_back(label);
       }
     }
-    if (most < clear_share * judged && clear_share > kClearShares[2]) continue;  // too early to say
-    if (present.size() == 1 && count[present[0]] >= kClearShares[2] * judged) {
-      region.label = present[0];
-    } else if (present.size() > 1) {
+    const double last_share = *std::prev(std::end(kClearShares));
+    if (clear_share > last_share && most < clear_share * judged) continue;  // too early to say
+    if (present.size() > 1) {
       region.label = kNone;
       region.parts = std::move(present);
-    } else if (!count.contains(believed[r])) {
+      continue;
+    }
+    // The one label that is there takes the region if it has no other place in this photo, or if
+    // the region is one of a fragment. Else its few points may be those of the border.
+    if (present.size() == 1 && count[present[0]] >= last_share * judged &&
+        (is_rare[believed[r]] || holds_most_of(present[0], count[present[0]]))) {
+      region.label = present[0];
+    } else if (!count.contains(believed[r]) && judged >= kPointsToDrop) {
       region.label = kNone;
     }
   }
@@ -472,16 +500,10 @@ void DropUnconfirmed(int num_labels, Evidence* evidence) {
       ++confirmed[observation.label];
     }
   }
-  std::vector<std::set<int32_t>> views(num_labels);
-  std::set<int32_t> all_views;
-  for (const Region& region : evidence->regions) {
-    all_views.insert(region.view);
-    if (region.label != kNone) views[region.label].insert(region.view);
-  }
-  const double enough = std::max(2.0, kShareOfPhotos * static_cast<double>(all_views.size()));
+  const std::vector<char> is_rare = RareLabels(num_labels, evidence->regions);
   for (Region& region : evidence->regions) {
     if (region.label == kNone || confirmed[region.label] >= kLeastPoints) continue;
-    if (static_cast<double>(views[region.label].size()) < enough) region.label = kNone;
+    if (is_rare[region.label]) region.label = kNone;
   }
 }
 
@@ -674,13 +696,15 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
   if (mode == MaskConsistency::kTracks) {
     for (size_t r = 0; r < given.size(); ++r) given[r] = evidence.regions[r].mask_class;
   }
+  const auto num_labels = static_cast<int>(labels.size());
+  const std::vector<char> is_rare = RareLabels(num_labels, evidence.regions);
   for (const double clear_share : kClearShares) {
     LetRegionsSpeak(&evidence);
     JudgeObservations(&evidence);
-    JudgeRegions(believed, clear_share, &evidence);
+    JudgeRegions(believed, is_rare, clear_share, &evidence);
   }
   LetRegionsSpeak(&evidence);
-  DropUnconfirmed(static_cast<int>(labels.size()), &evidence);
+  DropUnconfirmed(num_labels, &evidence);
   LetRegionsSpeak(&evidence);
   report.agreement_after = evidence.Agreement().first;
 

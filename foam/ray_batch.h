@@ -46,8 +46,10 @@ struct RayOutput {
 
 // What casting a batch leaves behind. Reused from batch to batch.
 struct BatchResult {
-  GradientSum gradients;                          // not grouped yet
-  LargePageVector<RayOutput> rays;                // [batch size]
+  GradientSum gradients;  // not grouped yet
+  // [batch size], and as many again with cell_identity: what the ray says to its dominant cell
+  // alone
+  LargePageVector<RayOutput> rays;
   std::vector<float> classifier_weight_gradient;  // [K][kIdentityDim], mean over the batch
   std::vector<float> classifier_bias_gradient;    // [K]
   RayLossTerms<double> mean_loss;                 // unweighted terms, mean over the batch

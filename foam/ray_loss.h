@@ -16,7 +16,13 @@ struct RayLossWeights {
   double opacity = 0.1;    // pulls opacity to 1: photos show something everywhere
   double quantile = 1e-4;  // pulls the two depth quantiles together: matter in thin layers
   double identity = 1;     // cross-entropy, divided by ln(max(K, 2))
+  // Cross-entropy of the dominant cell's own identity: a rendered identity can be right where no
+  // cell's is, as mixtures of features are classified, not features. 0: the paper's way.
+  double cell_identity = 0;
 };
+
+// A piece of more than this weight dominates its ray; at most one does.
+inline constexpr double kDominantWeight = 0.5;
 
 // What a ray should have shown.
 struct RayTarget {
@@ -33,10 +39,12 @@ struct RayLossTerms {
   T quantile = T(0);  // |depth_0 - depth_1|, 0 unless the ray reaches both
   T identity =
       T(0);  // cross-entropy of the rendered identity's class / ln(max(K, 2)); 0 where unlabelled
+  T cell_identity = T(0);  // the same of the dominant cell's identity, times the weight that this
+                           // cell has on the ray, a constant; 0 where no cell dominates
 
   T Total(const RayLossWeights& w) const {
     return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
-           T(w.identity) * identity;
+           T(w.identity) * identity + T(w.cell_identity) * cell_identity;
   }
 };
 
@@ -64,8 +72,41 @@ T LogSumExp(const T* logits, int count) {
 
 inline double ClassNormalization(int num_classes) { return std::log(std::max(num_classes, 2)); }
 
-// `logits` is scratch of num_classes values; afterwards it holds the ray's class logits if the ray
-// is labelled.
+// The cross-entropy of an identity [kIdentityDim] against a class, divided by ln(max(K, 2)).
+// Afterwards `logits` [num_classes] holds the identity's.
+template <typename T>
+T ClassEntropy(const T* identity,
+               int32_t class_index,
+               const ClassifierView<T>& classifier,
+               T* logits) {
+  const int count = classifier.num_classes;
+  ClassLogits(classifier.weight, classifier.bias, count, identity, logits);
+  return (LogSumExp(logits, count) - logits[class_index]) / T(ClassNormalization(count));
+}
+
+// Adds `weight` times the derivative of ClassEntropy by the identity to `gradient` [kIdentityDim].
+// `logits` must be as ClassEntropy left it; it is overwritten with `weight` times the derivative by
+// the logits.
+template <typename T>
+void AddClassEntropyGradient(int32_t class_index,
+                             const ClassifierView<T>& classifier,
+                             double weight,
+                             T* logits,
+                             T* gradient) {
+  using std::exp;
+  const int count = classifier.num_classes;
+  const T scale = T(weight / ClassNormalization(count));
+  const T log_sum = LogSumExp(logits, count);
+  for (int k = 0; k < count; ++k) {
+    logits[k] = scale * (exp(logits[k] - log_sum) - T(k == class_index));
+    for (int c = 0; c < kIdentityDim; ++c) {
+      gradient[c] += logits[k] * classifier.weight[k * kIdentityDim + c];
+    }
+  }
+}
+
+// All terms but cell_identity, which is no matter of what the ray gathers. `logits` is scratch of
+// num_classes values; afterwards it holds the ray's class logits if the ray is labelled.
 template <typename T>
 RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
                         const RayTarget& target,
@@ -85,9 +126,7 @@ RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
     loss.quantile = abs(ray.quantile_depth[0] - ray.quantile_depth[1]);
   }
   if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
-    ClassLogits(classifier.weight, classifier.bias, classifier.num_classes, ray.identity, logits);
-    loss.identity = (LogSumExp(logits, classifier.num_classes) - logits[target.class_index]) /
-                    T(ClassNormalization(classifier.num_classes));
+    loss.identity = ClassEntropy(ray.identity, target.class_index, classifier, logits);
   }
   return loss;
 }
@@ -101,7 +140,6 @@ RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
                                const ClassifierView<T>& classifier,
                                const RayLossWeights& weights,
                                T* logits) {
-  using std::exp;
   RayGradient<T> gradient;
   const T transmittance = ray.Transmittance();
   for (int c = 0; c < 3; ++c) {
@@ -119,15 +157,8 @@ RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
     gradient.quantile_depth[1] = -gradient.quantile_depth[0];
   }
   if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
-    const int count = classifier.num_classes;
-    const T scale = T(weights.identity / ClassNormalization(count));
-    const T log_sum = LogSumExp(logits, count);
-    for (int k = 0; k < count; ++k) {
-      logits[k] = scale * (exp(logits[k] - log_sum) - T(k == target.class_index));
-      for (int c = 0; c < kIdentityDim; ++c) {
-        gradient.identity[c] += logits[k] * classifier.weight[k * kIdentityDim + c];
-      }
-    }
+    AddClassEntropyGradient(
+        target.class_index, classifier, weights.identity, logits, gradient.identity);
   }
   return gradient;
 }

@@ -397,7 +397,8 @@ void Trainer::Iterate() {
   const RayLossWeights weights{1,
                                options_.opacity_weight,
                                options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
-                               options_.identity_weight};
+                               options_.identity_weight,
+                               options_.cell_identity_weight};
   CastBatch(geometry_,
             Shading(),
             {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
@@ -682,6 +683,7 @@ std::string TrainingOptions::Check() const {
   bounded("opacity_weight", opacity_weight);
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
+  bounded("cell_identity_weight", cell_identity_weight);
   bounded("tv_weight", tv_weight);
   bounded("position_rate", position_rate);
   bounded("density_rate", density_rate);

@@ -8,7 +8,9 @@
 #include "plugin/normalized_frame.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <set>
@@ -82,22 +84,52 @@ void CheckTestEvery(int test_every, size_t num_photos) {
   }
 }
 
-std::vector<SeedPoint> MakeSeeds(std::vector<Point3D> points, const Similarity& frame) {
+// Which photo each image id is, and its features.
+struct SeenImage {
+  int32_t view;
+  const Image* image;
+  Eigen::Vector2d scale;  // pixels of the photo per pixel of the camera
+};
+using SeenImages = std::unordered_map<uint32_t, SeenImage>;
+
+void AppendTrack(const Point3D& point, const SeenImages& images, Track* track) {
+  for (const TrackElement& element : point.track) {
+    const auto seen = images.find(element.image_id);
+    if (seen == images.end() || element.point2d_index >= seen->second.image->points.size()) {
+      continue;
+    }
+    const Point2D& feature = seen->second.image->points[element.point2d_index];
+    if (!std::isfinite(feature.x) || !std::isfinite(feature.y)) continue;
+    track->push_back({seen->second.view,
+                      static_cast<float>(feature.x * seen->second.scale.x()),
+                      static_cast<float>(feature.y * seen->second.scale.y())});
+  }
+}
+
+// Without `images` there are no tracks.
+void MakeSeeds(std::vector<Point3D> points,
+               const Similarity& frame,
+               const SeenImages& images,
+               std::vector<SeedPoint>* seeds,
+               std::vector<Track>* tracks) {
   std::sort(
       points.begin(), points.end(), [](const Point3D& a, const Point3D& b) { return a.id < b.id; });
   const bool has_tracks = std::any_of(
       points.begin(), points.end(), [](const Point3D& point) { return !point.track.empty(); });
-  std::vector<SeedPoint> seeds;
-  std::set<std::array<float, 3>> taken;
+  std::map<std::array<float, 3>, size_t> seed_at;
   for (const Point3D& point : points) {
     if (has_tracks && point.track.empty()) continue;
     const Eigen::Vector3d position = frame.Invert(point.position);
     if (!position.allFinite() || position.norm() > kFarRadius) continue;
     const Eigen::Vector3f rounded = position.cast<float>();
-    if (!taken.insert({rounded.x(), rounded.y(), rounded.z()}).second) continue;
-    seeds.push_back({rounded, point.color.cast<float>() / 255.0f});
+    const auto [entry, is_new] =
+        seed_at.try_emplace({rounded.x(), rounded.y(), rounded.z()}, seeds->size());
+    if (is_new) {
+      seeds->push_back({rounded, point.color.cast<float>() / 255.0f});
+      if (!images.empty()) tracks->emplace_back();
+    }
+    if (!images.empty()) AppendTrack(point, images, &(*tracks)[entry->second]);
   }
-  return seeds;
 }
 
 Camera CameraOfView(const PhotoRecord& photo) { return CameraOf(photo, "the scene"); }
@@ -173,6 +205,8 @@ ScenePlan PlanScene(const SceneOptions& options) {
 
   ScenePlan plan;
   plan.label_zero = options.label_zero;
+  plan.mask_consistency = options.mask_consistency;
+  plan.labels_are_given = !options.labels_path.empty();
   const size_t num_views = model.images.size();
   plan.photos.resize(num_views);
   for (const Image& image : model.images) {
@@ -239,7 +273,19 @@ ScenePlan PlanScene(const SceneOptions& options) {
   for (const Point3D& point : model.points) positions.push_back(point.position);
   plan.world_from_normalized = NormalizedFrame(viewpoints, positions);
   plan.num_points = static_cast<int64_t>(model.points.size());
-  plan.seeds = MakeSeeds(std::move(model.points), plan.world_from_normalized);
+  SeenImages seen;
+  if (plan.masks.NumPaired() > 0 && plan.mask_consistency != MaskConsistency::kOff) {
+    for (size_t i = 0; i < num_views; ++i) {
+      const Image& image = model.images[i];
+      const PhotoRecord& photo = plan.photos[i];
+      if (photo.held_out) continue;
+      const Camera& camera = *cameras.at(image.camera_id);
+      const Eigen::Vector2d scale(static_cast<double>(photo.width) / camera.width,
+                                  static_cast<double>(photo.height) / camera.height);
+      seen.emplace(image.id, SeenImage{static_cast<int32_t>(i), &image, scale});
+    }
+  }
+  MakeSeeds(std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.tracks);
   plan.table_views = ChooseTables(plan.photos);
   return plan;
 }
@@ -260,10 +306,17 @@ TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
   });
   if (!plan_.mask_folder.empty()) {
     MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.label_zero);
+    if (!plan_.tracks.empty()) {
+      consistency_ = MakeMasksConsistent(
+          plan_.seeds, plan_.tracks, plan_.photos, plan_.mask_consistency, &set);
+      plan_.tracks = {};
+    }
     labels_ = std::move(set.labels);
     for (int64_t i = 0; i < num_views; ++i) views_[i].classes = std::move(set.classes[i]);
   }
-  if (!plan_.labels_file.empty()) NameLabels(plan_.labels_file, &labels_);
+  const bool names_fit =
+      consistency_.used != MaskConsistency::kIndependent || plan_.labels_are_given;
+  if (!plan_.labels_file.empty() && names_fit) NameLabels(plan_.labels_file, &labels_);
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 

@@ -6,6 +6,7 @@
 #include "foam/similarity.h"
 #include "foam/training_views.h"
 #include "plugin/camera_rays.h"
+#include "plugin/mask_consistency.h"
 #include "plugin/masks.h"
 #include "plugin/photo.h"
 
@@ -26,6 +27,7 @@ struct SceneOptions {
   std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
   int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
   LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
+  MaskConsistency mask_consistency = MaskConsistency::kAuto;
 };
 
 // What there is to load, found without decoding a pixel.
@@ -36,9 +38,14 @@ struct ScenePlan {
   MaskPairing masks;                         // for `files`; all empty without masks
   std::filesystem::path mask_folder;         // empty: no masks
   std::filesystem::path labels_file;         // empty: no names
+  bool labels_are_given = false;             // labels_file was named, not found
   LabelZero label_zero = LabelZero::kAuto;
+  MaskConsistency mask_consistency = MaskConsistency::kAuto;
   Similarity world_from_normalized;
   std::vector<SeedPoint> seeds;
+  // [seeds] where the photos that are not held out saw them; empty unless masks are held against
+  // them.
+  std::vector<Track> tracks;
   int64_t num_points = 0;        // of the model; more than seeds where some are unfit
   int num_unregistered = 0;      // photos in the image folder that the model does not have
   int num_rescaled = 0;          // photos of another size than their camera says
@@ -51,8 +58,8 @@ struct ScenePlan {
 // Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.
 //
 // Seeds are the model's points within kFarRadius, in ascending order of their ids, finite, each
-// position once. Points without a track are left out, unless no point has one (models of other
-// programs).
+// position once (with the tracks of all points that are there). Points without a track are left
+// out, unless no point has one (models of other programs).
 //
 // Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
@@ -67,7 +74,9 @@ ScenePlan PlanScene(const SceneOptions& options);
 class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
-  // name, that is damaged, and whatever LoadMasks and NameLabels throw.
+  // name, that is damaged, and whatever LoadMasks, MakeMasksConsistent and NameLabels throw. Labels
+  // that were matched from photo to photo have new ids, which only a labels file that the user
+  // named can know.
   explicit TrainingScene(ScenePlan plan);
 
   int NumViews() const override { return static_cast<int>(views_.size()); }
@@ -96,6 +105,8 @@ class TrainingScene final : public TrainingViews {
 
   // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
   std::string MaskReport() const;
+  // What holding the masks against the tracks has come to.
+  const MaskConsistencyReport& Consistency() const { return consistency_; }
   // The photos, in one line: how many, how many held out, what was left out or rescaled.
   std::string PhotoReport() const;
 
@@ -111,6 +122,7 @@ class TrainingScene final : public TrainingViews {
   ScenePlan plan_;
   std::vector<View> views_;
   std::vector<Label> labels_;
+  MaskConsistencyReport consistency_;
   double seconds_decoding_ = 0;
 };
 

@@ -10,6 +10,7 @@ void RunFoamAnalyzer(int argc, char** argv);
 void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
+void RunMaskCorrupter(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);

@@ -30,6 +30,7 @@ constexpr Command kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface as .om, .ply and .obj",
      RunMeshExporter},
+    {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };
 

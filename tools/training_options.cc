@@ -23,6 +23,9 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
   add("opacity_weight", &training->opacity_weight, "weight of the opacity loss");
   add("quantile_weight", &training->quantile_weight, "weight of the depth quantile loss");
   add("identity_weight", &training->identity_weight, "weight of the labels' cross-entropy");
+  add("cell_identity_weight",
+      &training->cell_identity_weight,
+      "weight of the cross-entropy of each ray's dominant cell itself; 0 = the paper's way");
   add("tv_weight", &training->tv_weight, "weight of the identities' total variation");
   add("position_rate", &training->position_rate, "learning rate of the sites");
   add("density_rate", &training->density_rate, "learning rate of the density");

@@ -42,6 +42,7 @@ std::string Millions(int64_t count) {
 std::map<std::string, std::string> ModelOptions(const OptionManager& options,
                                                 const TrainingRun& run) {
   std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
+  values["mask_consistency"] = run.mask_consistency;
   values["quality"] = run.quality;
   values["random_seed"] = FormatValue(options.RandomSeed());
   values["test_every"] = FormatValue(run.scene.test_every);
@@ -80,6 +81,11 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                            {"auto", "ignore", "class"},
                            "what id 0 of the masks is: unlabelled, or the class of what is no "
                            "object; auto = a class where it covers a fifth of the masks");
+  options->AddChoiceOption("Masks.consistency",
+                           &run->mask_consistency,
+                           {"auto", "off", "tracks", "independent"},
+                           "what to do about errors of the masks: correct them by the SfM tracks, "
+                           "or, where ids mean nothing from photo to photo, match them by these");
 }
 
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
@@ -91,6 +97,11 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   run->scene.label_zero = run->label_zero == "class"    ? LabelZero::kClass
                           : run->label_zero == "ignore" ? LabelZero::kIgnore
                                                         : LabelZero::kAuto;
+  run->scene.mask_consistency = run->mask_consistency == "off"      ? MaskConsistency::kOff
+                                : run->mask_consistency == "tracks" ? MaskConsistency::kTracks
+                                : run->mask_consistency == "independent"
+                                    ? MaskConsistency::kIndependent
+                                    : MaskConsistency::kAuto;
   if (const std::string wrong = run->training.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
@@ -113,6 +124,9 @@ Model TrainAndWrite(const OptionManager& options,
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
+  if (scene.NumClasses() > 0 && run.scene.mask_consistency != MaskConsistency::kOff) {
+    LOG(INFO) << scene.Consistency().Line();
+  }
   if (scene.NumClasses() > 0 && scene.Labels()[0].id == 0) {
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }

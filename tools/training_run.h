@@ -23,9 +23,10 @@ struct TrainingRun {
   std::string mask_path;
   std::string labels_path;
   std::string label_zero = "auto";
+  std::string mask_consistency = "auto";
 };
 
-// Adds --mask_path, --labels_path, --test_every, --quality and --FoamTraining.*.
+// Adds --mask_path, --labels_path, --test_every, --quality, --Masks.* and --FoamTraining.*.
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 
 // To be called after Parse, before any work: completes `run` and throws UserError when an option is
@@ -34,7 +35,8 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 
 // Loads the photos and masks, says what was found and what is going to be done, trains, and writes
 // scene.foam and training_log.csv into `output_path`. Returns the model. The model's options are
-// those that shape the result: quality, random_seed, test_every and --FoamTraining.*.
+// those that shape the result: quality, random_seed, test_every,
+// --Masks.* and --FoamTraining.*.
 Model TrainAndWrite(const OptionManager& options,
                     const TrainingRun& run,
                     const std::filesystem::path& output_path);

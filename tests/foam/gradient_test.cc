@@ -26,7 +26,7 @@ using Parameters = FoamParameters<double>;
 
 constexpr int kNumClasses = 5;
 constexpr int kShDegree = 3;
-constexpr RayLossWeights kWeights{1, 0.7, 0.3, 0.9};
+constexpr RayLossWeights kWeights{1, 0.7, 0.3, 0.9, 0.6};
 
 class Scene {
  public:
@@ -159,11 +159,14 @@ class Scene {
   void ExpectEqualTotals(const RayRecord<double>& record,
                          const RayCase& ray,
                          const FoamParameters<Jet>& jets) const {
+    RayLossWeights gathered = kWeights;  // the terms of what the ray gathers
+    gathered.cell_identity = 0;
     std::vector<double> logits(kNumClasses);
     const double walked =
         RayLoss(record.composite, ray.target, parameters_.Classifier(), logits.data())
-            .Total(kWeights);
-    ASSERT_NEAR(Replay(record, ray, jets).a, walked, 1e-12 * std::max(1.0, std::abs(walked)));
+            .Total(gathered);
+    ASSERT_NEAR(
+        ReplayLoss(record, ray, jets, gathered).a, walked, 1e-12 * std::max(1.0, std::abs(walked)));
   }
 };
 
@@ -204,6 +207,19 @@ TEST(Gradient, AgreesWithCentralDifferences) {
   }
   EXPECT_GT(scene.differenced_, 1000u);
   EXPECT_LT(scene.skipped_, scene.differenced_ / 10);
+}
+
+// The random rays above must have met the term that not every ray has.
+TEST(Gradient, RandomRaysHaveDominantCells) {
+  const Scene scene(60, 1);
+  int dominant = 0;
+  for (int i = 0; i < 12; ++i) {
+    const RayCase ray = RandomRay(1, i);
+    const RayRecord<double> record = scene.Trace(ray, scene.parameters_);
+    dominant += DominantPiece(record, ray.target, kWeights) != nullptr;
+  }
+  EXPECT_GE(dominant, 3);
+  EXPECT_LT(dominant, 12);
 }
 
 TEST(Gradient, OfARayThatLeavesTheFoamWithoutMeetingAnything) {

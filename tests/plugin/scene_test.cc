@@ -123,6 +123,12 @@ TEST(Scene, TabletopSaysWhatItMatched) {
               testing::MatchesRegex("64 of 64 photos have a mask, [0-9]+ "
                                     "labels, 0 masks unused"));
   EXPECT_THAT(scene.PhotoReport(), testing::StartsWith("64 photos, 8 held out; "));
+  // 13 things; the tracker's other ids are fragments and errors.
+  EXPECT_EQ(scene.Consistency().used, MaskConsistency::kTracks);
+  EXPECT_GT(scene.Consistency().agreement_after, scene.Consistency().agreement_before + 0.05);
+  EXPECT_GT(scene.Consistency().labels_before, 40);
+  EXPECT_GE(scene.NumClasses(), 13);
+  EXPECT_LE(scene.NumClasses(), 18);
   EXPECT_GT(scene.SecondsDecoding(), 0);
   int held_out = 0;
   for (int view = 0; view < scene.NumViews(); ++view) {
@@ -334,6 +340,30 @@ TEST(Scene, SeedsAreFitSortedAndSingle) {
   points.clear();
   workspace.WriteModelFiles();
   EXPECT_EQ(PlanScene(workspace.Options()).seeds.size(), 0u);
+}
+
+// Tracks in photos that are smaller than COLMAP saw them, and in none that is held out.
+TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
+  SmallWorkspace workspace;
+  for (Image& image : workspace.model.images) {
+    image.points = {{4, 3, 5}, {5, 2, 3}};
+  }
+  workspace.model.points[0].track = {{4, 0}, {6, 0}, {9, 0}, {9, 7}};  // the last is not there
+  workspace.WriteModelFiles();
+  workspace.WritePhoto("b.png", 16, 12);
+  SceneOptions options = workspace.Options();
+  options.test_every = 3;
+  const ScenePlan plan = PlanScene(options);
+  ASSERT_EQ(plan.tracks.size(), plan.seeds.size());
+  const Track& track = plan.tracks[1];  // of point 5
+  ASSERT_EQ(track.size(), 2u);          // photo 0 is held out
+  EXPECT_EQ(track[0].view, 1);
+  EXPECT_EQ(track[0].x, 8);
+  EXPECT_EQ(track[0].y, 6);
+  EXPECT_EQ(track[1].view, 2);
+  EXPECT_EQ(track[1].x, 4);
+  options.mask_consistency = MaskConsistency::kOff;
+  EXPECT_TRUE(PlanScene(options).tracks.empty());
 }
 
 TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {

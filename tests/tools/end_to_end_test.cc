@@ -60,7 +60,9 @@ TempFolder* EndToEndTest::folder_ = nullptr;
 Outcome* EndToEndTest::run_ = nullptr;
 
 TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
-  EXPECT_THAT(run_->err, HasSubstr("64 of 64 photos have a mask, 47 labels, 0 masks unused"));
+  EXPECT_THAT(run_->err, HasSubstr("64 of 64 photos have a mask, 14 labels, 0 masks unused"));
+  EXPECT_THAT(run_->err, HasSubstr("Masks held against the tracks: of 643 regions"));
+  EXPECT_THAT(run_->err, HasSubstr("47 ids became 14 labels"));
   EXPECT_THAT(run_->err, HasSubstr("64 photos, 8 held out"));
   EXPECT_THAT(run_->err, HasSubstr("rays/s"));
   EXPECT_THAT(run_->err, Not(HasSubstr("\r")));  // this is no terminal

@@ -3,11 +3,13 @@
 
 #include "foam/activation.h"
 #include "foam/cell_statistics.h"
+#include "foam/classifier.h"
 #include "foam/delaunay.h"
 #include "foam/densification.h"
 #include "foam/error.h"
 #include "foam/guard_sites.h"
 #include "foam/initialization.h"
+#include "foam/metrics.h"
 #include "foam/optimizer.h"
 #include "foam/parallel.h"
 #include "foam/random.h"
@@ -193,7 +195,7 @@ class Trainer {
   void Iterate();
   bool DensifyIfDue();
   bool TopologyIsStale() const;
-  double HeldOutPsnr() const;
+  void EvaluateHeldOut();
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
   double RunFraction() const {
@@ -424,17 +426,19 @@ bool Trainer::TopologyIsStale() const {
           batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
 }
 
-double Trainer::HeldOutPsnr() const {
+void Trainer::EvaluateHeldOut() {
   const CellShading<float> shading = Shading();
   const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
   double sum = 0;
   int count = 0;
+  LabelAgreement agreement;
   for (int view = 0; view < views_.NumViews(); ++view) {
     if (!views_.IsHeldOut(view)) continue;
     const uint32_t start = NearestCell(geometry_.positions, delaunay_, views_.Origin(view), 0);
     const int rows = (views_.Height(view) + kEvaluationStride - 1) / kEvaluationStride;
     std::vector<double> row_error(rows, 0.0);
     std::vector<int64_t> row_count(rows, 0);
+    std::vector<std::vector<std::pair<int32_t, int32_t>>> row_classes(rows);  // truth, shown
     ParallelForBlocks(rows, 1, [&](int64_t row, int64_t) {
       std::vector<TrainingRay> rays;
       for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
@@ -451,8 +455,18 @@ double Trainer::HeldOutPsnr() const {
         traces[i].start_cell = start;
       }
       TraceRays(geometry_, shading, cutoff_tau, traces);
+      std::vector<float> logits(foam_.num_classes);
       for (size_t i = 0; i < traces.size(); ++i) {
         const RayComposite<float>& composite = traces[i].composite;
+        if (rays[i].class_index != kUnlabelled && foam_.HasSemantics()) {
+          // As ViewRenderer reads it.
+          int32_t shown = kUnlabelled;
+          if (composite.Opacity() >= 0.5f) {
+            ClassLogits(foam_, composite.identity, logits.data());
+            shown = ArgmaxSoftmax(logits).class_index;
+          }
+          row_classes[row].emplace_back(rays[i].class_index, shown);
+        }
         const float transmittance = composite.Transmittance();
         for (int c = 0; c < 3; ++c) {
           const double shown = std::min(composite.color[c] + transmittance, 1.f);
@@ -466,8 +480,12 @@ double Trainer::HeldOutPsnr() const {
     if (pixels == 0) continue;
     sum += -10 * std::log10(std::max(error / pixels, 1e-12));
     ++count;
+    for (const auto& classes : row_classes) {
+      for (const auto& [truth, shown] : classes) agreement.Add(truth, shown);
+    }
   }
-  return count > 0 ? sum / count : NAN;
+  progress_.held_out_psnr = count > 0 ? sum / count : NAN;
+  progress_.held_out_miou = agreement.MeanIou();
 }
 
 void Trainer::Report(const std::function<void(const TrainingProgress&)>& report) {
@@ -510,7 +528,7 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
     }
     if (RunFraction() * kNumEvaluations >= evaluations + 1) {
       ++evaluations;
-      progress_.held_out_psnr = HeldOutPsnr();
+      EvaluateHeldOut();
     }
     if (SecondsSince(begin_) - last_report > 1 && progress_.iteration < progress_.num_iterations) {
       last_report = SecondsSince(begin_);
@@ -598,6 +616,9 @@ std::string TrainingSummary::BriefReport() const {
        << " rays hit the step limit, " << nonfinite_gradients << " updates skipped";
   if (std::isfinite(last.held_out_psnr)) {
     text << "; held-out PSNR " << std::setprecision(2) << last.held_out_psnr << " dB";
+  }
+  if (std::isfinite(last.held_out_miou)) {
+    text << ", mIoU " << std::setprecision(3) << last.held_out_miou << " against the masks";
   }
   text << ".";
   return text.str();

@@ -64,6 +64,7 @@ struct TrainingProgress {
   double tv_loss = NAN;
   double held_out_psnr =
       NAN;  // dB over a grid of the held-out views' pixels, as of the last evaluation
+  double held_out_miou = NAN;  // on the same pixels, see LabelAgreement: against the views' classes
 };
 
 struct TrainingSummary {

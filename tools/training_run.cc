@@ -154,6 +154,10 @@ Model TrainAndWrite(const OptionManager& options,
   model.options = ModelOptions(options, run);
   WriteModel(output_path / "scene.foam", model);
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
+  // Without held-out views there is no quality to show.
+  if (const Plot plot = TrainingPlot(reports); !plot.panels.empty()) {
+    WritePlot(output_path / "training_plot", plot);
+  }
   return model;
 }
 

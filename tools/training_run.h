@@ -33,7 +33,8 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 
 // Loads the photos and masks, says what was found and what is going to be done, trains, and writes
-// scene.foam and training_log.csv into `output_path`. Returns the model. The model's options are
+// scene.foam and training_log.csv and, with held-out views, training_plot.svg and .png into
+// `output_path`. Returns the model. The model's options are
 // those that shape the result: quality, random_seed, test_every and --FoamTraining.*.
 Model TrainAndWrite(const OptionManager& options,
                     const TrainingRun& run,

@@ -92,6 +92,8 @@ TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
   EXPECT_GT(psnr, 20) << "held-out views";
   EXPECT_GT(right, 0.93 * pixels);
   EXPECT_GT(balls, 0.05 * pixels) << "all is background";
+  EXPECT_GT(summary.last.held_out_miou, 0.7);
+  EXPECT_LE(summary.last.held_out_miou, 1);
 
   // Cells know what they are: solid cells around the balls carry the balls' classes, with both
   // balls present.
@@ -134,6 +136,7 @@ TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
   EXPECT_FALSE(summary.foam.HasSemantics());
   EXPECT_TRUE(summary.foam.identity.empty());
   EXPECT_TRUE(std::isnan(summary.last.identity_loss));
+  EXPECT_TRUE(std::isnan(summary.last.held_out_miou));
   EXPECT_GT(summary.last.held_out_psnr, 10);
 }
 

@@ -68,6 +68,8 @@ constexpr double kShWarmUp = 0.2;
 constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
 constexpr int kEvaluationStride = 4;  // pixels
 constexpr int kStatisticsStride = 2;  // pixels
+// The time of a ray that is only looked at, in that of one that is learned from (README.md, Speed).
+constexpr double kLookedAtShare = 0.3;
 
 double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -182,8 +184,16 @@ class Trainer {
     optimizer_ = std::make_unique<FoamOptimizer>(foam_);
     densification_.Reset(foam_.NumSites());
     start_cells_.assign(views.NumViews(), 0);
-    progress_.num_iterations =
-        (options.num_rays + options.rays_per_iteration - 1) / options.rays_per_iteration;
+    const auto iterations = [&](int64_t rays) {
+      return (rays + options.rays_per_iteration - 1) / options.rays_per_iteration;
+    };
+    planned_iterations_ = iterations(options.num_rays);
+    early_iterations_ =
+        static_cast<int64_t>(std::ceil(options.densify_until * double(planned_iterations_)));
+    progress_.num_iterations = options.late_rays > 0
+                                   ? early_iterations_ + iterations(options.late_rays)
+                                   : planned_iterations_;
+    summary_.late_rays = options.late_rays;
   }
 
   TrainingSummary Run(const std::function<void(const TrainingProgress&)>& report);
@@ -196,10 +206,17 @@ class Trainer {
   bool DensifyIfDue();
   bool TopologyIsStale() const;
   void EvaluateHeldOut();
+  void FitToSecondsIfDue();
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
   double RunFraction() const {
-    return double(progress_.iteration) / double(progress_.num_iterations);
+    if (progress_.iteration <= early_iterations_ ||
+        progress_.num_iterations == planned_iterations_) {
+      return double(progress_.iteration) / double(planned_iterations_);
+    }
+    const double early = double(early_iterations_) / double(planned_iterations_);
+    return early + (1 - early) * double(progress_.iteration - early_iterations_) /
+                       double(progress_.num_iterations - early_iterations_);
   }
   bool PositionsMove() const { return RunFraction() < options_.freeze_positions; }
   LearningRates Rates() const;
@@ -231,6 +248,10 @@ class Trainer {
   int64_t last_triangulation_ = 0;     // iteration
   int64_t triangulated_sites_ = 0;     // after the first triangulation
   bool frozen_ = false;
+  int64_t planned_iterations_ = 0;  // by num_rays
+  int64_t early_iterations_ = 0;    // of these, up to densify_until; late_rays may replace the rest
+  double pace_begin_ = 0;           // seconds of learning before the pace was measured
+  double seconds_evaluating_ = 0;
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
@@ -369,7 +390,7 @@ void Trainer::Iterate() {
             Shading(),
             {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
             weights,
-            static_cast<float>(-std::log(kTransmittanceCutoff)),
+            static_cast<float>(-std::log(options_.transmittance_cutoff)),
             rays_,
             &batch_);
   tv_gradient_.clear();
@@ -424,6 +445,30 @@ bool Trainer::TopologyIsStale() const {
   return age >= kMaxTriangulationInterval ||
          (age >= kMinTriangulationInterval && affordable &&
           batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
+}
+
+// Where densification ends, the sites are all there and an iteration costs what it will cost to the
+// end: what time is left decides how many more there are.
+void Trainer::FitToSecondsIfDue() {
+  const int64_t measured = early_iterations_ / 4;
+  if (options_.seconds <= 0 || measured == 0) return;
+  const double now = SecondsSince(begin_);
+  if (progress_.iteration == early_iterations_ - measured) pace_begin_ = now - seconds_evaluating_;
+  if (progress_.iteration != early_iterations_) return;
+  const double planned = double(planned_iterations_ - early_iterations_);
+  const double pace =
+      std::max(now - seconds_evaluating_ - pace_begin_, 1e-9) / double(measured);  // an iteration
+  // Looking at rays costs less than learning from them; evaluations have shown how much.
+  const double looked_at = double(EvaluationRays(views_)) * RunFraction();
+  const double look = looked_at > 0 ? seconds_evaluating_ / looked_at
+                                    : kLookedAtShare * pace / options_.rays_per_iteration;
+  const double to_look_at = double(EvaluationRays(views_) + StatisticsRays(views_)) - looked_at;
+  const double affordable = (options_.seconds - now - look * to_look_at) / pace;
+  // Some end there must be, to settle in; and a pace mistaken by far must not last for ever.
+  const auto late = static_cast<int64_t>(std::clamp(affordable, 0.1 * planned, 10 * planned));
+  if (late == 0) return;
+  progress_.num_iterations = early_iterations_ + late;
+  summary_.late_rays = late * options_.rays_per_iteration;
 }
 
 void Trainer::EvaluateHeldOut() {
@@ -526,9 +571,12 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
         FollowSites();
       }
     }
+    FitToSecondsIfDue();
     if (RunFraction() * kNumEvaluations >= evaluations + 1) {
       ++evaluations;
+      const double begin = SecondsSince(begin_);
       EvaluateHeldOut();
+      seconds_evaluating_ += SecondsSince(begin_) - begin;
     }
     if (SecondsSince(begin_) - last_report > 1 && progress_.iteration < progress_.num_iterations) {
       last_report = SecondsSince(begin_);
@@ -578,6 +626,7 @@ std::string TrainingOptions::Check() const {
     require(value >= 0 && value <= 1, name, "from 0 to 1", value);
   };
   positive("num_rays", num_rays);
+  not_negative("late_rays", late_rays);
   require(rays_per_iteration >= 1 && rays_per_iteration <= 1 << 24,
           "rays_per_iteration",
           "from 1 to 16777216",
@@ -588,6 +637,10 @@ std::string TrainingOptions::Check() const {
           "from 64 to 268435456",
           final_sites);
   require(sh_degree >= 0 && sh_degree <= 3, "sh_degree", "from 0 to 3", sh_degree);
+  require(transmittance_cutoff > 0 && transmittance_cutoff < 1,
+          "transmittance_cutoff",
+          "greater than 0 and less than 1",
+          transmittance_cutoff);
   bounded("opacity_weight", opacity_weight);
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
@@ -622,6 +675,29 @@ std::string TrainingSummary::BriefReport() const {
   }
   text << ".";
   return text.str();
+}
+
+namespace {
+
+// Of the views that are held out or of the others, every so many pixels in either direction.
+int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
+  int64_t rays = 0;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view) != held_out) continue;
+    rays += int64_t{(views.Width(view) + stride - 1) / stride} *
+            ((views.Height(view) + stride - 1) / stride);
+  }
+  return rays;
+}
+
+}  // namespace
+
+int64_t EvaluationRays(const TrainingViews& views) {
+  return kNumEvaluations * GridRays(views, /*held_out=*/true, kEvaluationStride);
+}
+
+int64_t StatisticsRays(const TrainingViews& views) {
+  return GridRays(views, /*held_out=*/false, kStatisticsStride);
 }
 
 TrainingSummary TrainFoam(const TrainingViews& views,

@@ -58,7 +58,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(TrainAndWrite(options, run, output_path));
+  const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run));
   WriteVolumes(scene, output_path, volume);
   WriteMeshes(scene, output_path, surface);
   WriteLabels(scene, output_path);

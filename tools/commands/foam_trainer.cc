@@ -23,7 +23,7 @@ void RunFoamTrainer(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const Model model = TrainAndWrite(options, run, output_path);
+  const Model model = TrainAndWrite(options, output_path, &run);
   WriteLabels(PrepareExport(model), output_path);
 }
 

@@ -47,7 +47,12 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     const Model& model,
                     const ViewRenderer& renderer,
                     std::map<std::string, LabelImage>* ids_of_stem) {
-  const Image8 truth = ReadPhoto(image_path / photo.name);
+  Image8 truth = ReadPhoto(image_path / photo.name);
+  const PhotoSize trained = {photo.width, photo.height};
+  // As training reduced it, --FoamTraining.max_image_size.
+  if (truth.width > trained.width && SameAspect({truth.width, truth.height}, trained)) {
+    truth = ReducePhoto(truth, trained);
+  }
   if (truth.width != photo.width || truth.height != photo.height) {
     throw UserError((image_path / photo.name).string(),
                     ": is ",

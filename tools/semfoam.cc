@@ -30,6 +30,7 @@ constexpr Command kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface as .om, .ply and .obj",
      RunMeshExporter},
+    {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };
 

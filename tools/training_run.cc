@@ -56,20 +56,6 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// The options that the budget decides, where the user has not: how long, how large, how detailed.
-void TakeSchedule(const OptionManager& options,
-                  const TrainingOptions& schedule,
-                  TrainingOptions* training) {
-  const auto take = [&](const char* name, auto TrainingOptions::*field) {
-    if (!options.IsGiven(std::string("FoamTraining.") + name)) training->*field = schedule.*field;
-  };
-  training->num_rays = schedule.num_rays;
-  take("rays_per_iteration", &TrainingOptions::rays_per_iteration);
-  take("final_sites", &TrainingOptions::final_sites);
-  take("sh_degree", &TrainingOptions::sh_degree);
-  take("densify_events", &TrainingOptions::densify_events);
-}
-
 // Fits the run to its budget, of which `begin` was the beginning. Measures for less than a tenth of
 // it; the rest of the fitting happens on the way (TrainingOptions::seconds).
 void FitToBudget(const OptionManager& options,
@@ -145,6 +131,34 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                            {"auto", "ignore", "class"},
                            "what id 0 of the masks is: unlabelled, or the class of what is no "
                            "object; auto = a class where it covers a fifth of the masks");
+}
+
+void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
+  if (!std::filesystem::is_directory(workspace)) {
+    throw UserError(workspace.string(),
+                    ": there is no such folder; --workspace_path takes the folder that holds "
+                    "images/ and sparse/.");
+  }
+  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
+  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
+  for (const char* masks : {"object_mask", "Annotations"}) {
+    if (run->mask_path.empty() && std::filesystem::is_directory(workspace / masks)) {
+      run->mask_path = (workspace / masks).string();
+    }
+  }
+}
+
+void TakeSchedule(const OptionManager& options,
+                  const TrainingOptions& schedule,
+                  TrainingOptions* training) {
+  const auto take = [&](const char* name, auto TrainingOptions::*field) {
+    if (!options.IsGiven(std::string("FoamTraining.") + name)) training->*field = schedule.*field;
+  };
+  take("num_rays", &TrainingOptions::num_rays);
+  take("rays_per_iteration", &TrainingOptions::rays_per_iteration);
+  take("final_sites", &TrainingOptions::final_sites);
+  take("sh_degree", &TrainingOptions::sh_degree);
+  take("densify_events", &TrainingOptions::densify_events);
 }
 
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {

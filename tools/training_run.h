@@ -29,6 +29,16 @@ struct TrainingRun {
 // Adds --mask_path, --labels_path, --test_every, --quality and --FoamTraining.*.
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 
+// What the user did not give is looked for where COLMAP and mask trackers put it: images/, sparse/,
+// object_mask/ or Annotations/ in `workspace`. Throws UserError where that is no folder.
+void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run);
+
+// Takes from `schedule` how long, how large and how detailed a training is (what the presets
+// preset), except for what the user gave by name.
+void TakeSchedule(const OptionManager& options,
+                  const TrainingOptions& schedule,
+                  TrainingOptions* training);
+
 // To be called after Parse, before any work: completes `run` and throws UserError when an option is
 // out of range.
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run);

@@ -524,6 +524,7 @@ TEST(Program, HelpAndVersion) {
                                 "foam_analyzer",
                                 "volume_exporter",
                                 "mesh_exporter",
+                                "accuracy_profiler",
                                 "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));
       if (!arguments.empty()) continue;

@@ -115,4 +115,29 @@ double Ssim(const Image8& render, const Image8& photo) {
   return (channel[0] + channel[1] + channel[2]) / 3;
 }
 
+LabelAgreement::Pixels& LabelAgreement::Of(int32_t class_index) {
+  if (static_cast<size_t>(class_index) >= of_class_.size()) of_class_.resize(class_index + 1);
+  return of_class_[class_index];
+}
+
+void LabelAgreement::Add(int32_t truth, int32_t shown) {
+  if (truth < 0) return;
+  ++Of(truth).truth;
+  if (shown < 0) return;
+  ++Of(shown).shown;
+  if (shown == truth) ++Of(truth).both;
+}
+
+double LabelAgreement::MeanIou() const {
+  double sum = 0;
+  int count = 0;
+  for (const Pixels& pixels : of_class_) {
+    if (pixels.truth == 0) continue;
+    sum += static_cast<double>(pixels.both) /
+           static_cast<double>(pixels.truth + pixels.shown - pixels.both);
+    ++count;
+  }
+  return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace semfoam

@@ -3,11 +3,13 @@
 
 #include "foam/activation.h"
 #include "foam/cell_statistics.h"
+#include "foam/classifier.h"
 #include "foam/delaunay.h"
 #include "foam/densification.h"
 #include "foam/error.h"
 #include "foam/guard_sites.h"
 #include "foam/initialization.h"
+#include "foam/metrics.h"
 #include "foam/optimizer.h"
 #include "foam/parallel.h"
 #include "foam/random.h"
@@ -78,6 +80,8 @@ constexpr int kFewestViewsToProbe = 8;
 constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
 constexpr int kEvaluationStride = 4;  // pixels
 constexpr int kStatisticsStride = 2;  // pixels
+// The time of a ray that is only looked at, in that of one that is learned from (README.md, Speed).
+constexpr double kLookedAtShare = 0.3;
 
 double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -200,8 +204,16 @@ class Trainer {
     optimizer_ = std::make_unique<FoamOptimizer>(foam_);
     densification_.Reset(foam_.NumSites());
     start_cells_.assign(views.NumViews(), 0);
-    progress_.num_iterations =
-        (options.num_rays + options.rays_per_iteration - 1) / options.rays_per_iteration;
+    const auto iterations = [&](int64_t rays) {
+      return (rays + options.rays_per_iteration - 1) / options.rays_per_iteration;
+    };
+    planned_iterations_ = iterations(options.num_rays);
+    early_iterations_ =
+        static_cast<int64_t>(std::ceil(options.densify_until * double(planned_iterations_)));
+    progress_.num_iterations = options.late_rays > 0
+                                   ? early_iterations_ + iterations(options.late_rays)
+                                   : planned_iterations_;
+    summary_.late_rays = options.late_rays;
   }
 
   TrainingSummary Run(const std::function<void(const TrainingProgress&)>& report);
@@ -220,12 +232,21 @@ class Trainer {
   bool ShDegreePays() const;
   bool TopologyIsStale() const;
   std::optional<BatchRay> PixelAsRay(const PixelRange::Pixel& pixel, uint32_t start_cell) const;
-  double SquaredError(const CellShading<float>& shading, const std::vector<BatchRay>& rays) const;
-  double HeldOutPsnr() const;
+  double SquaredError(const CellShading<float>& shading,
+                      const std::vector<BatchRay>& rays,
+                      std::vector<int32_t>* shown_classes) const;
+  void EvaluateHeldOut();
+  void FitToSecondsIfDue();
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
   double RunFraction() const {
-    return double(progress_.iteration) / double(progress_.num_iterations);
+    if (progress_.iteration <= early_iterations_ ||
+        progress_.num_iterations == planned_iterations_) {
+      return double(progress_.iteration) / double(planned_iterations_);
+    }
+    const double early = double(early_iterations_) / double(planned_iterations_);
+    return early + (1 - early) * double(progress_.iteration - early_iterations_) /
+                       double(progress_.num_iterations - early_iterations_);
   }
   bool PositionsMove() const { return RunFraction() < options_.freeze_positions; }
   LearningRates Rates() const;
@@ -259,6 +280,10 @@ class Trainer {
   int64_t triangulated_sites_ = 0;     // after the first triangulation
   bool frozen_ = false;
   bool sh_degree_is_settled_ = false;
+  int64_t planned_iterations_ = 0;  // by num_rays
+  int64_t early_iterations_ = 0;    // of these, up to densify_until; late_rays may replace the rest
+  double pace_begin_ = 0;           // seconds of learning before the pace was measured
+  double seconds_evaluating_ = 0;
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
@@ -403,7 +428,7 @@ void Trainer::Iterate() {
             Shading(),
             {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
             weights,
-            static_cast<float>(-std::log(kTransmittanceCutoff)),
+            static_cast<float>(-std::log(options_.transmittance_cutoff)),
             rays_,
             &batch_);
   tv_gradient_.clear();
@@ -498,6 +523,7 @@ std::optional<BatchRay> Trainer::PixelAsRay(const PixelRange::Pixel& pixel,
   out.direction = ray.direction;
   out.start_cell = start_cell;
   std::copy_n(ray.color.data(), 3, out.target.color);
+  out.target.class_index = ray.class_index;
   return out;
 }
 
@@ -514,7 +540,8 @@ bool Trainer::ShDegreePays() const {
   CellShading<float> lower = Shading();
   lower.sh_degree = foam_.sh_degree - 1;
   lower.sh = lower_sh.data();
-  const double without = SquaredError(lower, rays), with = SquaredError(Shading(), rays);
+  const double without = SquaredError(lower, rays, nullptr),
+               with = SquaredError(Shading(), rays, nullptr);
   VLOG(1) << "SH degree " << foam_.sh_degree
           << ": without it, the squared error on photos not seen is " << without / with
           << " times as large";
@@ -534,11 +561,14 @@ void Trainer::ChooseShDegreeIfDue() {
   }
 }
 
-// Sum over the rays of the squared difference between the colour over white and the target's.
+// Sum over the rays of the squared difference between the colour over white and the target's. With
+// `shown_classes`, also which class each ray shows, as ViewRenderer reads it.
 double Trainer::SquaredError(const CellShading<float>& shading,
-                             const std::vector<BatchRay>& rays) const {
+                             const std::vector<BatchRay>& rays,
+                             std::vector<int32_t>* shown_classes) const {
   constexpr int64_t kBlock = 256;
   std::vector<double> errors((rays.size() + kBlock - 1) / kBlock, 0.0);
+  if (shown_classes != nullptr) shown_classes->assign(rays.size(), kUnlabelled);
   ParallelForBlocks(rays.size(), kBlock, [&](int64_t begin, int64_t end) {
     const std::span<RayTrace> traces = ThreadTraces(end - begin);
     for (int64_t i = begin; i < end; ++i) {
@@ -547,6 +577,7 @@ double Trainer::SquaredError(const CellShading<float>& shading,
       traces[i - begin].start_cell = rays[i].start_cell;
     }
     TraceRays(geometry_, shading, static_cast<float>(-std::log(kTransmittanceCutoff)), traces);
+    std::vector<float> logits(foam_.num_classes);
     for (int64_t i = begin; i < end; ++i) {
       const RayComposite<float>& composite = traces[i - begin].composite;
       for (int c = 0; c < 3; ++c) {
@@ -554,14 +585,42 @@ double Trainer::SquaredError(const CellShading<float>& shading,
         const double difference = shown - rays[i].target.color[c];
         errors[begin / kBlock] += difference * difference;
       }
+      if (shown_classes == nullptr || !foam_.HasSemantics() || composite.Opacity() < 0.5f) continue;
+      ClassLogits(foam_, composite.identity, logits.data());
+      (*shown_classes)[i] = ArgmaxSoftmax(logits).class_index;
     }
   });
   return std::accumulate(errors.begin(), errors.end(), 0.0);
 }
 
-double Trainer::HeldOutPsnr() const {
+// Where densification ends, the sites are all there and an iteration costs what it will cost to the
+// end: what time is left decides how many more there are.
+void Trainer::FitToSecondsIfDue() {
+  const int64_t measured = early_iterations_ / 4;
+  if (options_.seconds <= 0 || measured == 0) return;
+  const double now = SecondsSince(begin_);
+  if (progress_.iteration == early_iterations_ - measured) pace_begin_ = now - seconds_evaluating_;
+  if (progress_.iteration != early_iterations_) return;
+  const double planned = double(planned_iterations_ - early_iterations_);
+  const double pace =
+      std::max(now - seconds_evaluating_ - pace_begin_, 1e-9) / double(measured);  // an iteration
+  // Looking at rays costs less than learning from them; evaluations have shown how much.
+  const double looked_at = double(EvaluationRays(views_)) * RunFraction();
+  const double look = looked_at > 0 ? seconds_evaluating_ / looked_at
+                                    : kLookedAtShare * pace / options_.rays_per_iteration;
+  const double to_look_at = double(EvaluationRays(views_) + StatisticsRays(views_)) - looked_at;
+  const double affordable = (options_.seconds - now - look * to_look_at) / pace;
+  // Some end there must be, to settle in; and a pace mistaken by far must not last for ever.
+  const auto late = static_cast<int64_t>(std::clamp(affordable, 0.1 * planned, 10 * planned));
+  if (late == 0) return;
+  progress_.num_iterations = early_iterations_ + late;
+  summary_.late_rays = late * options_.rays_per_iteration;
+}
+
+void Trainer::EvaluateHeldOut() {
   double sum = 0;
   int count = 0;
+  LabelAgreement agreement;
   for (int view = 0; view < views_.NumViews(); ++view) {
     if (!views_.IsHeldOut(view)) continue;
     const uint32_t start = StartCell(view);
@@ -572,11 +631,14 @@ double Trainer::HeldOutPsnr() const {
       }
     }
     if (rays.empty()) continue;
-    const double error = SquaredError(Shading(), rays) / (3.0 * rays.size());
+    std::vector<int32_t> shown;
+    const double error = SquaredError(Shading(), rays, &shown) / (3.0 * rays.size());
     sum += -10 * std::log10(std::max(error, 1e-12));
     ++count;
+    for (size_t i = 0; i < rays.size(); ++i) agreement.Add(rays[i].target.class_index, shown[i]);
   }
-  return count > 0 ? sum / count : NAN;
+  progress_.held_out_psnr = count > 0 ? sum / count : NAN;
+  progress_.held_out_miou = agreement.MeanIou();
 }
 
 void Trainer::Report(const std::function<void(const TrainingProgress&)>& report) {
@@ -618,9 +680,12 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
         FollowSites();
       }
     }
+    FitToSecondsIfDue();
     if (RunFraction() * kNumEvaluations >= evaluations + 1) {
       ++evaluations;
-      progress_.held_out_psnr = HeldOutPsnr();
+      const double begin = SecondsSince(begin_);
+      EvaluateHeldOut();
+      seconds_evaluating_ += SecondsSince(begin_) - begin;
     }
     if (SecondsSince(begin_) - last_report > 1 && progress_.iteration < progress_.num_iterations) {
       last_report = SecondsSince(begin_);
@@ -670,6 +735,7 @@ std::string TrainingOptions::Check() const {
     require(value >= 0 && value <= 1, name, "from 0 to 1", value);
   };
   positive("num_rays", num_rays);
+  not_negative("late_rays", late_rays);
   require(rays_per_iteration >= 1 && rays_per_iteration <= 1 << 24,
           "rays_per_iteration",
           "from 1 to 16777216",
@@ -680,6 +746,10 @@ std::string TrainingOptions::Check() const {
           "from 64 to 268435456",
           final_sites);
   require(sh_degree >= 0 && sh_degree <= 3, "sh_degree", "from 0 to 3", sh_degree);
+  require(transmittance_cutoff > 0 && transmittance_cutoff < 1,
+          "transmittance_cutoff",
+          "greater than 0 and less than 1",
+          transmittance_cutoff);
   bounded("opacity_weight", opacity_weight);
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
@@ -710,8 +780,34 @@ std::string TrainingSummary::BriefReport() const {
   if (std::isfinite(last.held_out_psnr)) {
     text << "; held-out PSNR " << std::setprecision(2) << last.held_out_psnr << " dB";
   }
+  if (std::isfinite(last.held_out_miou)) {
+    text << ", mIoU " << std::setprecision(3) << last.held_out_miou << " against the masks";
+  }
   text << ".";
   return text.str();
+}
+
+namespace {
+
+// Of the views that are held out or of the others, every so many pixels in either direction.
+int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
+  int64_t rays = 0;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view) != held_out) continue;
+    rays += int64_t{(views.Width(view) + stride - 1) / stride} *
+            ((views.Height(view) + stride - 1) / stride);
+  }
+  return rays;
+}
+
+}  // namespace
+
+int64_t EvaluationRays(const TrainingViews& views) {
+  return kNumEvaluations * GridRays(views, /*held_out=*/true, kEvaluationStride);
+}
+
+int64_t StatisticsRays(const TrainingViews& views) {
+  return GridRays(views, /*held_out=*/false, kStatisticsStride);
 }
 
 TrainingSummary TrainFoam(const TrainingViews& views,

@@ -3,6 +3,7 @@
 
 #include "foam/foam.h"
 #include "foam/training_views.h"
+#include "foam/view_renderer.h"
 
 #include <cmath>
 #include <cstdint>
@@ -18,10 +19,16 @@ namespace semfoam {
 struct TrainingOptions {
   // The work: fixed numbers, so that the speed of the machine changes no byte.
   int64_t num_rays = 30'000'000;  // over the whole run, > 0
+  // Of these, the rays after `densify_until`; 0 = their share of num_rays. Schedules of that part
+  // are stretched or shortened with it.
+  int64_t late_rays = 0;
   int rays_per_iteration = 4096;  // batch size, > 0
   int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
   int final_sites = 100'000;      // what densification grows to, >= 64
   int sh_degree = 2;              // 0..3, at most: raised while it pays on photos not seen
+
+  // Rays stop where this share of the light is left, > 0 and < 1.
+  double transmittance_cutoff = kTransmittanceCutoff;
 
   // Weights of the loss terms (ray_loss.h, total_variation.h), >= 0. The colour term has weight 1.
   double opacity_weight = 0.02;
@@ -46,6 +53,11 @@ struct TrainingOptions {
 
   uint64_t random_seed = 0;
 
+  // > 0: late_rays is chosen where densification ends, so that TrainFoam takes so many seconds.
+  // Alone of all options it makes a run depend on the machine; the same options with 0 here and
+  // TrainingSummary::late_rays give the same bytes.
+  double seconds = 0;
+
   // An empty string, or one sentence that names the option out of range and its range.
   std::string Check() const;
 };
@@ -65,12 +77,14 @@ struct TrainingProgress {
   double tv_loss = NAN;
   double held_out_psnr =
       NAN;  // dB over a grid of the held-out views' pixels, as of the last evaluation
+  double held_out_miou = NAN;  // on the same pixels, see LabelAgreement: against the views' classes
 };
 
 struct TrainingSummary {
   Foam foam;
   CellStatistics statistics;
   TrainingProgress last;
+  int64_t late_rays = 0;        // as given, or as chosen for TrainingOptions::seconds
   int64_t pieces = 0;           // cells walked through, over all training rays
   int64_t step_limit_hits = 0;  // rays cut by the walk's step limit: 0 in a healthy run
   int64_t triangulations = 0;
@@ -87,6 +101,11 @@ struct TrainingSummary {
 // those of the far background.
 inline int ScatteredSites(const TrainingOptions& options) { return options.final_sites / 10; }
 inline int FarSites(const TrainingOptions& options) { return options.final_sites / 40; }
+
+// Rays that TrainFoam casts without learning from them: over the run for the progress of the
+// held-out quality, and after it for the cells' statistics.
+int64_t EvaluationRays(const TrainingViews& views);
+int64_t StatisticsRays(const TrainingViews& views);
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. Calls
 // `report` about once a second and at the end. Deterministic in (views, seeds, num_classes,

@@ -4,6 +4,7 @@
 #include "foam/error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -110,6 +111,67 @@ bool SameAspect(const PhotoSize& a, const PhotoSize& b) {
   const double expected_height = static_cast<double>(a.width) * b.height / b.width;
   const double expected_width = static_cast<double>(a.height) * b.width / b.height;
   return std::abs(a.height - expected_height) <= 1 || std::abs(a.width - expected_width) <= 1;
+}
+
+PhotoSize ReducedSize(const PhotoSize& size, int max_image_size) {
+  const int longest = std::max(size.width, size.height);
+  if (max_image_size <= 0 || longest <= max_image_size) return size;
+  const double scale = static_cast<double>(max_image_size) / longest;
+  return {std::max(1, static_cast<int>(std::lround(scale * size.width))),
+          std::max(1, static_cast<int>(std::lround(scale * size.height)))};
+}
+
+Image8 ReducePhoto(const Image8& photo, const PhotoSize& size) {
+  CHECK(size.width > 0 && size.width <= photo.width);
+  CHECK(size.height > 0 && size.height <= photo.height);
+  // sRGB's transfer function (IEC 61966-2-1) and its inverse.
+  static const std::array<float, 256> linear = [] {
+    std::array<float, 256> values;
+    for (int i = 0; i < 256; ++i) {
+      const double v = i / 255.0;
+      values[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+    }
+    return values;
+  }();
+  const auto display = [](double v) {
+    const double s = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    return static_cast<uint8_t>(std::lround(255 * std::clamp(s, 0.0, 1.0)));
+  };
+  // Which pixels a smaller one covers along an axis, and how much of each.
+  struct Cover {
+    int first;
+    std::vector<double> share;
+  };
+  const auto covers = [](int from, int to) {
+    std::vector<Cover> all(to);
+    const double step = static_cast<double>(from) / to;
+    for (int i = 0; i < to; ++i) {
+      const double begin = i * step, end = std::min((i + 1) * step, static_cast<double>(from));
+      all[i].first = static_cast<int>(begin);
+      for (int k = all[i].first; k < end && k < from; ++k) {
+        all[i].share.push_back((std::min(end, k + 1.0) - std::max(begin, double(k))) / step);
+      }
+    }
+    return all;
+  };
+  const std::vector<Cover> columns = covers(photo.width, size.width);
+  const std::vector<Cover> rows = covers(photo.height, size.height);
+  Image8 reduced{size.width, size.height, {}};
+  reduced.data.reserve(size_t{3} * size.width * size.height);
+  for (const Cover& row : rows) {
+    for (const Cover& column : columns) {
+      double sum[3] = {0, 0, 0};
+      for (size_t y = 0; y < row.share.size(); ++y) {
+        const uint8_t* pixel =
+            &photo.data[3 * ((row.first + y) * static_cast<size_t>(photo.width) + column.first)];
+        for (const double share : column.share) {
+          for (int c = 0; c < 3; ++c) sum[c] += row.share[y] * share * linear[*pixel++];
+        }
+      }
+      for (const double value : sum) reduced.data.push_back(display(value));
+    }
+  }
+  return reduced;
 }
 
 PhotoSize ReadPhotoSize(const fs::path& path) {

@@ -17,6 +17,14 @@ struct PhotoSize {
 // Whether both sizes are one picture at two resolutions, each side rounded to whole pixels.
 bool SameAspect(const PhotoSize& a, const PhotoSize& b);
 
+// The size of a photo whose longest side is brought down to `max_image_size` pixels, as COLMAP does
+// it: the same where it has no more, or where max_image_size is 0 or less.
+PhotoSize ReducedSize(const PhotoSize& size, int max_image_size);
+
+// The photo at a smaller (or the same) size: a pixel is the mean, in linear light, of the area that
+// it covers. CHECKs that neither side grows and that there is a pixel.
+Image8 ReducePhoto(const Image8& photo, const PhotoSize& size);
+
 // The size of a photo as its header says it, without decoding. Throws UserError, one sentence
 // naming the file, when it is missing, is no image, or its header promises more pixels than its
 // bytes could ever hold.

@@ -209,6 +209,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.labels_are_given = !options.labels_path.empty();
   const size_t num_views = model.images.size();
   plan.photos.resize(num_views);
+  plan.file_sizes.resize(num_views);
   for (const Image& image : model.images) {
     RequireRays(*cameras.at(image.camera_id), cameras_file);
     plan.files.push_back(options.image_path / image.name);
@@ -242,10 +243,17 @@ ScenePlan PlanScene(const SceneOptions& options) {
                       "cropped, would be right.");
     }
     rescaled[i] = size != camera_size;
+    plan.file_sizes[i] = size;
+    const PhotoSize reduced = ReducedSize(size, options.max_image_size);
     const bool held_out = options.test_every > 0 && i % options.test_every == 0;
     plan.photos[i] = MakePhotoRecord(
-        rescaled[i] ? RescaledCamera(camera, size.width, size.height) : camera, image, held_out);
+        reduced != camera_size ? RescaledCamera(camera, reduced.width, reduced.height) : camera,
+        image,
+        held_out);
   });
+  for (size_t i = 0; i < num_views; ++i) {
+    plan.num_reduced += plan.photos[i].width < plan.file_sizes[i].width;
+  }
   plan.num_rescaled = static_cast<int>(std::count(rescaled.begin(), rescaled.end(), 1));
   plan.num_unregistered = CountUnregistered(options.image_path, plan.photos);
 
@@ -298,11 +306,12 @@ TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
   for (const PhotoRecord& photo : plan_.photos) sizes.push_back({photo.width, photo.height});
   ForEachFile(num_views, [&](int64_t i) {
     views_[i].photo = ReadPhoto(plan_.files[i]);
-    if (PhotoSize{views_[i].photo.width, views_[i].photo.height} != sizes[i]) {
+    if (PhotoSize{views_[i].photo.width, views_[i].photo.height} != plan_.file_sizes[i]) {
       throw UserError(plan_.files[i].string(),
                       ": has changed its size since it was first looked at; photos that stay as "
                       "they are would be right.");
     }
+    if (sizes[i] != plan_.file_sizes[i]) views_[i].photo = ReducePhoto(views_[i].photo, sizes[i]);
   });
   if (!plan_.mask_folder.empty()) {
     MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.label_zero);
@@ -383,6 +392,7 @@ std::string TrainingScene::PhotoReport() const {
   if (held_out > 0) text << ", " << held_out << " held out";
   if (plan_.num_unregistered > 0) text << ", " << plan_.num_unregistered << " more not registered";
   if (plan_.num_rescaled > 0) text << ", " << plan_.num_rescaled << " rescaled";
+  if (plan_.num_reduced > 0) text << ", " << plan_.num_reduced << " reduced";
   text << "; " << plan_.seeds.size() << " of " << plan_.num_points << " SfM points";
   return text.str();
 }

@@ -28,13 +28,15 @@ struct SceneOptions {
   int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
   LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
+  int max_image_size = -1;  // larger photos are reduced to this longest side; -1 = none is
 };
 
 // What there is to load, found without decoding a pixel.
 struct ScenePlan {
   std::vector<PhotoRecord> photos;           // the registered images, sorted by name; cameras have
-                                             // the size of the photo's file
+                                             // the size that is trained on
   std::vector<std::filesystem::path> files;  // their photos
+  std::vector<PhotoSize> file_sizes;         // of `files`
   MaskPairing masks;                         // for `files`; all empty without masks
   std::filesystem::path mask_folder;         // empty: no masks
   std::filesystem::path labels_file;         // empty: no names
@@ -49,6 +51,7 @@ struct ScenePlan {
   int64_t num_points = 0;        // of the model; more than seeds where some are unfit
   int num_unregistered = 0;      // photos in the image folder that the model does not have
   int num_rescaled = 0;          // photos of another size than their camera says
+  int num_reduced = 0;           // photos larger than max_image_size
   std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
 
   // Memory that loading takes at its peak, in bytes: photos, masks and ray tables.

@@ -31,6 +31,7 @@ constexpr Command kCommands[] = {
      "writes every object's closed surface as .om, .ply and .obj",
      RunMeshExporter},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
+    {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/trainer.h"
+#include "tools/plot.h"
 
 #include <string>
 #include <vector>
@@ -9,7 +10,10 @@
 namespace semfoam {
 
 // training_log.csv: a head line, then one line per report: seconds, iteration, rays, sites, the
-// losses, held_out_psnr. What is not known is an empty field.
+// losses, held_out_psnr, held_out_miou. What is not known is an empty field.
 std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports);
+
+// Held-out PSNR and, with labels, mIoU against seconds: a panel for each that is known.
+Plot TrainingPlot(const std::vector<TrainingProgress>& reports);
 
 }  // namespace semfoam

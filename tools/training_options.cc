@@ -16,10 +16,16 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
     options->AddDefaultOption("FoamTraining." + name, value, help);
   };
   add("num_rays", &training->num_rays, "rays over the whole run");
+  add("late_rays", &training->late_rays, "rays after densify_until; 0 = their share of num_rays");
   add("rays_per_iteration", &training->rays_per_iteration, "batch size");
   add("initial_sites", &training->initial_sites, "SfM points beyond this are thinned");
   add("final_sites", &training->final_sites, "what densification grows to");
-  add("sh_degree", &training->sh_degree, "of the view-dependent colour, 0 to 3, at most: raised only while it pays");
+  add("sh_degree",
+      &training->sh_degree,
+      "of the view-dependent colour, 0 to 3, at most: raised only while it pays");
+  add("transmittance_cutoff",
+      &training->transmittance_cutoff,
+      "rays stop where this share of the light is left");
   add("opacity_weight", &training->opacity_weight, "weight of the opacity loss");
   add("quantile_weight", &training->quantile_weight, "weight of the depth quantile loss");
   add("identity_weight", &training->identity_weight, "weight of the labels' cross-entropy");

@@ -8,10 +8,12 @@
 #include "foam/parallel.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
+#include "tools/time_budget.h"
 #include "tools/training_log.h"
 #include "tools/training_options.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -43,10 +45,52 @@ std::map<std::string, std::string> ModelOptions(const OptionManager& options,
                                                 const TrainingRun& run) {
   std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
   values["mask_consistency"] = run.mask_consistency;
+  // What the budget chose is there; the seconds themselves shape nothing.
+  values.erase("time_budget");
   values["quality"] = run.quality;
   values["random_seed"] = FormatValue(options.RandomSeed());
   values["test_every"] = FormatValue(run.scene.test_every);
   return values;
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Fits the run to its budget, of which `begin` was the beginning. Measures for less than a tenth of
+// it; the rest of the fitting happens on the way (TrainingOptions::seconds).
+void FitToBudget(const OptionManager& options,
+                 const TrainingScene& scene,
+                 std::chrono::steady_clock::time_point begin,
+                 TrainingRun* run) {
+  constexpr double kPilotShare = 0.07;
+  const double before = SecondsSince(begin);
+  const TrainingTimeModel model(
+      scene, scene.Seeds(), scene.NumClasses(), kPilotShare * run->time_budget);
+  const double left = run->time_budget - SecondsSince(begin);
+  TakeSchedule(
+      options, OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))), &run->training);
+  run->training.seconds =
+      std::max(left - model.ClosingSeconds(run->training), 0.05 * run->time_budget);
+  LOG(INFO) << "Time budget of " << run->time_budget << " s: " << Seconds(before)
+            << " went into loading, " << Seconds(SecondsSince(begin) - before)
+            << " into measuring this machine; " << Seconds(run->training.seconds)
+            << " of training follow";
+}
+
+// The schedule as options, to have the same foam again on any machine.
+std::string ScheduleOptions(const TrainingOptions& training) {
+  std::string text;
+  const auto add = [&](const char* name, auto value) {
+    text += std::string(" --FoamTraining.") + name + " " + FormatValue(value);
+  };
+  add("num_rays", training.num_rays);
+  add("late_rays", training.late_rays);
+  add("rays_per_iteration", training.rays_per_iteration);
+  add("final_sites", training.final_sites);
+  add("sh_degree", training.sh_degree);
+  add("densify_events", training.densify_events);
+  return text;
 }
 
 TrainingSummary Train(const TrainingScene& scene,
@@ -76,6 +120,13 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                             &run->scene.test_every,
                             "hold out every so many photos by name, from the first; 0 = none");
   AddTrainingOptions(options, &run->quality, &run->training);
+  options->AddDefaultOption("FoamTraining.time_budget",
+                            &run->time_budget,
+                            "seconds for all that foam_trainer does: chooses num_rays and with "
+                            "them what the presets preset, by the speed of this machine; 0 = off");
+  options->AddDefaultOption("FoamTraining.max_image_size",
+                            &run->scene.max_image_size,
+                            "larger photos are reduced to this longest side, in pixels; -1 = none");
   options->AddChoiceOption("FoamTraining.label_zero",
                            &run->label_zero,
                            {"auto", "ignore", "class"},
@@ -86,6 +137,34 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                            {"auto", "off", "tracks", "independent"},
                            "what to do about errors of the masks: correct them by the SfM tracks, "
                            "or, where ids mean nothing from photo to photo, match them by these");
+}
+
+void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
+  if (!std::filesystem::is_directory(workspace)) {
+    throw UserError(workspace.string(),
+                    ": there is no such folder; --workspace_path takes the folder that holds "
+                    "images/ and sparse/.");
+  }
+  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
+  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
+  for (const char* masks : {"object_mask", "Annotations"}) {
+    if (run->mask_path.empty() && std::filesystem::is_directory(workspace / masks)) {
+      run->mask_path = (workspace / masks).string();
+    }
+  }
+}
+
+void TakeSchedule(const OptionManager& options,
+                  const TrainingOptions& schedule,
+                  TrainingOptions* training) {
+  const auto take = [&](const char* name, auto TrainingOptions::*field) {
+    if (!options.IsGiven(std::string("FoamTraining.") + name)) training->*field = schedule.*field;
+  };
+  take("num_rays", &TrainingOptions::num_rays);
+  take("rays_per_iteration", &TrainingOptions::rays_per_iteration);
+  take("final_sites", &TrainingOptions::final_sites);
+  take("sh_degree", &TrainingOptions::sh_degree);
+  take("densify_events", &TrainingOptions::densify_events);
 }
 
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
@@ -105,39 +184,67 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   if (const std::string wrong = run->training.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
+  if (run->scene.max_image_size != -1 && run->scene.max_image_size < 1) {
+    throw UserError("Failed to parse options - --FoamTraining.max_image_size is ",
+                    run->scene.max_image_size,
+                    "; it must be a number of pixels from 1 on, or -1 for photos as they are.");
+  }
+  if (run->time_budget < 0) {
+    throw UserError("Failed to parse options - --FoamTraining.time_budget is ",
+                    run->time_budget,
+                    "; it must be a number of seconds, or 0 for none.");
+  }
+  for (const char* name : {"num_rays", "late_rays"}) {
+    if (run->time_budget > 0 && options.IsGiven(std::string("FoamTraining.") + name)) {
+      throw UserError("Failed to parse options - --FoamTraining.",
+                      name,
+                      " and --FoamTraining.time_budget both say how long to train; give one of "
+                      "them.");
+    }
+  }
 }
 
 Model TrainAndWrite(const OptionManager& options,
-                    const TrainingRun& run,
-                    const std::filesystem::path& output_path) {
-  ScenePlan plan = PlanScene(run.scene);
+                    const std::filesystem::path& output_path,
+                    TrainingRun* run) {
+  const auto begin = std::chrono::steady_clock::now();
+  ScenePlan plan = PlanScene(run->scene);
   const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;
   const int64_t available = AvailableMemory();
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run.training, has_semantics, num_seeds, photo_bytes).Report() << ", "
+            << PlanMemory(run->training, has_semantics, num_seeds, photo_bytes).Report() << ", "
             << FormatBytes(available) << " available";
-  RequireMemory(run.training, has_semantics, num_seeds, photo_bytes, available);
+  RequireMemory(run->training, has_semantics, num_seeds, photo_bytes, available);
   LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
   const TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
-  if (scene.NumClasses() > 0 && run.scene.mask_consistency != MaskConsistency::kOff) {
+  if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }
   if (scene.NumClasses() > 0 && scene.Labels()[0].id == 0) {
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
-  LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
-            << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
+  if (run->time_budget > 0) {
+    FitToBudget(options, scene, begin, run);
+    RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
+  }
+  LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
+            << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
             << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
 
   std::vector<TrainingProgress> reports;
-  TrainingSummary summary = Train(scene, run.training, &reports);
+  TrainingSummary summary = Train(scene, run->training, &reports);
   LOG(INFO) << summary.BriefReport();
+  if (run->time_budget > 0) {
+    run->training.seconds = 0;
+    run->training.late_rays = summary.late_rays;
+    LOG(INFO) << "The same foam again, without a budget:" << ScheduleOptions(run->training);
+  }
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
                  << " rays hit the step limit, " << summary.nonfinite_gradients
@@ -165,9 +272,13 @@ Model TrainAndWrite(const OptionManager& options,
   model.world_from_normalized = scene.WorldFromNormalized();
   model.labels = scene.Labels();
   model.photos = scene.Photos();
-  model.options = ModelOptions(options, run);
+  model.options = ModelOptions(options, *run);
   WriteModel(output_path / "scene.foam", model);
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
+  // Without held-out views there is no quality to show.
+  if (const Plot plot = TrainingPlot(reports); !plot.panels.empty()) {
+    WritePlot(output_path / "training_plot", plot);
+  }
   return model;
 }
 

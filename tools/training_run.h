@@ -16,6 +16,7 @@ struct TrainingRun {
   SceneOptions scene;
   std::string quality = "medium";
   TrainingOptions training;
+  double time_budget = 0;  // seconds for all that foam_trainer does; 0 = as `training` says
 
   // As the options spell them; Finish() brings them into `scene`.
   std::string image_path;
@@ -29,16 +30,28 @@ struct TrainingRun {
 // Adds --mask_path, --labels_path, --test_every, --quality, --Masks.* and --FoamTraining.*.
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 
+// What the user did not give is looked for where COLMAP and mask trackers put it: images/, sparse/,
+// object_mask/ or Annotations/ in `workspace`. Throws UserError where that is no folder.
+void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run);
+
+// Takes from `schedule` how long, how large and how detailed a training is (what the presets
+// preset), except for what the user gave by name.
+void TakeSchedule(const OptionManager& options,
+                  const TrainingOptions& schedule,
+                  TrainingOptions* training);
+
 // To be called after Parse, before any work: completes `run` and throws UserError when an option is
 // out of range.
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 
 // Loads the photos and masks, says what was found and what is going to be done, trains, and writes
-// scene.foam and training_log.csv into `output_path`. Returns the model. The model's options are
-// those that shape the result: quality, random_seed, test_every,
-// --Masks.* and --FoamTraining.*.
+// scene.foam and training_log.csv and, with held-out views, training_plot.svg and .png into
+// `output_path`. Returns the model. The model's options are those that shape the result: quality,
+// random_seed, test_every, --Masks.* and --FoamTraining.*. With a time budget, `run` leaves with
+// the schedule that was chosen, the model holds that, and so do the options: given without a
+// budget, they give the same bytes.
 Model TrainAndWrite(const OptionManager& options,
-                    const TrainingRun& run,
-                    const std::filesystem::path& output_path);
+                    const std::filesystem::path& output_path,
+                    TrainingRun* run);
 
 }  // namespace semfoam

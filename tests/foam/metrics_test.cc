@@ -47,5 +47,19 @@ TEST(Metrics, SsimOfFlatImagesIsTheLuminanceTerm) {
   EXPECT_NEAR(Ssim(a, b), (2 * 0.2 * 0.4 + 1e-4) / (0.04 + 0.16 + 1e-4), 1e-9);
 }
 
+TEST(LabelAgreement, IsTheMeanOverTheClassesOfTheTruth) {
+  LabelAgreement agreement;
+  EXPECT_TRUE(std::isnan(agreement.MeanIou()));
+  agreement.Add(-1, 2);  // unlabelled: says nothing
+  EXPECT_TRUE(std::isnan(agreement.MeanIou()));
+  for (int i = 0; i < 3; ++i) agreement.Add(0, 0);
+  agreement.Add(0, 5);  // shown, but nowhere true: costs class 0, and is no class of its own
+  agreement.Add(3, 3);
+  agreement.Add(3, 0);
+  agreement.Add(3, -1);  // nothing shown
+  // Class 0: 3 of 4 + 1. Class 3: 1 of 3.
+  EXPECT_DOUBLE_EQ(agreement.MeanIou(), (3.0 / 5 + 1.0 / 3) / 2);
+}
+
 }  // namespace
 }  // namespace semfoam

@@ -92,6 +92,8 @@ TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
   EXPECT_GT(psnr, 20) << "held-out views";
   EXPECT_GT(right, 0.93 * pixels);
   EXPECT_GT(balls, 0.05 * pixels) << "all is background";
+  EXPECT_GT(summary.last.held_out_miou, 0.7);
+  EXPECT_LE(summary.last.held_out_miou, 1);
 
   // Cells know what they are: solid cells around the balls carry the balls' classes, with both
   // balls present.
@@ -126,6 +128,55 @@ TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
       << "the digest tells nothing";
 }
 
+TEST(Trainer, FitsItsLatePartToSecondsAndSaysHowToRepeatIt) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  // Less than any run takes: the late part becomes as short as it may, a tenth of its share.
+  options.seconds = 1e-6;
+  const TrainingSummary hurried = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  const int64_t iterations = (options.num_rays + 1023) / 1024;
+  const auto early = static_cast<int64_t>(std::ceil(options.densify_until * iterations));
+  EXPECT_EQ(hurried.late_rays, (iterations - early) / 10 * 1024);
+  EXPECT_EQ(hurried.last.iteration, early + (iterations - early) / 10);
+
+  options.seconds = 0;
+  options.late_rays = hurried.late_rays;
+  const TrainingSummary repeated = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_EQ(Digest(repeated), Digest(hurried));
+
+  // More than its share: the run becomes longer, and still ends at the end of its schedules.
+  options.late_rays = 40'960;
+  const TrainingSummary longer = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_EQ(longer.last.iteration, early + 40);
+  options.late_rays = 0;
+  EXPECT_EQ(TrainFoam(views, views.Seeds(500), 3, options, nullptr).last.iteration, iterations);
+}
+
+TEST(Trainer, TakesASecondOrTwoWhenThatIsGiven) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 400'000;
+  const double alone = TrainFoam(views, views.Seeds(500), 3, options, nullptr).last.seconds;
+  options.seconds = 0.7 * alone;
+  const double fitted = TrainFoam(views, views.Seeds(500), 3, options, nullptr).last.seconds;
+  // Loosely, as other work on the machine has its say.
+  EXPECT_GT(fitted, 0.35 * alone);
+  EXPECT_LT(fitted, 1.4 * alone);
+}
+
+TEST(Trainer, RaysThatStopEarlierTrainAnotherFoam) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const TrainingSummary usual = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  options.transmittance_cutoff = 0.3;
+  const TrainingSummary early = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_LT(early.pieces, usual.pieces);
+  options.transmittance_cutoff = 1;
+  EXPECT_NE(options.Check().find("transmittance_cutoff"), std::string::npos);
+}
+
 TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
   const SyntheticViews views(8, 32, 24);
   TrainingOptions options = SmallRun();
@@ -134,6 +185,7 @@ TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
   EXPECT_FALSE(summary.foam.HasSemantics());
   EXPECT_TRUE(summary.foam.identity.empty());
   EXPECT_TRUE(std::isnan(summary.last.identity_loss));
+  EXPECT_TRUE(std::isnan(summary.last.held_out_miou));
   EXPECT_GT(summary.last.held_out_psnr, 10);
 }
 

@@ -136,5 +136,31 @@ TEST(Photo, AspectsAgreeToAPixel) {
   EXPECT_TRUE(SameAspect({640, 480}, {640, 481}));
 }
 
+TEST(Photo, ReducedSizesKeepTheAspect) {
+  EXPECT_EQ(ReducedSize({640, 480}, -1), (PhotoSize{640, 480}));
+  EXPECT_EQ(ReducedSize({640, 480}, 640), (PhotoSize{640, 480}));
+  EXPECT_EQ(ReducedSize({640, 480}, 320), (PhotoSize{320, 240}));
+  EXPECT_EQ(ReducedSize({480, 640}, 100), (PhotoSize{75, 100}));
+  EXPECT_EQ(ReducedSize({3000, 1}, 30), (PhotoSize{30, 1}));
+}
+
+TEST(Photo, ReducingIsTheMeanOfLinearLightOverTheArea) {
+  // Black and white in equal shares are half the light: 188 of 255 in sRGB, not 128.
+  const Image8 stripes{
+      4, 2, std::vector<uint8_t>{0,   0,   0,   255, 255, 255, 0,   0,   0,   255, 255, 255,
+                                 255, 255, 255, 0,   0,   0,   255, 255, 255, 0,   0,   0}};
+  EXPECT_THAT(ReducePhoto(stripes, {2, 1}).data, testing::Each(188));
+  EXPECT_EQ(ReducePhoto(stripes, {4, 2}).data, stripes.data);
+  // 3 pixels become 2: the middle one belongs to both by halves, so a white one gives each a third
+  // of the light.
+  const Image8 line{3, 1, {0, 0, 0, 255, 255, 255, 0, 0, 0}};
+  EXPECT_THAT(ReducePhoto(line, {2, 1}).data, testing::Each(156));
+  // A flat photo stays what it is, at any size and value.
+  for (int value = 0; value < 256; ++value) {
+    const Image8 flat{7, 5, std::vector<uint8_t>(3 * 35, static_cast<uint8_t>(value))};
+    EXPECT_THAT(ReducePhoto(flat, {3, 2}).data, testing::Each(value));
+  }
+}
+
 }  // namespace
 }  // namespace semfoam

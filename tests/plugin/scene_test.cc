@@ -306,6 +306,28 @@ TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
               HasSubstr("b.png: is 6 x 8 pixels, while its camera (2) has 8 x 6"));
 }
 
+TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
+  const SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.max_image_size = 4;
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_THAT(scene.PhotoReport(), HasSubstr("3 reduced"));
+  ASSERT_EQ(scene.Width(0), 4);
+  ASSERT_EQ(scene.Height(0), 3);
+  EXPECT_EQ(scene.Photo(0).width, 4);
+  EXPECT_NEAR(scene.Photos()[0].camera_params[0], 5, 1e-12);
+  EXPECT_NEAR(scene.Photos()[0].camera_params[2], 2, 1e-12);
+  // Red is 10 times the column: the first pixel lies between columns 0 and 1.
+  TrainingRay ray;
+  ASSERT_TRUE(scene.Ray(0, 0, 0, &ray));
+  EXPECT_GT(ray.color.x(), 0);
+  EXPECT_LT(ray.color.x(), 10 / 255.0f);
+  // Masks follow by the nearest pixel, and a bound that is no bound changes nothing.
+  EXPECT_EQ(scene.LabelIds(0).width, 4);
+  options.max_image_size = 8;
+  EXPECT_EQ(TrainingScene(PlanScene(options)).Width(0), 8);
+}
+
 TEST(Scene, SeedsAreFitSortedAndSingle) {
   SmallWorkspace workspace;
   auto& points = workspace.model.points;

@@ -70,7 +70,12 @@ TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
 }
 
 TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
-  std::set<std::string> expected = {"scene.foam", "labels.json", "training_log.csv", "scene.vdb"};
+  std::set<std::string> expected = {"scene.foam",
+                                    "labels.json",
+                                    "training_log.csv",
+                                    "training_plot.svg",
+                                    "training_plot.png",
+                                    "scene.vdb"};
   const json labels = Labels();
   ASSERT_GE(labels["objects"].size(), 2u) << run_->err;
   for (const json& object : labels["objects"]) {
@@ -238,10 +243,11 @@ TEST_F(EndToEndTest, TheLogGoesOverTheWholeRun) {
   std::vector<std::string> fields;
   std::istringstream words(last);
   for (std::string field; std::getline(words, field, ',');) fields.push_back(field);
-  ASSERT_THAT(fields, SizeIs(10));
+  ASSERT_THAT(fields, SizeIs(11));
   EXPECT_GE(std::stoll(fields[2]), 300000);
   // A foam that has learned nothing, a white one say, lies far below.
   EXPECT_GT(std::stod(fields[9]), 12);
+  EXPECT_GT(std::stod(fields[10]), 0.05);
 }
 
 struct Picture {
@@ -413,7 +419,7 @@ TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
   }
   std::vector<std::string> files = FilesBelow(again);
   files.push_back("scene.foam");
-  files.push_back("training_log.csv");
+  files.insert(files.end(), {"training_log.csv", "training_plot.svg", "training_plot.png"});
   EXPECT_THAT(files, testing::UnorderedElementsAreArray(FilesBelow(Out())));
   for (const std::string& file : FilesBelow(again)) {
     const std::string format = fs::path(file).extension().string();
@@ -520,6 +526,7 @@ TEST(Program, HelpAndVersion) {
                                 "foam_analyzer",
                                 "volume_exporter",
                                 "mesh_exporter",
+                                "accuracy_profiler",
                                 "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));
       if (!arguments.empty()) continue;

@@ -1,37 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/error.h"
 #include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
 #include "tools/training_run.h"
 
-#include <filesystem>
 #include <string>
 
 #include <glog/logging.h>
 
 namespace semfoam {
-namespace {
-
-namespace fs = std::filesystem;
-
-// What the user did not give is looked for where COLMAP and mask trackers put it.
-void CompleteFromWorkspace(const fs::path& workspace, TrainingRun* run) {
-  if (!fs::is_directory(workspace)) {
-    throw UserError(workspace.string(),
-                    ": there is no such folder; --workspace_path takes the folder that holds "
-                    "images/ and sparse/.");
-  }
-  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
-  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
-  for (const char* masks : {"object_mask", "Annotations"}) {
-    if (run->mask_path.empty() && fs::is_directory(workspace / masks)) {
-      run->mask_path = (workspace / masks).string();
-    }
-  }
-}
-
-}  // namespace
 
 void RunAutomaticSegmenter(int argc, char** argv) {
   std::string workspace_path;
@@ -58,7 +35,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(TrainAndWrite(options, run, output_path));
+  const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run));
   WriteVolumes(scene, output_path, volume);
   WriteMeshes(scene, output_path, surface);
   WriteLabels(scene, output_path);

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "foam/parallel.h"
+#include "foam/view_renderer.h"
+#include "plugin/colmap_model.h"
+#include "tools/accuracy_study.h"
+#include "tools/commands.h"
+#include "tools/evaluation.h"
+#include "tools/exports.h"
+#include "tools/presets.h"
+#include "tools/progress.h"
+#include "tools/surface_error.h"
+#include "tools/time_budget.h"
+#include "tools/training_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glog/logging.h>
+#include <unistd.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of the budget, for the base and the sweeps around it, where the base is chosen to fit.
+constexpr double kSweepShare = 0.6;
+// Of the budget, at most, for measuring what trainings will take; and in seconds.
+constexpr double kPilotShare = 0.02, kLongestPilot = 10;
+// Of the budget, for one export.
+constexpr double kExportShare = 0.1;
+constexpr int kVoxelResolutions[] = {64, 128, 256, 512};
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int LongestSide(const TrainingScene& scene) {
+  int longest = 0;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    longest = std::max({longest, scene.Width(view), scene.Height(view)});
+  }
+  return longest;
+}
+
+// A folder for exports that are only timed, removed at the end.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const fs::path& parent)
+      : path_(parent / (".accuracy_profiler" + std::to_string(::getpid()))) {
+    RequireWritableFolder(path_);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+class Study {
+ public:
+  Study(const OptionManager& options, TrainingRun run, fs::path output_path, double budget)
+      : options_(options),
+        run_(std::move(run)),
+        output_path_(std::move(output_path)),
+        budget_(budget),
+        scene_(PlanScene(run_.scene)),
+        truth_(FindTruth("", run_.image_path)),
+        time_(scene_,
+              scene_.Seeds(),
+              scene_.NumClasses(),
+              std::min(kPilotShare * budget, kLongestPilot)) {
+    depth_views_ = MakeDepthViews(ReadReconstruction(FindModelFolder(run_.input_path)),
+                                  scene_.Photos(),
+                                  scene_.WorldFromNormalized());
+    LOG(INFO) << scene_.PhotoReport();
+    LOG(INFO) << scene_.MaskReport();
+  }
+
+  void Run() {
+    const StudyRun base = ChooseBase();
+    std::vector<StudyRun> runs;
+    for (const std::string& quality : Qualities()) {
+      StudyRun run{"preset", quality, run_.training, run_.scene.max_image_size};
+      TakeSchedule(options_, OptionsForQuality(quality), &run.training);
+      if (quality != base.value) runs.push_back(std::move(run));
+    }
+    for (StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
+      runs.push_back(std::move(run));
+    }
+    Announce(base, &runs);
+
+    const auto begin = std::chrono::steady_clock::now();
+    TrainAndScore(base, /*with_exports=*/true);
+    // What came of the first estimate corrects the others.
+    const double slower = rows_.front().seconds / time_.TrainingSeconds(base.training);
+    const double scoring = SecondsSince(begin) - seconds_exporting_ - rows_.front().seconds;
+    for (const StudyRun& run : runs) {
+      const double estimate = slower * time_.TrainingSeconds(run.training) + scoring;
+      if (SecondsSince(begin_) + estimate > budget_) {
+        LOG(INFO) << "Left out, as the budget ends: " << run.sweep << " " << run.value;
+        continue;
+      }
+      TrainAndScore(run, /*with_exports=*/false);
+    }
+  }
+
+ private:
+  // The preset that the user asked for; or, where nobody asked and it would not leave time for the
+  // sweeps, what on the presets' line does.
+  StudyRun ChooseBase() const {
+    StudyRun base{"preset", run_.quality, run_.training, run_.scene.max_image_size};
+    if (options_.IsGiven("quality")) return base;
+    const auto seconds = [&] {
+      double sum = time_.TrainingSeconds(base.training);
+      for (const StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
+        sum += time_.TrainingSeconds(run.training);
+      }
+      return sum;
+    };
+    while (seconds() > kSweepShare * budget_ && base.training.num_rays > 50'000) {
+      TrainingOptions smaller =
+          OptionsOnPresetLine(static_cast<int64_t>(0.8 * base.training.num_rays));
+      base.sweep = "base";
+      base.value = FormatValue(smaller.num_rays);
+      const int64_t before = base.training.num_rays;
+      TakeSchedule(options_, smaller, &base.training);
+      if (base.training.num_rays == before) break;  // the user gave it
+    }
+    return base;
+  }
+
+  // Drops what the budget does not hold, the sweeps having precedence over the presets, and says
+  // what will be done.
+  void Announce(const StudyRun& base, std::vector<StudyRun>* runs) {
+    const auto seconds = [&](const StudyRun& run) { return time_.TrainingSeconds(run.training); };
+    double left = budget_ - SecondsSince(begin_) - seconds(base);
+    std::vector<bool> fits(runs->size(), false);
+    for (const bool presets : {false, true}) {
+      for (size_t i = 0; i < runs->size(); ++i) {
+        const StudyRun& run = (*runs)[i];
+        if ((run.sweep == "preset") != presets || seconds(run) > left) continue;
+        fits[i] = true;
+        left -= seconds(run);
+      }
+    }
+    LOG(INFO) << "Plan for " << FormatDuration(budget_) << ", trainings as estimated:";
+    LOG(INFO) << "  " << base.sweep << " " << base.value << ": " << FormatDuration(seconds(base))
+              << ", and its exports";
+    std::vector<StudyRun> kept;
+    for (size_t i = 0; i < runs->size(); ++i) {
+      StudyRun& run = (*runs)[i];
+      LOG(INFO) << "  " << run.sweep << " " << run.value << ": " << FormatDuration(seconds(run))
+                << (fits[i] ? "" : ", left out");
+      if (fits[i]) kept.push_back(std::move(run));
+    }
+    *runs = std::move(kept);
+  }
+
+  // Trains, scores, adds the row and writes all that is known by then.
+  void TrainAndScore(const StudyRun& run, bool with_exports) {
+    const auto begin = std::chrono::steady_clock::now();
+    TrainingSummary summary;
+    int image_size = LongestSide(scene_);
+    if (run.max_image_size > 0 && run.max_image_size < image_size) {
+      SceneOptions reduced = run_.scene;
+      reduced.max_image_size = run.max_image_size;
+      const TrainingScene scene(PlanScene(reduced));
+      image_size = LongestSide(scene);
+      summary = TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr);
+    } else {
+      summary = TrainFoam(scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr);
+    }
+    AccuracyRow row{run.sweep,
+                    run.value,
+                    summary.last.rays,
+                    summary.last.sites,
+                    run.training.sh_degree,
+                    image_size,
+                    run.training.transmittance_cutoff};
+    row.seconds = SecondsSince(begin);
+
+    Model model;
+    model.foam = std::move(summary.foam);
+    model.statistics = std::move(summary.statistics);
+    model.world_from_normalized = scene_.WorldFromNormalized();
+    model.labels = scene_.Labels();
+    model.photos = scene_.Photos();  // at full size, whatever was trained on
+    const Scores scores = ScoreModel(model, "the study's foam", run_.image_path, truth_);
+    row.psnr = MeanOf(scores.views).psnr;
+    row.ssim = MeanOf(scores.views).ssim;
+    const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
+    row.miou = exact.has_value() ? exact->iou : summary.last.held_out_miou;
+    const ViewRenderer renderer(model.foam);
+    const double scale = model.world_from_normalized.scale;
+    row.surface_error = scale * SurfaceError(depth_views_, [&](const DepthView& view) {
+                          return FoamDistances(renderer, view);
+                        });
+    Add(row);
+    if (with_exports) {
+      const auto begin_exports = std::chrono::steady_clock::now();
+      Export(row, model, renderer);
+      seconds_exporting_ = SecondsSince(begin_exports);
+    }
+  }
+
+  // What exports of one foam keep of its surfaces, over the points in the box of its volume.
+  void Export(const AccuracyRow& trained, const Model& model, const ViewRenderer& renderer) {
+    const ScratchFolder scratch(output_path_);
+    const double scale = model.world_from_normalized.scale;
+    AccuracyRow row = trained;
+    row.psnr = row.ssim = row.miou = NAN;
+
+    const auto begin = std::chrono::steady_clock::now();
+    const ExportableScene scene = MakeExportableScene(model);
+    const double preparing = SecondsSince(begin);
+    VolumeExportOptions volume;
+    const std::vector<DepthView> views = Within(depth_views_, MakeVolumeFrame(scene, volume).box);
+
+    row.sweep = "surface";
+    row.value = "foam";
+    row.surface_error = scale * SurfaceError(views, [&](const DepthView& view) {
+                          return FoamDistances(renderer, view);
+                        });
+    Add(row);
+    if (!scene.objects.empty()) {
+      const auto begin_meshes = std::chrono::steady_clock::now();
+      ExportSurfaces(scene, scratch.path());
+      row.value = "cells";
+      row.seconds = trained.seconds + preparing + SecondsSince(begin_meshes);
+      row.surface_error = scale * SurfaceError(views, [&](const DepthView& view) {
+                            return CellSurfaceDistances(renderer, scene, view);
+                          });
+      Add(row);
+    }
+    row.sweep = "VolumeExport.max_resolution";
+    double last = 0;
+    for (const int resolution : kVoxelResolutions) {
+      // Twice the resolution takes some five times as long.
+      if (5 * last > kExportShare * budget_) break;
+      const auto begin_volumes = std::chrono::steady_clock::now();
+      volume.max_resolution = resolution;
+      ExportVolumes(scene, scratch.path(), volume);
+      row.value = std::to_string(resolution);
+      last = SecondsSince(begin_volumes);
+      row.seconds = trained.seconds + preparing + last;
+      const VolumeFrame frame = MakeVolumeFrame(scene, volume);
+      row.surface_error = scale * SurfaceError(views, [&](const DepthView& view) {
+                            return VolumeDistances(scene, frame, volume.min_optical_depth, view);
+                          });
+      Add(row);
+    }
+  }
+
+  // One more row, on the screen and in all files: what is interrupted keeps what it has.
+  void Add(const AccuracyRow& row) {
+    rows_.push_back(row);
+    std::string line = FormatAccuracyCsv({row});
+    line = line.substr(line.find('\n') + 1);
+    line.pop_back();
+    LOG(INFO) << FormatDuration(SecondsSince(begin_)) << "  " << line;
+    WriteTextFile(output_path_ / "accuracy.csv", FormatAccuracyCsv(rows_));
+    WriteTextFile(output_path_ / "accuracy.md", Report());
+    WritePlot(output_path_ / "accuracy", AccuracyPlot(rows_));
+  }
+
+  std::string Report() const {
+    return "# What accuracy costs\n\n" + scene_.PhotoReport() + "; " + scene_.MaskReport() + ". " +
+           std::to_string(NumThreads()) +
+           " threads.\n\n"
+           "Seconds of training (loading apart), for exports with the export. PSNR and SSIM of the "
+           "held-out photos at full size. mIoU: " +
+           (truth_.empty() ? "against the masks of the held-out photos"
+                           : "of the labels against the exact masks in segmentation_labels/") +
+           ". Surface error: the median distance, in units of the COLMAP model, between what a "
+           "held-out camera meets and the SfM points that it saw; in the rows of exports, over the "
+           "points in the volume's box. Bold: nothing quicker is better (the Pareto front).\n\n" +
+           FormatAccuracyTable(rows_) + "\n![](accuracy.svg)\n";
+  }
+
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  const OptionManager& options_;
+  const TrainingRun run_;
+  const fs::path output_path_;
+  const double budget_;
+  const TrainingScene scene_;
+  const fs::path truth_;
+  const TrainingTimeModel time_;
+  std::vector<DepthView> depth_views_;
+  std::vector<AccuracyRow> rows_;
+  double seconds_exporting_ = 0;
+};
+
+}  // namespace
+
+void RunAccuracyProfiler(int argc, char** argv) {
+  std::string workspace_path;
+  std::string output_path;
+  double budget = 1800;
+  TrainingRun run;
+  run.scene.test_every = 8;
+  OptionManager options("accuracy_profiler",
+                        "Trains a COLMAP workspace many times, with one option changed at a time, "
+                        "and shows what quality costs in seconds.");
+  options.AddRequiredOption(
+      "workspace_path", &workspace_path, "folder with images/, sparse/ and object_mask/");
+  options.AddRequiredOption(
+      "output_path", &output_path, "folder for accuracy.csv, .md, .svg and .png");
+  options.AddDefaultOption(
+      "budget", &budget, "seconds for the study; without --quality they also size its base");
+  AddTrainingRunOptions(&options, &run);
+  if (!options.Parse(argc, argv)) return;
+  if (!(budget > 0)) {
+    throw UserError("Failed to parse options - --budget is ",
+                    budget,
+                    "; it must be a number of seconds greater than 0.");
+  }
+  if (run.time_budget > 0) {
+    throw UserError(
+        "Failed to parse options - --FoamTraining.time_budget is for one training; --budget sizes "
+        "a study.");
+  }
+  if (run.scene.test_every == 0) {
+    throw UserError(
+        "Failed to parse options - --test_every 0 holds out no photo to measure quality on; 8 "
+        "would be right.");
+  }
+  CompleteFromWorkspace(workspace_path, &run);
+  FinishTrainingRun(options, &run);
+  RequireWritableFolder(output_path);
+  Study study(options, run, output_path, budget);
+  study.Run();
+  LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << output_path;
+}
+
+}  // namespace semfoam

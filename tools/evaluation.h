@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model.h"
+#include "tools/label_scores.h"
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+struct ViewScore {
+  std::string name;
+  double psnr = 0;  // dB
+  double ssim = 0;
+};
+
+// How well a foam shows what its training did not see.
+struct Scores {
+  std::vector<ViewScore> views;                // one per held-out photo
+  std::map<std::string, ObjectScore> objects;  // by name
+};
+
+// Renders every held-out photo of `model` and compares it with the photo in `image_path`, brought
+// to the size in the model; and where `truth_path` is not empty, the labels with the exact masks
+// there, `<object>/<photo>.png`. `foam_path` is what errors call the model. Throws UserError naming
+// the photo or mask that is missing, damaged or of another aspect.
+Scores ScoreModel(const Model& model,
+                  const std::filesystem::path& foam_path,
+                  const std::filesystem::path& image_path,
+                  const std::filesystem::path& truth_path);
+
+ViewScore MeanOf(const std::vector<ViewScore>& views);
+
+// Over the objects that have this reading (see LabelScore); nothing where none has.
+std::optional<LabelScore> MeanOf(const std::map<std::string, ObjectScore>& objects, bool direct);
+
+// The folder of exact masks: what the user gave (throws UserError where there is none), or where
+// data sets have it beside the photos, segmentation_labels/masks/; empty where it is not there.
+std::filesystem::path FindTruth(const std::filesystem::path& truth_path,
+                                const std::filesystem::path& image_path);
+
+}  // namespace semfoam

@@ -22,9 +22,14 @@ constexpr Measure kMeasures[] = {{"PSNR in dB", &AccuracyRow::psnr, false},
                                  {"mIoU", &AccuracyRow::miou, false},
                                  {"surface error", &AccuracyRow::surface_error, true}};
 
+// Rows of exports have no pictures, and their surfaces are measured over fewer points.
+bool IsTraining(const AccuracyRow& row) { return std::isfinite(row.psnr); }
+
 std::vector<PlotPoint> FrontOf(const std::vector<AccuracyRow>& rows, const Measure& measure) {
   std::vector<PlotPoint> points;
-  for (const AccuracyRow& row : rows) points.push_back({row.seconds, row.*measure.value});
+  for (const AccuracyRow& row : rows) {
+    if (IsTraining(row)) points.push_back({row.seconds, row.*measure.value});
+  }
   return ParetoFront(std::move(points), measure.less_is_better);
 }
 
@@ -142,18 +147,20 @@ Plot AccuracyPlot(const std::vector<AccuracyRow>& rows) {
     PlotPanel panel{"seconds", measure.name, true, {}, FrontOf(rows, measure)};
     if (panel.front.empty()) continue;
     for (const std::string& sweep : sweeps) {
+      const auto is_member = [&](const AccuracyRow& row) { return row.sweep == sweep; };
+      const AccuracyRow& first = *std::find_if(rows.begin(), rows.end(), is_member);
       PlotSeries series{sweep, {}, /*line=*/true, /*markers=*/true};
       for (const AccuracyRow& row : rows) {
-        const bool leads_through = &row == &rows.front() && sweep != "preset";
-        if (row.sweep != sweep && !leads_through) continue;
-        const bool is_named = row.sweep == sweep && (sweep == "preset" || sweep == "base");
+        const bool leads_through = &row == &rows.front() && IsTraining(first) && sweep != "preset";
+        if (!is_member(row) && !leads_through) continue;
+        const bool is_named = is_member(row) && sweep == "preset";
         series.points.push_back({row.seconds, row.*measure.value, is_named ? row.value : ""});
       }
       std::stable_sort(series.points.begin(),
                        series.points.end(),
                        [](const PlotPoint& a, const PlotPoint& b) { return a.x < b.x; });
       const bool is_known = std::any_of(rows.begin(), rows.end(), [&](const AccuracyRow& row) {
-        return row.sweep == sweep && std::isfinite(row.*measure.value);
+        return is_member(row) && std::isfinite(row.*measure.value);
       });
       if (is_known) panel.series.push_back(std::move(series));
     }

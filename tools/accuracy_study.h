@@ -46,10 +46,12 @@ std::vector<PlotPoint> ParetoFront(std::vector<PlotPoint> points, bool less_is_b
 
 // A head line, then a line per row; what is not known is an empty field.
 std::string FormatAccuracyCsv(const std::vector<AccuracyRow>& rows);
-// A Markdown table; a figure on the Pareto front of its column against seconds is set bold.
+// A Markdown table; a training's figure on the Pareto front of its column against seconds is set
+// bold.
 std::string FormatAccuracyTable(const std::vector<AccuracyRow>& rows);
 // A panel for each of PSNR, mIoU and surface error that is known, against seconds. The sweeps are
-// lines that lead through the base, the first row.
+// lines that lead through the base, the first row; those of exports (rows without PSNR) stand for
+// themselves, and are on no front.
 Plot AccuracyPlot(const std::vector<AccuracyRow>& rows);
 
 }  // namespace semfoam

@@ -69,7 +69,7 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
   const double share = std::min(
       std::log(double(num_rays) / double(a.num_rays)) / std::log(double(b.num_rays) / a.num_rays),
       1.0);
-  TrainingOptions options;
+  TrainingOptions options = share < 0.5 ? a : b;
   options.num_rays = num_rays;
   options.final_sites =
       std::max(64, static_cast<int>(ToDigits(Between(a.final_sites, b.final_sites, share), 3)));
@@ -81,7 +81,6 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
       256;
   options.densify_events = std::max(
       1, static_cast<int>(std::lround(Between(a.densify_events, b.densify_events, share))));
-  options.sh_degree = share < 0.5 ? a.sh_degree : b.sh_degree;
   return options;
 }
 

@@ -10,9 +10,8 @@ namespace semfoam {
 
 // The presets as a line: the options of a run of `num_rays` rays. Between two presets the sizes of
 // batch and foam and the densifications lie between theirs, in ratios (halfway from 4 to 30 M rays
-// is 11 M), and the SH degree is the nearer one's. Below the quickest preset the line goes on as
-// between the first two, above the best with its own values. All else is the defaults of
-// TrainingOptions. CHECKs num_rays > 0.
+// is 11 M); the SH degree and all else are the nearer one's. Below the quickest preset the line
+// goes on as between the first two, above the best with its own values. CHECKs num_rays > 0.
 TrainingOptions OptionsOnPresetLine(int64_t num_rays);
 
 // How long TrainFoam takes on these views on this machine, learned from two short runs: of some

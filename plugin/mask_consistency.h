@@ -59,8 +59,8 @@ struct MaskConsistencyReport {
 // are new, 1..n, in the order in which they first appear, and nameless; id 0, where it is a class,
 // stays what it is.
 //
-// Deterministic. Takes some 5 microseconds a point (their Delaunay neighbours) and a few a
-// sighting. Throws UserError when kIndependent leaves more than 65535 labels.
+// Deterministic. Takes 0.13 s of one core for 64 photos of 640 x 480 with 5 k points and 12 k
+// sightings. Throws UserError when kIndependent leaves more than 65535 labels.
 MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
                                           const std::vector<Track>& tracks,
                                           const std::vector<PhotoRecord>& photos,

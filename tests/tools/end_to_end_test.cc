@@ -398,7 +398,7 @@ TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {
   const Outcome outcome = RunSemfoam({"foam_analyzer", "--foam_path", FoamPath()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* text : {"SH degree ",
-                           "47 classes",
+                           "14 classes",
                            "64 photos, 8 of them held out",
                            "table",
                            "num_rays = 300000"}) {
@@ -499,7 +499,8 @@ TEST_F(EndToEndTest, TakesItsOwnLabelsAndAProjectFile) {
                 "\ninput_path = " + (kTabletop / "sparse").string() +
                 "\nmask_path = " + (kTabletop / "object_mask").string() +
                 "\nlabels_path = " + (Out() / "labels.json").string() +
-                "\nquality = low\n[FoamTraining]\nnum_rays = 999999999\nfinal_sites = 3000\n");
+                "\ntest_every = 8\nquality = low\n"
+                "[FoamTraining]\nnum_rays = 999999999\nfinal_sites = 3000\n");
   const fs::path out = *folder_ / "from a project";
   const Outcome outcome = RunSemfoam({"foam_trainer",
                                       "--project_path",

@@ -15,6 +15,8 @@
 #include <sstream>
 #include <unordered_map>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 namespace {
 
@@ -33,6 +35,7 @@ fs::path Beside(const fs::path& folder, const char* name) {
 }
 
 fs::path FindMaskFolder(const SceneOptions& options) {
+  if (!options.use_masks) return {};
   if (!options.mask_path.empty()) return options.mask_path;
   for (const char* name : {"object_mask", "Annotations"}) {
     const fs::path folder = Beside(options.image_path, name);
@@ -130,6 +133,14 @@ std::vector<int> ChooseTables(const std::vector<PhotoRecord>& photos) {
   return views;
 }
 
+// The camera as it is simulated: without a distortion that is off.
+Camera SimulatedCamera(const Camera& camera, EffectSwitch distortion) {
+  if (distortion == EffectSwitch::kOn || !IsDistorted(camera)) return camera;
+  const bool off =
+      distortion == EffectSwitch::kOff || DistortionAtCorners(camera) < kLeastDistortion;
+  return off ? WithoutDistortion(camera) : camera;
+}
+
 std::string Plural(int64_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -177,6 +188,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.photos.resize(num_views);
   for (const Image& image : model.images) {
     RequireRays(*cameras.at(image.camera_id), cameras_file);
+    plan.distortion = std::max(plan.distortion, DistortionAtCorners(*cameras.at(image.camera_id)));
     plan.files.push_back(options.image_path / image.name);
   }
   std::vector<char> rescaled(num_views, 0);
@@ -209,8 +221,11 @@ ScenePlan PlanScene(const SceneOptions& options) {
     }
     rescaled[i] = size != camera_size;
     const bool held_out = options.test_every > 0 && i % options.test_every == 0;
+    const Camera simulated = SimulatedCamera(camera, options.distortion);
     plan.photos[i] = MakePhotoRecord(
-        rescaled[i] ? RescaledCamera(camera, size.width, size.height) : camera, image, held_out);
+        rescaled[i] ? RescaledCamera(simulated, size.width, size.height) : simulated,
+        image,
+        held_out);
   });
   plan.num_rescaled = static_cast<int>(std::count(rescaled.begin(), rescaled.end(), 1));
   plan.num_unregistered = CountUnregistered(options.image_path, plan.photos);
@@ -238,6 +253,8 @@ ScenePlan PlanScene(const SceneOptions& options) {
   std::vector<Eigen::Vector3d> positions;
   for (const Point3D& point : model.points) positions.push_back(point.position);
   plan.world_from_normalized = NormalizedFrame(viewpoints, positions);
+  plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
+  plan.lenses = LensOfPhotos(model, plan.photos);
   plan.num_points = static_cast<int64_t>(model.points.size());
   plan.seeds = MakeSeeds(std::move(model.points), plan.world_from_normalized);
   plan.table_views = ChooseTables(plan.photos);
@@ -290,9 +307,19 @@ bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
   ray->direction = TurnedRay(v.world_from_cam, direction);
   const size_t pixel = static_cast<size_t>(y) * v.photo.width + x;
   const uint8_t* color = v.photo.data.data() + 3 * pixel;
-  ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  if (lights_.empty()) {
+    ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  } else {
+    const double squared_radius = SquaredRadius({x + 0.5, y + 0.5}, v.photo.width, v.photo.height);
+    ray->color = ReferenceColor(color, lights_[view], squared_radius);
+  }
   ray->class_index = v.classes.Empty() ? kUnlabelled : v.classes[pixel];
   return true;
+}
+
+void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
+  CHECK(lights.empty() || lights.size() == views_.size());
+  lights_ = std::move(lights);
 }
 
 LabelImage TrainingScene::LabelIds(int view) const {

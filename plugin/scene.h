@@ -8,6 +8,8 @@
 #include "plugin/camera_rays.h"
 #include "plugin/masks.h"
 #include "plugin/photo.h"
+#include "plugin/photo_light.h"
+#include "plugin/tracks.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -19,6 +21,9 @@
 
 namespace semfoam {
 
+// Whether an effect is simulated: as the photos call for it, or as the user says.
+enum class EffectSwitch { kAuto, kOn, kOff };
+
 struct SceneOptions {
   std::filesystem::path image_path;   // the folder that image names are relative to
   std::filesystem::path input_path;   // a COLMAP model, or a folder that FindModelFolder knows
@@ -26,7 +31,13 @@ struct SceneOptions {
   std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
   int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
   LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
+  bool use_masks = true;                    // false: as if there were none
+  // kAuto: cameras whose distortion moves no corner by kLeastDistortion are pinhole cameras.
+  EffectSwitch distortion = EffectSwitch::kAuto;
+  uint64_t random_seed = 0;  // of the tracks that are drawn
 };
+
+inline constexpr double kLeastDistortion = 0.1;  // pixels
 
 // What there is to load, found without decoding a pixel.
 struct ScenePlan {
@@ -43,6 +54,9 @@ struct ScenePlan {
   int num_unregistered = 0;      // photos in the image folder that the model does not have
   int num_rescaled = 0;          // photos of another size than their camera says
   std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
+  std::vector<Track> tracks;     // a sample, see SampleTracks
+  std::vector<int> lenses;       // for `photos`, see LensOfPhotos
+  double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
 
   // Memory that loading takes at its peak, in bytes: photos, masks and ray tables.
   uint64_t MemoryBytes() const;
@@ -75,8 +89,15 @@ class TrainingScene final : public TrainingViews {
   int Height(int view) const override { return views_[view].photo.height; }
   bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
   Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
+  // The colour is the pixel's; after SetLights, what ReferenceColor makes of it, not a number where
+  // that is not known.
   bool Ray(int view, int x, int y, TrainingRay* ray) const override;
 
+  // From now on colours are brought to the reference exposure. One light for each view; none: the
+  // photos stay as they are, and nothing is stored.
+  void SetLights(std::vector<PhotoLight> lights);
+
+  const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
   const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
   const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
@@ -110,6 +131,7 @@ class TrainingScene final : public TrainingViews {
 
   ScenePlan plan_;
   std::vector<View> views_;
+  std::vector<PhotoLight> lights_;  // empty: none
   std::vector<Label> labels_;
   double seconds_decoding_ = 0;
 };

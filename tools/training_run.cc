@@ -40,8 +40,13 @@ std::string Millions(int64_t count) {
 }
 
 std::map<std::string, std::string> ModelOptions(const OptionManager& options,
-                                                const TrainingRun& run) {
+                                                const TrainingRun& run,
+                                                const SceneEffects& effects) {
   std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
+  values["sh_degree"] = FormatValue(effects.sh_degree);
+  for (const char* name : {"exposure", "vignetting"}) {
+    if (effects.Find(name).on) values[name] = FormatValue(true);
+  }
   values["quality"] = run.quality;
   values["random_seed"] = FormatValue(options.RandomSeed());
   values["test_every"] = FormatValue(run.scene.test_every);
@@ -80,6 +85,7 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                            {"auto", "ignore", "class"},
                            "what id 0 of the masks is: unlabelled, or the class of what is no "
                            "object; auto = a class where it covers a fifth of the masks");
+  AddEffectsOptions(options, &run->effects_choices);
 }
 
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
@@ -91,6 +97,12 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   run->scene.label_zero = run->label_zero == "class"    ? LabelZero::kClass
                           : run->label_zero == "ignore" ? LabelZero::kIgnore
                                                         : LabelZero::kAuto;
+  run->effects = MakeEffectsOptions(run->effects_choices);
+  run->effects.sh_degree = run->training.sh_degree;
+  run->effects.fixed_sh_degree = options.IsGiven("FoamTraining.sh_degree");
+  run->scene.use_masks = run->effects.semantics;
+  run->scene.distortion = run->effects.distortion;
+  run->scene.random_seed = options.RandomSeed();
   if (const std::string wrong = run->training.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
@@ -109,7 +121,7 @@ Model TrainAndWrite(const OptionManager& options,
             << FormatBytes(available) << " available";
   RequireMemory(run.training, has_semantics, num_seeds, photo_bytes, available);
   LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
-  const TrainingScene scene(std::move(plan));
+  TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
@@ -117,12 +129,17 @@ Model TrainAndWrite(const OptionManager& options,
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
-  LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
-            << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
+  const SceneEffects effects = ProbeEffects(scene, run.effects);
+  for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
+  scene.SetLights(effects.lights);
+  TrainingOptions training = run.training;
+  training.sh_degree = effects.sh_degree;
+  LOG(INFO) << "Training with " << Millions(training.num_rays) << " rays, up to "
+            << training.final_sites << " sites, SH degree " << training.sh_degree << ", "
             << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
 
   std::vector<TrainingProgress> reports;
-  TrainingSummary summary = Train(scene, run.training, &reports);
+  TrainingSummary summary = Train(scene, training, &reports);
   LOG(INFO) << summary.BriefReport();
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
@@ -131,8 +148,10 @@ Model TrainAndWrite(const OptionManager& options,
   }
 
   if (summary.nonfinite_pixels > 0) {
-    LOG(WARNING) << summary.nonfinite_pixels << " of the drawn pixels have a colour that is not "
-                 << "finite and were left out.";
+    // Photos hold whole numbers; only ReferenceColor makes others.
+    LOG(INFO) << summary.nonfinite_pixels
+              << " of the drawn pixels are saturated in photos brighter "
+              << "than the reference exposure and were left out.";
   }
   if (summary.unstable_iterations > 0) {
     LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
@@ -151,8 +170,9 @@ Model TrainAndWrite(const OptionManager& options,
   model.world_from_normalized = scene.WorldFromNormalized();
   model.labels = scene.Labels();
   model.photos = scene.Photos();
-  model.options = ModelOptions(options, run);
+  model.options = ModelOptions(options, run, effects);
   WriteModel(output_path / "scene.foam", model);
+  WriteEffects(output_path / "effects.json", effects, scene.Photos());
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
   return model;
 }

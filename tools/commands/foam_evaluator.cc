@@ -7,6 +7,7 @@
 #include "plugin/camera_rays.h"
 #include "plugin/photo.h"
 #include "tools/commands.h"
+#include "tools/exposure_fit.h"
 #include "tools/image_files.h"
 #include "tools/label_scores.h"
 #include "tools/option_manager.h"
@@ -46,6 +47,7 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     const fs::path& image_path,
                     const Model& model,
                     const ViewRenderer& renderer,
+                    bool fit_exposure,
                     std::map<std::string, LabelImage>* ids_of_stem) {
   const Image8 truth = ReadPhoto(image_path / photo.name);
   if (truth.width != photo.width || truth.height != photo.height) {
@@ -66,6 +68,10 @@ ViewScore ScoreView(const PhotoRecord& photo,
     (*ids_of_stem)[Stem(photo.name)] = IdImage(rendered, model.labels);
   }
   const Image8 color = ColorImage(rendered);
+  if (fit_exposure) {
+    const ImagePair right = FitExposure(color, truth);
+    return {photo.name, Psnr(right.render, right.photo), Ssim(right.render, right.photo)};
+  }
   return {photo.name, Psnr(color, truth), Ssim(color, truth)};
 }
 
@@ -195,6 +201,7 @@ void RunFoamEvaluator(int argc, char** argv) {
   std::string image_path;
   std::string truth_path;
   std::string json_path;
+  std::string fit_exposure = "auto";
   OptionManager options("foam_evaluator",
                         "Scores a foam on the photos that its training held out: PSNR and SSIM, "
                         "and where there are exact masks, IoU and recall of every object.");
@@ -205,17 +212,26 @@ void RunFoamEvaluator(int argc, char** argv) {
       &truth_path,
       "folder of exact masks, <object>/<photo>.png, white where the object is; "
       "by default segmentation_labels/masks/ beside the photos' folder");
+  options.AddChoiceOption(
+      "fit_exposure",
+      &fit_exposure,
+      {"auto", "0", "1"},
+      "colour: fit each photo's exposure on its left half and score the right one; auto = where "
+      "the foam was trained with exposure on");
   options.AddDefaultOption("json_path", &json_path, "also write the scores to this file");
   if (!options.Parse(argc, argv)) return;
 
   const fs::path truth = FindTruth(truth_path, image_path);
   const Model model = ReadModel(foam_path);
+  const bool fits_exposure =
+      fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
   const ViewRenderer renderer(model.foam);
   std::map<std::string, LabelImage> ids_of_stem;
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
     if (!photo.held_out) continue;
-    scores.views.push_back(ScoreView(photo, foam_path, image_path, model, renderer, &ids_of_stem));
+    scores.views.push_back(
+        ScoreView(photo, foam_path, image_path, model, renderer, fits_exposure, &ids_of_stem));
   }
   if (scores.views.empty()) {
     throw UserError(foam_path,

@@ -16,7 +16,9 @@ void RunFoamTrainer(int argc, char** argv) {
   options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
   options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
   options.AddRequiredOption(
-      "output_path", &output_path, "folder for scene.foam, labels.json and training_log.csv");
+      "output_path",
+      &output_path,
+      "folder for scene.foam, effects.json, labels.json and training_log.csv");
   AddTrainingRunOptions(&options, &run);
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, &run);

@@ -370,6 +370,31 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
 }
 
+TEST(Scene, MasksAndDistortionCanBeLeftOut) {
+  SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.use_masks = false;
+  options.mask_path = workspace.temp / "object_mask";
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_EQ(scene.NumClasses(), 0);
+  EXPECT_FALSE(scene.HasMask(0));
+
+  ScenePlan plan = PlanScene(workspace.Options());
+  EXPECT_GT(plan.distortion, kLeastDistortion);
+  EXPECT_EQ(plan.photos[1].camera_model, "OPENCV");
+  EXPECT_EQ(plan.table_views.size(), 1u);
+  options.distortion = EffectSwitch::kOff;
+  plan = PlanScene(options);
+  EXPECT_EQ(plan.photos[1].camera_model, "PINHOLE");
+  EXPECT_TRUE(plan.table_views.empty());
+  // One that moves nothing by a tenth of a pixel is none, unless the user says so.
+  workspace.model.cameras[0].params = {10, 11, 4, 3, -1e-4, 0, 0, 0};
+  workspace.WriteModelFiles();
+  EXPECT_EQ(PlanScene(workspace.Options()).photos[1].camera_model, "PINHOLE");
+  options.distortion = EffectSwitch::kOn;
+  EXPECT_EQ(PlanScene(options).photos[1].camera_model, "OPENCV");
+}
+
 TEST(Scene, ZeroIsAClassOnRequest) {
   const SmallWorkspace workspace;
   SceneOptions options = workspace.Options();

@@ -68,7 +68,8 @@ TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
 }
 
 TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
-  std::set<std::string> expected = {"scene.foam", "labels.json", "training_log.csv", "scene.vdb"};
+  std::set<std::string> expected = {
+      "scene.foam", "effects.json", "labels.json", "training_log.csv", "scene.vdb"};
   const json labels = Labels();
   ASSERT_GE(labels["objects"].size(), 2u) << run_->err;
   for (const json& object : labels["objects"]) {
@@ -411,6 +412,7 @@ TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
   }
   std::vector<std::string> files = FilesBelow(again);
   files.push_back("scene.foam");
+  files.push_back("effects.json");
   files.push_back("training_log.csv");
   EXPECT_THAT(files, testing::UnorderedElementsAreArray(FilesBelow(Out())));
   for (const std::string& file : FilesBelow(again)) {
@@ -457,9 +459,9 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.Errors(), IsEmpty());
   EXPECT_THAT(outcome.err, HasSubstr("colour only"));
-  EXPECT_THAT(
-      FilesBelow(out),
-      testing::UnorderedElementsAre("scene.foam", "labels.json", "training_log.csv", "scene.vdb"));
+  EXPECT_THAT(FilesBelow(out),
+              testing::UnorderedElementsAre(
+                  "scene.foam", "effects.json", "labels.json", "training_log.csv", "scene.vdb"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
   // No photo was held out of this one.
@@ -502,7 +504,8 @@ TEST_F(EndToEndTest, TakesItsOwnLabelsAndAProjectFile) {
                                       "30000"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(FilesBelow(out),
-              testing::UnorderedElementsAre("scene.foam", "labels.json", "training_log.csv"));
+              testing::UnorderedElementsAre(
+                  "scene.foam", "effects.json", "labels.json", "training_log.csv"));
   EXPECT_EQ(json::parse(ReadFile(out / "labels.json"))["labels"], Labels()["labels"]);
 }
 

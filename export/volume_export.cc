@@ -5,6 +5,7 @@
 #include "foam/error.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
+#include "foam/srgb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,11 +27,6 @@ constexpr int64_t kLeavesPerTask = 64;
 void InitializeOpenVdb() {
   static std::once_flag once;
   std::call_once(once, [] { openvdb::initialize(); });
-}
-
-// The electro-optical transfer function of IEC 61966-2-1 (sRGB): display value to linear light.
-float LinearFromDisplay(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
 }
 
 // Per axis the range between the quantiles q and 1 - q, widened by `fence` times itself, within

@@ -489,7 +489,7 @@ bool Trainer::TopologyIsStale() const {
 // there are photos to spare.
 void Trainer::ChooseViews() {
   std::vector<int> train = ViewsToTrainOn(views_), probe;
-  if (options_.sh_degree > 0 && train.size() >= kFewestViewsToProbe) {
+  if (options_.sh_degree > 0 && !options_.fixed_sh_degree && train.size() >= kFewestViewsToProbe) {
     for (size_t k = 0; k < train.size(); ++k) {
       if (k % kProbeViews == kFewestViewsToProbe / 2) probe.push_back(train[k]);
     }
@@ -635,6 +635,7 @@ void Trainer::EvaluateHeldOut() {
     const double error = SquaredError(Shading(), rays, &shown) / (3.0 * rays.size());
     sum += -10 * std::log10(std::max(error, 1e-12));
     ++count;
+    if (!foam_.HasSemantics()) continue;
     for (size_t i = 0; i < rays.size(); ++i) agreement.Add(rays[i].target.class_index, shown[i]);
   }
   progress_.held_out_psnr = count > 0 ? sum / count : NAN;

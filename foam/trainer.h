@@ -26,6 +26,7 @@ struct TrainingOptions {
   int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
   int final_sites = 100'000;      // what densification grows to, >= 64
   int sh_degree = 2;              // 0..3, at most: raised while it pays on photos not seen
+  bool fixed_sh_degree = false;   // raised to sh_degree whether it pays or not
 
   // Rays stop where this share of the light is left, > 0 and < 1.
   double transmittance_cutoff = kTransmittanceCutoff;
@@ -38,7 +39,7 @@ struct TrainingOptions {
   double tv_weight = 2;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.
-  double position_rate = 2e-4;
+  double position_rate = 4e-4;
   double density_rate = 0.1;
   double color_rate = 2e-2;
   double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate

@@ -304,6 +304,32 @@ std::optional<Eigen::Vector3d> Unproject(const Camera& camera, const Eigen::Vect
   return Eigen::Vector3d(uv->x() * sine_over_theta, uv->y() * sine_over_theta, std::cos(theta));
 }
 
+double DistortionAtCorners(const Camera& camera) {
+  if (!IsDistorted(camera)) return 0;
+  const Camera pinhole = WithoutDistortion(camera);
+  const auto width = static_cast<double>(camera.width);
+  const auto height = static_cast<double>(camera.height);
+  double largest = 0;
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0),
+                                        Eigen::Vector2d(width, 0),
+                                        Eigen::Vector2d(0, height),
+                                        Eigen::Vector2d(width, height)}) {
+    const std::optional<Eigen::Vector3d> ray = Unproject(camera, corner);
+    const std::optional<Eigen::Vector2d> straight = ray ? Project(pinhole, *ray) : std::nullopt;
+    if (!straight) return std::numeric_limits<double>::infinity();
+    largest = std::max(largest, (*straight - corner).norm());
+  }
+  return largest;
+}
+
+Camera WithoutDistortion(const Camera& camera) {
+  const Intrinsics in = IntrinsicsOf(camera);
+  Camera pinhole = camera;
+  pinhole.model_id = FindCameraModel("PINHOLE")->id;
+  pinhole.params = {in.fx, in.fy, in.cx, in.cy};
+  return pinhole;
+}
+
 Camera RescaledCamera(const Camera& camera, uint64_t width, uint64_t height) {
   const CameraModel& model = kModels.at(camera.model_id);
   CHECK_GT(model.num_focal_lengths, 0) << model.name;

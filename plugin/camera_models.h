@@ -54,6 +54,14 @@ std::optional<Eigen::Vector3d> Unproject(const Camera& camera, const Eigen::Vect
 // Whether rays of this camera need Newton's method, rather than a division.
 bool IsDistorted(const Camera& camera);
 
+// How far the distortion moves the image's corners, in pixels: the largest distance between a
+// corner and where WithoutDistortion(camera) would see what is there. Infinite where a corner has
+// no ray, or one that no pinhole camera has. CHECKs has_rays.
+double DistortionAtCorners(const Camera& camera);
+
+// The PINHOLE camera of the same size, focal lengths and principal point. CHECKs has_rays.
+Camera WithoutDistortion(const Camera& camera);
+
 // The same camera for photos of another size, by COLMAP's rule: two focal lengths and the
 // principal point scale with their own axis, a single focal length with the mean of both, the
 // distortion stays.

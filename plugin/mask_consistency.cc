@@ -92,7 +92,7 @@ void AddVote(int32_t label, float weight, std::vector<Vote>* votes) {
 class Evidence {
  public:
   Evidence(const std::vector<SeedPoint>& seeds,
-           const std::vector<Track>& tracks,
+           const std::vector<Sightings>& tracks,
            const std::vector<PhotoRecord>& photos,
            const MaskSet& masks);
 
@@ -149,7 +149,7 @@ int32_t InnerClass(const ClassImage& image, const PhotoRecord& photo, float x, f
 }
 
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,
-                   const std::vector<Track>& tracks,
+                   const std::vector<Sightings>& tracks,
                    const std::vector<PhotoRecord>& photos,
                    const MaskSet& masks) {
   std::vector<std::map<int32_t, int32_t>> region_of(photos.size());  // by class
@@ -178,13 +178,14 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
     for (const Sighting& sighting : tracks[i]) {
       const ClassImage& image = masks.classes[sighting.view];
       if (photos[sighting.view].held_out || image.Empty()) continue;
-      const int32_t c = InnerClass(image, photos[sighting.view], sighting.x, sighting.y);
+      const Eigen::Vector2f pixel = sighting.pixel.cast<float>();
+      const int32_t c = InnerClass(image, photos[sighting.view], pixel.x(), pixel.y());
       if (c == kUnlabelled) continue;
       Observation& observation = observations.emplace_back();
       observation.point = static_cast<uint32_t>(positions.size());
       observation.region = region_of[sighting.view].at(c);
-      observation.x = sighting.x;
-      observation.y = sighting.y;
+      observation.x = pixel.x();
+      observation.y = pixel.y();
       observation.label = c;
       regions[observation.region].observations.push_back(
           static_cast<uint32_t>(observations.size() - 1));
@@ -654,7 +655,7 @@ std::string MaskConsistencyReport::Line() const {
 }
 
 MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
-                                          const std::vector<Track>& tracks,
+                                          const std::vector<Sightings>& tracks,
                                           const std::vector<PhotoRecord>& photos,
                                           MaskConsistency mode,
                                           MaskSet* masks) {

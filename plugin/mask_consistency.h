@@ -4,6 +4,7 @@
 #include "foam/model.h"
 #include "foam/training_views.h"
 #include "plugin/masks.h"
+#include "plugin/tracks.h"
 
 #include <cstdint>
 #include <string>
@@ -25,14 +26,6 @@ enum class MaskConsistency {
   kIndependent,  // ids mean nothing from one photo to the next: regions are matched by the tracks
 };
 
-// Where a photo saw an SfM point.
-struct Sighting {
-  int32_t view = 0;  // index of the photo
-  float x = 0;       // pixels of the photo, corner at (0, 0)
-  float y = 0;
-};
-using Track = std::vector<Sighting>;
-
 struct MaskConsistencyReport {
   MaskConsistency used = MaskConsistency::kOff;
   int num_regions = 0;
@@ -53,7 +46,7 @@ struct MaskConsistencyReport {
 // Corrects the masks of the photos that are not held out. Held-out photos have no say, and are only
 // brought to the same labels (with kIndependent they are unlabelled).
 //
-// `tracks` are those of `seeds`, over photos that are not held out; a sighting near the border of a
+// `tracks` [seeds] are those of `seeds`, over photos that are not held out; a sighting near the border of a
 // region or outside of its photo says nothing. Labels without any pixel left are removed, so the
 // classes of `masks` are renumbered; the order of those that stay remains. With kIndependent labels
 // are new, 1..n, in the order in which they first appear, and nameless; id 0, where it is a class,
@@ -62,7 +55,7 @@ struct MaskConsistencyReport {
 // Deterministic. Takes 0.13 s of one core for 64 photos of 640 x 480 with 5 k points and 12 k
 // sightings. Throws UserError when kIndependent leaves more than 65535 labels.
 MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
-                                          const std::vector<Track>& tracks,
+                                          const std::vector<Sightings>& tracks,
                                           const std::vector<PhotoRecord>& photos,
                                           MaskConsistency mode,
                                           MaskSet* masks);

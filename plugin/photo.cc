@@ -2,6 +2,7 @@
 #include "plugin/photo.h"
 
 #include "foam/error.h"
+#include "foam/srgb.h"
 
 #include <algorithm>
 #include <array>
@@ -124,18 +125,13 @@ PhotoSize ReducedSize(const PhotoSize& size, int max_image_size) {
 Image8 ReducePhoto(const Image8& photo, const PhotoSize& size) {
   CHECK(size.width > 0 && size.width <= photo.width);
   CHECK(size.height > 0 && size.height <= photo.height);
-  // sRGB's transfer function (IEC 61966-2-1) and its inverse.
   static const std::array<float, 256> linear = [] {
     std::array<float, 256> values;
-    for (int i = 0; i < 256; ++i) {
-      const double v = i / 255.0;
-      values[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-    }
+    for (int i = 0; i < 256; ++i) values[i] = static_cast<float>(LinearFromDisplay(i / 255.0));
     return values;
   }();
-  const auto display = [](double v) {
-    const double s = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-    return static_cast<uint8_t>(std::lround(255 * std::clamp(s, 0.0, 1.0)));
+  const auto display = [](double light) {
+    return static_cast<uint8_t>(std::lround(255 * std::clamp(DisplayFromLinear(light), 0.0, 1.0)));
   };
   // Which pixels a smaller one covers along an axis, and how much of each.
   struct Cover {

@@ -17,6 +17,8 @@
 #include <sstream>
 #include <unordered_map>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 namespace {
 
@@ -35,6 +37,7 @@ fs::path Beside(const fs::path& folder, const char* name) {
 }
 
 fs::path FindMaskFolder(const SceneOptions& options) {
+  if (!options.use_masks) return {};
   if (!options.mask_path.empty()) return options.mask_path;
   for (const char* name : {"object_mask", "Annotations"}) {
     const fs::path folder = Beside(options.image_path, name);
@@ -92,7 +95,7 @@ struct SeenImage {
 };
 using SeenImages = std::unordered_map<uint32_t, SeenImage>;
 
-void AppendTrack(const Point3D& point, const SeenImages& images, Track* track) {
+void AppendSightings(const Point3D& point, const SeenImages& images, Sightings* sightings) {
   for (const TrackElement& element : point.track) {
     const auto seen = images.find(element.image_id);
     if (seen == images.end() || element.point2d_index >= seen->second.image->points.size()) {
@@ -100,18 +103,17 @@ void AppendTrack(const Point3D& point, const SeenImages& images, Track* track) {
     }
     const Point2D& feature = seen->second.image->points[element.point2d_index];
     if (!std::isfinite(feature.x) || !std::isfinite(feature.y)) continue;
-    track->push_back({seen->second.view,
-                      static_cast<float>(feature.x * seen->second.scale.x()),
-                      static_cast<float>(feature.y * seen->second.scale.y())});
+    sightings->push_back({seen->second.view,
+                          Eigen::Vector2d(feature.x, feature.y).cwiseProduct(seen->second.scale)});
   }
 }
 
-// Without `images` there are no tracks.
+// Without `images` there are no sightings.
 void MakeSeeds(std::vector<Point3D> points,
                const Similarity& frame,
                const SeenImages& images,
                std::vector<SeedPoint>* seeds,
-               std::vector<Track>* tracks) {
+               std::vector<Sightings>* sightings) {
   std::sort(
       points.begin(), points.end(), [](const Point3D& a, const Point3D& b) { return a.id < b.id; });
   const bool has_tracks = std::any_of(
@@ -126,9 +128,9 @@ void MakeSeeds(std::vector<Point3D> points,
         seed_at.try_emplace({rounded.x(), rounded.y(), rounded.z()}, seeds->size());
     if (is_new) {
       seeds->push_back({rounded, point.color.cast<float>() / 255.0f});
-      if (!images.empty()) tracks->emplace_back();
+      if (!images.empty()) sightings->emplace_back();
     }
-    if (!images.empty()) AppendTrack(point, images, &(*tracks)[entry->second]);
+    if (!images.empty()) AppendSightings(point, images, &(*sightings)[entry->second]);
   }
 }
 
@@ -160,6 +162,14 @@ std::vector<int> ChooseTables(const std::vector<PhotoRecord>& photos) {
     views.push_back(first_view);
   }
   return views;
+}
+
+// The camera as it is simulated: without a distortion that is off.
+Camera SimulatedCamera(const Camera& camera, EffectSwitch distortion) {
+  if (distortion == EffectSwitch::kOn || !IsDistorted(camera)) return camera;
+  const bool off =
+      distortion == EffectSwitch::kOff || DistortionAtCorners(camera) < kLeastDistortion;
+  return off ? WithoutDistortion(camera) : camera;
 }
 
 std::string Plural(int64_t count, const char* noun) {
@@ -212,6 +222,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.file_sizes.resize(num_views);
   for (const Image& image : model.images) {
     RequireRays(*cameras.at(image.camera_id), cameras_file);
+    plan.distortion = std::max(plan.distortion, DistortionAtCorners(*cameras.at(image.camera_id)));
     plan.files.push_back(options.image_path / image.name);
   }
   std::vector<char> rescaled(num_views, 0);
@@ -246,10 +257,12 @@ ScenePlan PlanScene(const SceneOptions& options) {
     plan.file_sizes[i] = size;
     const PhotoSize reduced = ReducedSize(size, options.max_image_size);
     const bool held_out = options.test_every > 0 && i % options.test_every == 0;
-    plan.photos[i] = MakePhotoRecord(
-        reduced != camera_size ? RescaledCamera(camera, reduced.width, reduced.height) : camera,
-        image,
-        held_out);
+    const Camera simulated = SimulatedCamera(camera, options.distortion);
+    plan.photos[i] = MakePhotoRecord(reduced != camera_size
+                                         ? RescaledCamera(simulated, reduced.width, reduced.height)
+                                         : simulated,
+                                     image,
+                                     held_out);
   });
   for (size_t i = 0; i < num_views; ++i) {
     plan.num_reduced += plan.photos[i].width < plan.file_sizes[i].width;
@@ -280,6 +293,8 @@ ScenePlan PlanScene(const SceneOptions& options) {
   std::vector<Eigen::Vector3d> positions;
   for (const Point3D& point : model.points) positions.push_back(point.position);
   plan.world_from_normalized = NormalizedFrame(viewpoints, positions);
+  plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
+  plan.lenses = LensOfPhotos(model, plan.photos);
   plan.num_points = static_cast<int64_t>(model.points.size());
   SeenImages seen;
   if (plan.masks.NumPaired() > 0 && plan.mask_consistency != MaskConsistency::kOff) {
@@ -293,7 +308,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
       seen.emplace(image.id, SeenImage{static_cast<int32_t>(i), &image, scale});
     }
   }
-  MakeSeeds(std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.tracks);
+  MakeSeeds(std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_sightings);
   plan.table_views = ChooseTables(plan.photos);
   return plan;
 }
@@ -315,10 +330,10 @@ TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
   });
   if (!plan_.mask_folder.empty()) {
     MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.label_zero);
-    if (!plan_.tracks.empty()) {
+    if (!plan_.seed_sightings.empty()) {
       consistency_ = MakeMasksConsistent(
-          plan_.seeds, plan_.tracks, plan_.photos, plan_.mask_consistency, &set);
-      plan_.tracks = {};
+          plan_.seeds, plan_.seed_sightings, plan_.photos, plan_.mask_consistency, &set);
+      plan_.seed_sightings = {};
     }
     labels_ = std::move(set.labels);
     for (int64_t i = 0; i < num_views; ++i) views_[i].classes = std::move(set.classes[i]);
@@ -352,9 +367,19 @@ bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
   ray->direction = TurnedRay(v.world_from_cam, direction);
   const size_t pixel = static_cast<size_t>(y) * v.photo.width + x;
   const uint8_t* color = v.photo.data.data() + 3 * pixel;
-  ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  if (lights_.empty()) {
+    ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  } else {
+    const double squared_radius = SquaredRadius({x + 0.5, y + 0.5}, v.photo.width, v.photo.height);
+    ray->color = ReferenceColor(color, lights_[view], squared_radius);
+  }
   ray->class_index = v.classes.Empty() ? kUnlabelled : v.classes[pixel];
   return true;
+}
+
+void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
+  CHECK(lights.empty() || lights.size() == views_.size());
+  lights_ = std::move(lights);
 }
 
 LabelImage TrainingScene::LabelIds(int view) const {

@@ -9,6 +9,8 @@
 #include "plugin/mask_consistency.h"
 #include "plugin/masks.h"
 #include "plugin/photo.h"
+#include "plugin/photo_light.h"
+#include "plugin/tracks.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -20,6 +22,9 @@
 
 namespace semfoam {
 
+// Whether an effect is simulated: as the photos call for it, or as the user says.
+enum class EffectSwitch { kAuto, kOn, kOff };
+
 struct SceneOptions {
   std::filesystem::path image_path;   // the folder that image names are relative to
   std::filesystem::path input_path;   // a COLMAP model, or a folder that FindModelFolder knows
@@ -29,7 +34,13 @@ struct SceneOptions {
   LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
   int max_image_size = -1;  // larger photos are reduced to this longest side; -1 = none is
+  bool use_masks = true;    // false: as if there were none
+  // kAuto: cameras whose distortion moves no corner by kLeastDistortion are pinhole cameras.
+  EffectSwitch distortion = EffectSwitch::kAuto;
+  uint64_t random_seed = 0;  // of the tracks that are drawn
 };
+
+inline constexpr double kLeastDistortion = 0.1;  // pixels
 
 // What there is to load, found without decoding a pixel.
 struct ScenePlan {
@@ -47,12 +58,15 @@ struct ScenePlan {
   std::vector<SeedPoint> seeds;
   // [seeds] where the photos that are not held out saw them; empty unless masks are held against
   // them.
-  std::vector<Track> tracks;
+  std::vector<Sightings> seed_sightings;
   int64_t num_points = 0;        // of the model; more than seeds where some are unfit
   int num_unregistered = 0;      // photos in the image folder that the model does not have
   int num_rescaled = 0;          // photos of another size than their camera says
   int num_reduced = 0;           // photos larger than max_image_size
   std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
+  std::vector<Track> tracks;     // a sample, see SampleTracks
+  std::vector<int> lenses;       // for `photos`, see LensOfPhotos
+  double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
 
   // Memory that loading takes at its peak, in bytes: photos, masks and ray tables.
   uint64_t MemoryBytes() const;
@@ -87,8 +101,15 @@ class TrainingScene final : public TrainingViews {
   int Height(int view) const override { return views_[view].photo.height; }
   bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
   Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
+  // The colour is the pixel's; after SetLights, what ReferenceColor makes of it, not a number where
+  // that is not known.
   bool Ray(int view, int x, int y, TrainingRay* ray) const override;
 
+  // From now on colours are brought to the reference exposure. One light for each view; none: the
+  // photos stay as they are, and nothing is stored.
+  void SetLights(std::vector<PhotoLight> lights);
+
+  const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
   const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
   const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
@@ -124,6 +145,7 @@ class TrainingScene final : public TrainingViews {
 
   ScenePlan plan_;
   std::vector<View> views_;
+  std::vector<PhotoLight> lights_;  // empty: none
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;
   double seconds_decoding_ = 0;

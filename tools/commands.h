@@ -13,6 +13,7 @@ void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunMaskCorrupter(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
+void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);
 

@@ -6,6 +6,7 @@
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
 #include "plugin/photo.h"
+#include "tools/exposure_fit.h"
 #include "tools/image_files.h"
 #include "tools/view_images.h"
 
@@ -22,6 +23,7 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     const fs::path& image_path,
                     const Model& model,
                     const ViewRenderer& renderer,
+                    bool fit_exposure,
                     std::map<std::string, LabelImage>* ids_of_stem) {
   Image8 truth = ReadPhoto(image_path / photo.name);
   const PhotoSize trained = {photo.width, photo.height};
@@ -47,6 +49,10 @@ ViewScore ScoreView(const PhotoRecord& photo,
     (*ids_of_stem)[Stem(photo.name)] = IdImage(rendered, model.labels);
   }
   const Image8 color = ColorImage(rendered);
+  if (fit_exposure) {
+    const ImagePair right = FitExposure(color, truth);
+    return {photo.name, Psnr(right.render, right.photo), Ssim(right.render, right.photo)};
+  }
   return {photo.name, Psnr(color, truth), Ssim(color, truth)};
 }
 
@@ -80,13 +86,15 @@ std::map<std::string, ObjectScore> ScoreObjects(
 Scores ScoreModel(const Model& model,
                   const fs::path& foam_path,
                   const fs::path& image_path,
-                  const fs::path& truth_path) {
+                  const fs::path& truth_path,
+                  bool fit_exposure) {
   const ViewRenderer renderer(model.foam);
   std::map<std::string, LabelImage> ids_of_stem;
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
     if (!photo.held_out) continue;
-    scores.views.push_back(ScoreView(photo, foam_path, image_path, model, renderer, &ids_of_stem));
+    scores.views.push_back(
+        ScoreView(photo, foam_path, image_path, model, renderer, fit_exposure, &ids_of_stem));
   }
   if (!truth_path.empty()) scores.objects = ScoreObjects(truth_path, model, ids_of_stem);
   return scores;

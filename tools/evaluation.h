@@ -26,12 +26,14 @@ struct Scores {
 
 // Renders every held-out photo of `model` and compares it with the photo in `image_path`, brought
 // to the size in the model; and where `truth_path` is not empty, the labels with the exact masks
-// there, `<object>/<photo>.png`. `foam_path` is what errors call the model. Throws UserError naming
-// the photo or mask that is missing, damaged or of another aspect.
+// there, `<object>/<photo>.png`. With `fit_exposure`, colour is scored on the photos' right halves,
+// in the exposure that fits their left ones (FitExposure). `foam_path` is what errors call the
+// model. Throws UserError naming the photo or mask that is missing, damaged or of another aspect.
 Scores ScoreModel(const Model& model,
                   const std::filesystem::path& foam_path,
                   const std::filesystem::path& image_path,
-                  const std::filesystem::path& truth_path);
+                  const std::filesystem::path& truth_path,
+                  bool fit_exposure);
 
 ViewScore MeanOf(const std::vector<ViewScore>& views);
 

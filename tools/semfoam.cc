@@ -22,6 +22,7 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"automatic_segmenter", "a COLMAP workspace in, everything out", RunAutomaticSegmenter},
+    {"scene_analyzer", "says which effects a scene calls for", RunSceneAnalyzer},
     {"foam_trainer", "trains a foam from a COLMAP model, photos and masks", RunFoamTrainer},
     {"foam_renderer", "renders a foam from the views of a COLMAP model", RunFoamRenderer},
     {"foam_evaluator", "scores a foam on its held-out photos", RunFoamEvaluator},

@@ -42,11 +42,16 @@ std::string Millions(int64_t count) {
 }
 
 std::map<std::string, std::string> ModelOptions(const OptionManager& options,
-                                                const TrainingRun& run) {
+                                                const TrainingRun& run,
+                                                const SceneEffects& effects) {
   std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
   values["mask_consistency"] = run.mask_consistency;
   // What the budget chose is there; the seconds themselves shape nothing.
   values.erase("time_budget");
+  values["sh_degree"] = FormatValue(effects.sh_degree);
+  for (const char* name : {"exposure", "vignetting"}) {
+    if (effects.Find(name).on) values[name] = FormatValue(true);
+  }
   values["quality"] = run.quality;
   values["random_seed"] = FormatValue(options.RandomSeed());
   values["test_every"] = FormatValue(run.scene.test_every);
@@ -137,6 +142,7 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
                            {"auto", "off", "tracks", "independent"},
                            "what to do about errors of the masks: correct them by the SfM tracks, "
                            "or, where ids mean nothing from photo to photo, match them by these");
+  AddEffectsOptions(options, &run->effects_choices);
 }
 
 void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
@@ -181,6 +187,12 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
                                 : run->mask_consistency == "independent"
                                     ? MaskConsistency::kIndependent
                                     : MaskConsistency::kAuto;
+  run->effects = MakeEffectsOptions(run->effects_choices);
+  run->effects.sh_degree = run->training.sh_degree;
+  run->training.fixed_sh_degree = run->effects.fixed_sh_degree;
+  run->scene.use_masks = run->effects.semantics;
+  run->scene.distortion = run->effects.distortion;
+  run->scene.random_seed = options.RandomSeed();
   if (const std::string wrong = run->training.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
@@ -218,7 +230,7 @@ Model TrainAndWrite(const OptionManager& options,
             << FormatBytes(available) << " available";
   RequireMemory(run->training, has_semantics, num_seeds, photo_bytes, available);
   LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
-  const TrainingScene scene(std::move(plan));
+  TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
@@ -232,7 +244,12 @@ Model TrainAndWrite(const OptionManager& options,
   if (run->time_budget > 0) {
     FitToBudget(options, scene, begin, run);
     RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
+    run->effects.sh_degree = run->training.sh_degree;
   }
+  const SceneEffects effects = ProbeEffects(scene, run->effects);
+  for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
+  scene.SetLights(effects.lights);
+  run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
             << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
@@ -252,8 +269,10 @@ Model TrainAndWrite(const OptionManager& options,
   }
 
   if (summary.nonfinite_pixels > 0) {
-    LOG(WARNING) << summary.nonfinite_pixels << " of the drawn pixels have a colour that is not "
-                 << "finite and were left out.";
+    // Photos hold whole numbers; only ReferenceColor makes others.
+    LOG(INFO) << summary.nonfinite_pixels
+              << " of the drawn pixels are saturated in photos brighter "
+              << "than the reference exposure and were left out.";
   }
   if (summary.unstable_iterations > 0) {
     LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
@@ -272,8 +291,9 @@ Model TrainAndWrite(const OptionManager& options,
   model.world_from_normalized = scene.WorldFromNormalized();
   model.labels = scene.Labels();
   model.photos = scene.Photos();
-  model.options = ModelOptions(options, *run);
+  model.options = ModelOptions(options, *run, effects);
   WriteModel(output_path / "scene.foam", model);
+  WriteEffects(output_path / "effects.json", effects, scene.Photos());
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
   // Without held-out views there is no quality to show.
   if (const Plot plot = TrainingPlot(reports); !plot.panels.empty()) {

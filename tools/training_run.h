@@ -3,7 +3,9 @@
 
 #include "foam/model.h"
 #include "foam/trainer.h"
+#include "plugin/effects.h"
 #include "plugin/scene.h"
+#include "tools/effects_options.h"
 #include "tools/option_manager.h"
 
 #include <filesystem>
@@ -17,17 +19,20 @@ struct TrainingRun {
   std::string quality = "medium";
   TrainingOptions training;
   double time_budget = 0;  // seconds for all that foam_trainer does; 0 = as `training` says
+  EffectsOptions effects;
 
-  // As the options spell them; Finish() brings them into `scene`.
+  // As the options spell them; Finish() brings them into `scene` and `effects`.
   std::string image_path;
   std::string input_path;
   std::string mask_path;
   std::string labels_path;
   std::string label_zero = "auto";
   std::string mask_consistency = "auto";
+  EffectsChoices effects_choices;
 };
 
-// Adds --mask_path, --labels_path, --test_every, --quality, --Masks.* and --FoamTraining.*.
+// Adds --mask_path, --labels_path, --test_every, --quality, --Masks.*, --FoamTraining.* and
+// --Effects.*.
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 
 // What the user did not give is looked for where COLMAP and mask trackers put it: images/, sparse/,
@@ -44,12 +49,13 @@ void TakeSchedule(const OptionManager& options,
 // out of range.
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 
-// Loads the photos and masks, says what was found and what is going to be done, trains, and writes
-// scene.foam and training_log.csv and, with held-out views, training_plot.svg and .png into
-// `output_path`. Returns the model. The model's options are those that shape the result: quality,
-// random_seed, test_every, --Masks.* and --FoamTraining.*. With a time budget, `run` leaves with
-// the schedule that was chosen, the model holds that, and so do the options: given without a
-// budget, they give the same bytes.
+// Loads the photos and masks, probes which effects they call for, says what was found and what is
+// going to be done, trains, and writes scene.foam, effects.json and training_log.csv and, with
+// held-out views, training_plot.svg and .png into `output_path`. Returns the model. The model's
+// options are those that shape the result: quality, random_seed, test_every, --Masks.* and
+// --FoamTraining.*, with the SH degree that was trained at most; and "exposure" and "vignetting",
+// but only where they are on. With a time budget, `run` leaves with the schedule that was chosen,
+// the model holds that, and so do the options: given without a budget, they give the same bytes.
 Model TrainAndWrite(const OptionManager& options,
                     const std::filesystem::path& output_path,
                     TrainingRun* run);

@@ -141,9 +141,11 @@ TEST_P(RayBatch, DominantCellsLearnNothingButTheirClass) {
   EXPECT_GT(with.gradients.NumRecords(), without.gradients.NumRecords() + 20);
   for (uint32_t cell = 0; cell < kNumSites; ++cell) {
     std::vector<float> a(row.size, 0.f), b(row.size, 0.f);
-    const float largest =
+    const RecordTotals expected =
         SumRecords(without.gradients.Of(cell), without.rays.data(), row, a.data());
-    EXPECT_EQ(SumRecords(with.gradients.Of(cell), with.rays.data(), row, b.data()), largest);
+    const RecordTotals got = SumRecords(with.gradients.Of(cell), with.rays.data(), row, b.data());
+    EXPECT_EQ(got.largest_weight, expected.largest_weight);
+    EXPECT_EQ(got.squared_error, expected.squared_error);
     for (int k = row.position; k < row.size; ++k) EXPECT_EQ(a[k], b[k]);
   }
 }

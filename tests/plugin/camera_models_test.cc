@@ -2,6 +2,7 @@
 #include "plugin/camera_models.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -253,6 +254,23 @@ TEST(CameraModels, RescalingFollowsColmapsRule) {
     ASSERT_TRUE(ray && same);
     EXPECT_LT((*ray - *same).norm(), 1e-9) << NameOf(camera);
   }
+}
+
+TEST(CameraModels, DistortionIsMeasuredAtTheCorners) {
+  EXPECT_EQ(DistortionAtCorners(MakeCamera("PINHOLE", {533.3, 540.1, 318.2, 243.7})), 0);
+  EXPECT_EQ(DistortionAtCorners(MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, 0})), 0);
+  // A corner is 400 pixels off the axis: u (1 - 0.08 u^2) = 400 / f, and it is f u without.
+  const Camera camera = MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, -0.08});
+  const double u = (400 + DistortionAtCorners(camera)) / 533.3;
+  EXPECT_NEAR(u * (1 - 0.08 * u * u), 400 / 533.3, 1e-9);
+  EXPECT_GT(u, 400 / 533.3);
+  // No pinhole camera sees sideways.
+  EXPECT_EQ(DistortionAtCorners(MakeCamera("SIMPLE_RADIAL_FISHEYE", {230, 320, 240, 0.03})),
+            std::numeric_limits<double>::infinity());
+  const Camera pinhole = WithoutDistortion(camera);
+  EXPECT_EQ(NameOf(pinhole), "PINHOLE");
+  EXPECT_EQ(pinhole.params, (std::vector<double>{533.3, 533.3, 320, 240}));
+  EXPECT_EQ(pinhole.width, camera.width);
 }
 
 TEST(CameraModels, ModelsWithoutRaysAreNamed) {

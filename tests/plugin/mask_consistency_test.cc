@@ -39,10 +39,10 @@ class Wall {
       const auto x = static_cast<float>(kWidth * random.Uniform());
       const auto y = static_cast<float>(kHeight * random.Uniform());
       seeds.push_back({Eigen::Vector3f(x, y, 0) / kWidth, Eigen::Vector3f::Zero()});
-      Track& track = tracks.emplace_back();
+      Sightings& track = tracks.emplace_back();
       std::set<int32_t> views;
       while (views.size() < 3) views.insert(static_cast<int32_t>(random.Below(kViews)));
-      for (const int32_t view : views) track.push_back({view, x, y});
+      for (const int32_t view : views) track.push_back({view, {x, y}});
     }
   }
 
@@ -92,7 +92,7 @@ class Wall {
 
   std::vector<PhotoRecord> photos;
   std::vector<SeedPoint> seeds;
-  std::vector<Track> tracks;
+  std::vector<Sightings> tracks;
   std::vector<std::vector<int>> ids;  // of the masks, per view
   MaskSet masks;                      // after Correct
 };
@@ -193,7 +193,7 @@ TEST(MaskConsistency, IndependentMasksAreMatched) {
   }
   wall.Paint(9, 30, 0, 30, [](int) { return 4; });  // in two parts here
   wall.photos[1].held_out = true;
-  for (Track& track : wall.tracks) {
+  for (Sightings& track : wall.tracks) {
     std::erase_if(track, [](const Sighting& sighting) { return sighting.view == 1; });
   }
   const MaskConsistencyReport report = wall.Correct(MaskConsistency::kAuto);
@@ -266,7 +266,7 @@ TEST(MaskConsistency, SightingsAtBordersSayNothing) {
   for (int i = 0; i < 200; ++i) {
     const float y = 2 + 0.25f * static_cast<float>(i);
     wall.seeds.push_back({{0.3f, y / kWidth, 0}, Eigen::Vector3f::Zero()});
-    wall.tracks.push_back({{0, kBand - 0.5f, y}, {1, kBand + 0.5f, y}, {2, -3, y}, {3, 500, y}});
+    wall.tracks.push_back({{0, {kBand - 0.5f, y}}, {1, {kBand + 0.5f, y}}, {2, {-3, y}}, {3, {500, y}}});
   }
   EXPECT_EQ(wall.Correct(MaskConsistency::kTracks).used, MaskConsistency::kOff);
 }

@@ -376,16 +376,15 @@ TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
   SceneOptions options = workspace.Options();
   options.test_every = 3;
   const ScenePlan plan = PlanScene(options);
-  ASSERT_EQ(plan.tracks.size(), plan.seeds.size());
-  const Track& track = plan.tracks[1];  // of point 5
+  ASSERT_EQ(plan.seed_sightings.size(), plan.seeds.size());
+  const Sightings& track = plan.seed_sightings[1];  // of point 5
   ASSERT_EQ(track.size(), 2u);          // photo 0 is held out
   EXPECT_EQ(track[0].view, 1);
-  EXPECT_EQ(track[0].x, 8);
-  EXPECT_EQ(track[0].y, 6);
+  EXPECT_EQ(track[0].pixel, Eigen::Vector2d(8, 6));
   EXPECT_EQ(track[1].view, 2);
-  EXPECT_EQ(track[1].x, 4);
+  EXPECT_EQ(track[1].pixel.x(), 4);
   options.mask_consistency = MaskConsistency::kOff;
-  EXPECT_TRUE(PlanScene(options).tracks.empty());
+  EXPECT_TRUE(PlanScene(options).seed_sightings.empty());
 }
 
 TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
@@ -420,6 +419,31 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   options = workspace.Options();
   options.labels_path = root / "no.json";
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
+}
+
+TEST(Scene, MasksAndDistortionCanBeLeftOut) {
+  SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.use_masks = false;
+  options.mask_path = workspace.temp / "object_mask";
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_EQ(scene.NumClasses(), 0);
+  EXPECT_FALSE(scene.HasMask(0));
+
+  ScenePlan plan = PlanScene(workspace.Options());
+  EXPECT_GT(plan.distortion, kLeastDistortion);
+  EXPECT_EQ(plan.photos[1].camera_model, "OPENCV");
+  EXPECT_EQ(plan.table_views.size(), 1u);
+  options.distortion = EffectSwitch::kOff;
+  plan = PlanScene(options);
+  EXPECT_EQ(plan.photos[1].camera_model, "PINHOLE");
+  EXPECT_TRUE(plan.table_views.empty());
+  // One that moves nothing by a tenth of a pixel is none, unless the user says so.
+  workspace.model.cameras[0].params = {10, 11, 4, 3, -1e-4, 0, 0, 0};
+  workspace.WriteModelFiles();
+  EXPECT_EQ(PlanScene(workspace.Options()).photos[1].camera_model, "PINHOLE");
+  options.distortion = EffectSwitch::kOn;
+  EXPECT_EQ(PlanScene(options).photos[1].camera_model, "OPENCV");
 }
 
 TEST(Scene, ZeroIsAClassOnRequest) {

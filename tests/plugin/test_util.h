@@ -91,6 +91,7 @@ inline void WritePng(const std::filesystem::path& path,
     }
     png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
   }
+  png_set_compression_level(png, 1);
   png_write_info(png, info);
   const size_t row_bytes = samples.size() / height;
   std::vector<png_bytep> rows;

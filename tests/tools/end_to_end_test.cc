@@ -71,6 +71,7 @@ TEST_F(EndToEndTest, SaysWhatItMatchedAndWhatItDoes) {
 
 TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
   std::set<std::string> expected = {"scene.foam",
+                                    "effects.json",
                                     "labels.json",
                                     "training_log.csv",
                                     "training_plot.svg",
@@ -419,7 +420,8 @@ TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
   }
   std::vector<std::string> files = FilesBelow(again);
   files.push_back("scene.foam");
-  files.insert(files.end(), {"training_log.csv", "training_plot.svg", "training_plot.png"});
+  files.insert(files.end(),
+               {"effects.json", "training_log.csv", "training_plot.svg", "training_plot.png"});
   EXPECT_THAT(files, testing::UnorderedElementsAreArray(FilesBelow(Out())));
   for (const std::string& file : FilesBelow(again)) {
     const std::string format = fs::path(file).extension().string();
@@ -465,9 +467,9 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.Errors(), IsEmpty());
   EXPECT_THAT(outcome.err, HasSubstr("colour only"));
-  EXPECT_THAT(
-      FilesBelow(out),
-      testing::UnorderedElementsAre("scene.foam", "labels.json", "training_log.csv", "scene.vdb"));
+  EXPECT_THAT(FilesBelow(out),
+              testing::UnorderedElementsAre(
+                  "scene.foam", "effects.json", "labels.json", "training_log.csv", "scene.vdb"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
   // No photo was held out of this one.
@@ -511,7 +513,12 @@ TEST_F(EndToEndTest, TakesItsOwnLabelsAndAProjectFile) {
                                       "30000"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(FilesBelow(out),
-              testing::UnorderedElementsAre("scene.foam", "labels.json", "training_log.csv"));
+              testing::UnorderedElementsAre("scene.foam",
+                                            "effects.json",
+                                            "labels.json",
+                                            "training_log.csv",
+                                            "training_plot.svg",
+                                            "training_plot.png"));
   EXPECT_EQ(json::parse(ReadFile(out / "labels.json"))["labels"], Labels()["labels"]);
 }
 

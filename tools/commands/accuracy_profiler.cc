@@ -89,6 +89,7 @@ class Study {
                                   scene_.WorldFromNormalized());
     LOG(INFO) << scene_.PhotoReport();
     LOG(INFO) << scene_.MaskReport();
+    fits_exposure_ = BringToReferenceExposure(&scene_);
   }
 
   void Run() {
@@ -171,6 +172,13 @@ class Study {
     *runs = std::move(kept);
   }
 
+  // As a training does. Returns whether exposure is on.
+  bool BringToReferenceExposure(TrainingScene* scene) const {
+    SceneEffects effects = ProbeEffects(*scene, run_.effects);
+    scene->SetLights(std::move(effects.lights));
+    return effects.Find("exposure").on;
+  }
+
   // Trains, scores, adds the row and writes all that is known by then.
   void TrainAndScore(const StudyRun& run, bool with_exports) {
     const auto begin = std::chrono::steady_clock::now();
@@ -179,7 +187,8 @@ class Study {
     if (run.max_image_size > 0 && run.max_image_size < image_size) {
       SceneOptions reduced = run_.scene;
       reduced.max_image_size = run.max_image_size;
-      const TrainingScene scene(PlanScene(reduced));
+      TrainingScene scene(PlanScene(reduced));
+      BringToReferenceExposure(&scene);
       image_size = LongestSide(scene);
       summary = TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr);
     } else {
@@ -200,7 +209,8 @@ class Study {
     model.world_from_normalized = scene_.WorldFromNormalized();
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
-    const Scores scores = ScoreModel(model, "the study's foam", run_.image_path, truth_);
+    const Scores scores =
+        ScoreModel(model, "the study's foam", run_.image_path, truth_, fits_exposure_);
     row.psnr = MeanOf(scores.views).psnr;
     row.ssim = MeanOf(scores.views).ssim;
     const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
@@ -297,7 +307,8 @@ class Study {
   const TrainingRun run_;
   const fs::path output_path_;
   const double budget_;
-  const TrainingScene scene_;
+  TrainingScene scene_;
+  bool fits_exposure_ = false;
   const fs::path truth_;
   const TrainingTimeModel time_;
   std::vector<DepthView> depth_views_;

@@ -78,6 +78,7 @@ void RunFoamEvaluator(int argc, char** argv) {
   std::string image_path;
   std::string truth_path;
   std::string json_path;
+  std::string fit_exposure = "auto";
   OptionManager options("foam_evaluator",
                         "Scores a foam on the photos that its training held out: PSNR and SSIM, "
                         "and where there are exact masks, IoU and recall of every object.");
@@ -88,12 +89,20 @@ void RunFoamEvaluator(int argc, char** argv) {
       &truth_path,
       "folder of exact masks, <object>/<photo>.png, white where the object is; "
       "by default segmentation_labels/masks/ beside the photos' folder");
+  options.AddChoiceOption(
+      "fit_exposure",
+      &fit_exposure,
+      {"auto", "0", "1"},
+      "colour: fit each photo's exposure on its left half and score the right one; auto = where "
+      "the foam was trained with exposure on");
   options.AddDefaultOption("json_path", &json_path, "also write the scores to this file");
   if (!options.Parse(argc, argv)) return;
 
   const fs::path truth = FindTruth(truth_path, image_path);
   const Model model = ReadModel(foam_path);
-  const Scores scores = ScoreModel(model, foam_path, image_path, truth);
+  const bool fits_exposure =
+      fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
+  const Scores scores = ScoreModel(model, foam_path, image_path, truth, fits_exposure);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

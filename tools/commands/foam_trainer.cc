@@ -15,9 +15,10 @@ void RunFoamTrainer(int argc, char** argv) {
                         "Trains a foam from a COLMAP model, its photos and instance masks.");
   options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
   options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
-  options.AddRequiredOption("output_path",
-                            &output_path,
-                            "folder for scene.foam, labels.json, training_log.csv and its plot");
+  options.AddRequiredOption(
+      "output_path",
+      &output_path,
+      "folder for scene.foam, effects.json, labels.json, training_log.csv and its plot");
   AddTrainingRunOptions(&options, &run);
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, &run);

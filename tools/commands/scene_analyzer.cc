@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/effects_options.h"
+#include "tools/training_run.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+namespace semfoam {
+
+void RunSceneAnalyzer(int argc, char** argv) {
+  std::string output_path;
+  TrainingRun run;
+  OptionManager options("scene_analyzer",
+                        "Says which effects a scene calls for, as foam_trainer decides it with "
+                        "the same options: exposure, vignetting, view dependence ...");
+  options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
+  options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
+  options.AddRequiredOption("output_path", &output_path, "folder for effects.json");
+  AddTrainingRunOptions(&options, &run);
+  if (!options.Parse(argc, argv)) return;
+  FinishTrainingRun(options, &run);
+
+  RequireWritableFolder(output_path);
+  const TrainingScene scene(PlanScene(run.scene));
+  const SceneEffects effects = ProbeEffects(scene, run.effects);
+  for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
+  WriteEffects(std::filesystem::path(output_path) / "effects.json", effects, scene.Photos());
+}
+
+}  // namespace semfoam

@@ -32,14 +32,14 @@ struct TrainingOptions {
   double transmittance_cutoff = kTransmittanceCutoff;
 
   // Weights of the loss terms (ray_loss.h, total_variation.h), >= 0. The colour term has weight 1.
-  double opacity_weight = 0.02;
+  double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
   double identity_weight = 1;
   double cell_identity_weight = 0;  // 0: classes are trained through rendered identities alone
   double tv_weight = 2;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.
-  double position_rate = 4e-4;
+  double position_rate = 2e-4;
   double density_rate = 0.1;
   double color_rate = 2e-2;
   double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate

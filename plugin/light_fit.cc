@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
@@ -151,7 +152,10 @@ void Solver::AddTerm(bool fitted, double* block, int size) {
 void Solver::Solve(double scale) {
   loss_->Reset(new ceres::HuberLoss(kCore * scale), ceres::TAKE_OWNERSHIP);
   ceres::Solver::Summary summary;
+  // --log_level is about what is done here, not about Ceres' inner life.
+  const int verbosity = std::exchange(FLAGS_v, 0);
   ceres::Solve(options_, &problem_, &summary);
+  FLAGS_v = verbosity;
   CHECK(summary.IsSolutionUsable()) << summary.FullReport();
 }
 

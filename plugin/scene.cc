@@ -308,7 +308,8 @@ ScenePlan PlanScene(const SceneOptions& options) {
       seen.emplace(image.id, SeenImage{static_cast<int32_t>(i), &image, scale});
     }
   }
-  MakeSeeds(std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_sightings);
+  MakeSeeds(
+      std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_sightings);
   plan.table_views = ChooseTables(plan.photos);
   return plan;
 }

@@ -266,7 +266,8 @@ TEST(MaskConsistency, SightingsAtBordersSayNothing) {
   for (int i = 0; i < 200; ++i) {
     const float y = 2 + 0.25f * static_cast<float>(i);
     wall.seeds.push_back({{0.3f, y / kWidth, 0}, Eigen::Vector3f::Zero()});
-    wall.tracks.push_back({{0, {kBand - 0.5f, y}}, {1, {kBand + 0.5f, y}}, {2, {-3, y}}, {3, {500, y}}});
+    wall.tracks.push_back(
+        {{0, {kBand - 0.5f, y}}, {1, {kBand + 0.5f, y}}, {2, {-3, y}}, {3, {500, y}}});
   }
   EXPECT_EQ(wall.Correct(MaskConsistency::kTracks).used, MaskConsistency::kOff);
 }

@@ -378,7 +378,7 @@ TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
   const ScenePlan plan = PlanScene(options);
   ASSERT_EQ(plan.seed_sightings.size(), plan.seeds.size());
   const Sightings& track = plan.seed_sightings[1];  // of point 5
-  ASSERT_EQ(track.size(), 2u);          // photo 0 is held out
+  ASSERT_EQ(track.size(), 2u);                      // photo 0 is held out
   EXPECT_EQ(track[0].view, 1);
   EXPECT_EQ(track[0].pixel, Eigen::Vector2d(8, 6));
   EXPECT_EQ(track[1].view, 2);

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <regex>
 
 #include <cairo-svg.h>
 #include <cairo.h>
@@ -346,7 +345,14 @@ std::string Svg(const Plot& plot) {
   cairo_surface_finish(surface.get());
   CHECK_EQ(cairo_surface_status(surface.get()), CAIRO_STATUS_SUCCESS);
   // Cairo numbers the surfaces of a process.
-  return std::regex_replace(text, std::regex("id=\"surface[0-9]+\""), "id=\"plot\"");
+  const std::string id = "id=\"surface";
+  for (size_t at = text.find(id); at != std::string::npos; at = text.find(id, at + 1)) {
+    const size_t digits = at + id.size();
+    const size_t end = text.find_first_not_of("0123456789", digits);
+    if (end == std::string::npos || end == digits || text[end] != '"') continue;
+    text.replace(at, end - at, "id=\"plot");
+  }
+  return text;
 }
 
 std::string Png(const Plot& plot) {

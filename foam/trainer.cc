@@ -7,6 +7,7 @@
 #include "foam/delaunay.h"
 #include "foam/densification.h"
 #include "foam/error.h"
+#include "foam/free_space.h"
 #include "foam/guard_sites.h"
 #include "foam/initialization.h"
 #include "foam/metrics.h"
@@ -124,59 +125,6 @@ std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
   return result;
 }
 
-// What lies between a camera and the nearest things it sees must be empty: otherwise it would see
-// that instead. The near part of its view (a cone around it), up to 0.7 of the distance to the
-// nearest SfM points in it, and a ball half as large around the camera itself. The nearest points
-// are the 2 % quantile, so that a few wrong ones do not matter.
-struct ClearCone {
-  Eigen::Vector3f apex;
-  Eigen::Vector3f axis;
-  float cosine;  // of the half angle
-  float radius;
-
-  bool Contains(const Eigen::Vector3f& x) const {
-    const Eigen::Vector3f offset = x - apex;
-    const float distance = offset.norm();
-    return distance < 0.5f * radius || (distance < radius && offset.dot(axis) > cosine * distance);
-  }
-};
-
-std::vector<ClearCone> ClearCones(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
-  constexpr size_t kFewestSeeds = 50;  // fewer say nothing of what is near
-  std::vector<ClearCone> cones;
-  for (int view = 0; view < views.NumViews(); ++view) {
-    if (views.IsHeldOut(view)) continue;
-    // The cone that holds the photo's corners.
-    const int right = views.Width(view) - 1, bottom = views.Height(view) - 1;
-    std::vector<Eigen::Vector3f> corners;
-    for (const auto& [x, y] : {std::pair(0, 0), {right, 0}, {0, bottom}, {right, bottom}}) {
-      TrainingRay ray;
-      if (views.Ray(view, x, y, &ray)) corners.push_back(ray.direction);
-    }
-    if (corners.size() < 4) continue;
-    ClearCone cone;
-    cone.apex = views.Origin(view).cast<float>();
-    cone.axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
-    if (!cone.axis.allFinite()) continue;
-    cone.cosine = 1;
-    for (const Eigen::Vector3f& corner : corners) {
-      cone.cosine = std::min(cone.cosine, corner.dot(cone.axis));
-    }
-    std::vector<float> distances;
-    for (const SeedPoint& seed : seeds) {
-      const Eigen::Vector3f offset = seed.position - cone.apex;
-      const float distance = offset.norm();
-      if (offset.dot(cone.axis) > cone.cosine * distance) distances.push_back(distance);
-    }
-    if (distances.size() < kFewestSeeds) continue;
-    const auto nearest = distances.begin() + distances.size() / 50;
-    std::nth_element(distances.begin(), nearest, distances.end());
-    cone.radius = 0.7f * *nearest;
-    cones.push_back(cone);
-  }
-  return cones;
-}
-
 // One training run: the foam, all that hangs on its topology, and the optimiser.
 class Trainer {
  public:
@@ -184,7 +132,7 @@ class Trainer {
           const std::vector<SeedPoint>& seeds,
           int num_classes,
           const TrainingOptions& options)
-      : views_(views), options_(options), clear_cones_(ClearCones(views, seeds)) {
+      : views_(views), options_(options), free_space_(views, seeds) {
     ChooseViews();
     if (pixels_.size() == 0) {
       throw UserError(
@@ -261,7 +209,7 @@ class Trainer {
   const TrainingOptions& options_;
   PixelRange pixels_;        // to train on
   PixelRange probe_pixels_;  // to settle the SH degree on; empty when that is done
-  const std::vector<ClearCone> clear_cones_;
+  const FreeSpace free_space_;
 
   Foam foam_;
   std::unique_ptr<FoamOptimizer> optimizer_;
@@ -270,7 +218,7 @@ class Trainer {
 
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
-  std::vector<uint8_t> is_clear_;  // [N] in a clear cone: the cell stays transparent
+  std::vector<uint8_t> is_clear_;  // [N] in free space: the cell stays transparent
   std::vector<float> density_;     // [num_cells]
   std::vector<float> tv_weights_;  // per directed edge
   std::vector<float>
@@ -330,10 +278,7 @@ void Trainer::Retriangulate() {
   is_clear_.assign(foam_.NumSites(), 0);
   ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      is_clear_[i] =
-          std::any_of(clear_cones_.begin(), clear_cones_.end(), [&](const ClearCone& cone) {
-            return cone.Contains(foam_.positions[i]);
-          });
+      is_clear_[i] = free_space_.Contains(foam_.positions[i]);
       float& raw = foam_.raw_density[i];
       raw = is_clear_[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
     }

@@ -55,6 +55,7 @@ FoamOptimizer::FoamOptimizer(const Foam& foam)
 int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
                             const std::vector<uint8_t>& is_clear,
+                            const std::vector<float>& radius,
                             const LearningRates& rates,
                             Foam* foam,
                             std::vector<float>* density,
@@ -62,6 +63,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
   CHECK_EQ(steps_.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
+  CHECK_EQ(radius.size(), num_sites);
   const int sh_stride = foam->ShStride();
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
@@ -103,7 +105,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
         Eigen::Vector3f& position = foam->positions[i];
-        position += Eigen::Vector3f(&change[row_.position]);
+        position += radius[i] * Eigen::Vector3f(&change[row_.position]);
         const float distance = position.norm();
         if (distance > kFarRadius) position *= kFarRadius / distance;
         if (!is_clear[i]) {

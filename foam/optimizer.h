@@ -10,7 +10,7 @@
 namespace semfoam {
 
 struct LearningRates {
-  float position = 0;  // normalised units per step; 0 = frozen
+  float position = 0;  // of a cell's radius, per step; 0 = frozen
   float density = 0;   // of the raw density
   float sh_dc = 0;
   float sh_rest = 0;
@@ -45,12 +45,14 @@ class FoamOptimizer {
   explicit FoamOptimizer(const Foam& foam);
 
   // One step with the batch's gradients (grouped by cell here). `tv_gradient` is
-  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] keep their density. `density` [N or
+  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] keep their density; sites
+  // move by steps in proportion to their cell's `radius` [N]. `density` [N or
   // more] follows the foam's, activated. A cell with a gradient that is not finite keeps its
   // parameters; returns the number of such cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
                const std::vector<uint8_t>& is_clear,
+               const std::vector<float>& radius,
                const LearningRates& rates,
                Foam* foam,
                std::vector<float>* density,

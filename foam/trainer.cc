@@ -63,6 +63,11 @@ constexpr double kTriangulatedSitesPerRay = 0.07;
 constexpr int64_t kMinTriangulationInterval = 20;
 constexpr int64_t kMaxTriangulationInterval = 1000;
 
+// Sites move in proportion to their cell's radius within these bounds, so that a small thing seen
+// from afar trains like a large one from near, and the large cells of a background find their
+// places too.
+constexpr float kSmallestRadius = 5e-4f, kLargestRadius = 0.1f;
+
 // Fractions of the run. Colours settle before matter forms, and the mean colour before its change
 // with direction.
 constexpr double kDensityWarmUp = 0.1;
@@ -219,6 +224,7 @@ class Trainer {
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
   std::vector<uint8_t> is_clear_;  // [N] in free space: the cell stays transparent
+  std::vector<float> radius_;      // [N] of the cells, bounded (kSmallestRadius)
   std::vector<float> density_;     // [num_cells]
   std::vector<float> tv_weights_;  // per directed edge
   std::vector<float>
@@ -272,6 +278,8 @@ void Trainer::Retriangulate() {
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
+  radius_ = CellRadii(cells, delaunay_);
+  for (float& radius : radius_) radius = std::clamp(radius, kSmallestRadius, kLargestRadius);
   delaunay_.tets = {};
   delaunay_.tet_neighbors = {};
   SetTopology(delaunay_, &geometry_);
@@ -388,7 +396,7 @@ void Trainer::Iterate() {
     ++tv_count_;
   }
   const int64_t skipped = optimizer_->Step(
-      &batch_, tv_gradient_, is_clear_, Rates(), &foam_, &density_, &densification_);
+      &batch_, tv_gradient_, is_clear_, radius_, Rates(), &foam_, &density_, &densification_);
   guard_.Watch(progress_.iteration, rays_, batch_, tv_loss, skipped);
   summary_.nonfinite_gradients += skipped;
   summary_.step_limit_hits += batch_.step_limit_hits;

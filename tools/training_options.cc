@@ -33,7 +33,9 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
       &training->cell_identity_weight,
       "weight of the cross-entropy of each ray's dominant cell itself; 0 = the paper's way");
   add("tv_weight", &training->tv_weight, "weight of the identities' total variation");
-  add("position_rate", &training->position_rate, "learning rate of the sites");
+  add("position_rate",
+      &training->position_rate,
+      "learning rate of the sites, in radii of their cells");
   add("density_rate", &training->density_rate, "learning rate of the density");
   add("color_rate", &training->color_rate, "learning rate of the colour");
   add("sh_factor", &training->sh_factor, "higher SH degrees learn at this times color_rate");

@@ -53,11 +53,11 @@ TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {
   TrainingOptions options = SmallRun();
   options.num_rays = 200'000;
   options.densify_events = 0;
-  options.position_rate = 1e-6;
+  options.position_rate = 1e-5;
   const TrainingSummary resting = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
   // At the start and when positions freeze, and nothing in between: 195 iterations are no age.
   EXPECT_EQ(resting.triangulations, 2);
-  options.position_rate = 2e-3;
+  options.position_rate = 0.1;
   const TrainingSummary moving = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
   EXPECT_GT(moving.triangulations, 3);
   EXPECT_EQ(moving.step_limit_hits, 0);
@@ -199,7 +199,7 @@ TEST(Trainer, KeepsEveryParameterFiniteAtAbsurdLearningRates) {
   const SyntheticViews views(8, 32, 24);
   TrainingOptions options = SmallRun();
   options.num_rays = 30'000;
-  options.position_rate = 10;
+  options.position_rate = 1000;
   options.density_rate = 1000;
   options.color_rate = 100;
   const TrainingSummary summary = TrainFoam(views, views.Seeds(300), 3, options, nullptr);

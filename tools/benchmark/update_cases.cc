@@ -30,7 +30,8 @@ class Updater {
       : delaunay_(scene.renderer.delaunay()),
         foam_(scene.foam),
         optimizer_(foam_),
-        is_clear_(foam_.NumSites(), 0) {
+        is_clear_(foam_.NumSites(), 0),
+        radius_(foam_.NumSites(), 0.f) {
     SetTopology(delaunay_, &geometry_);
     density_ = CellDensities(foam_);
     const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
@@ -56,8 +57,14 @@ class Updater {
     int64_t not_finite = 0;
     TotalVariation(delaunay_, tv_weights_, foam_.identity, float{kRoundUpdates}, &tv_gradient_);
     for (BatchResult& batch : batches_) {
-      not_finite += optimizer_.Step(
-          &batch, tv_gradient_, is_clear_, LearningRates{}, &foam_, &density_, &statistics_);
+      not_finite += optimizer_.Step(&batch,
+                                    tv_gradient_,
+                                    is_clear_,
+                                    radius_,
+                                    LearningRates{},
+                                    &foam_,
+                                    &density_,
+                                    &statistics_);
       tv_gradient_.clear();
     }
     Refresh(WithGuardSites(foam_.positions), &geometry_);
@@ -107,6 +114,7 @@ class Updater {
   Foam foam_;
   FoamOptimizer optimizer_;
   const std::vector<uint8_t> is_clear_;
+  const std::vector<float> radius_;
   std::vector<float> tv_weights_;
   std::vector<float> tv_gradient_;
   DensificationStatistics statistics_;

@@ -18,9 +18,10 @@ struct CellLabels {
       solid;  // [N] 1 where density * cell radius >= the threshold: matter, not air
 };
 
-// Solid: density times cell radius, both of the normalised frame, at least this (about 40 % opaque
-// across the cell).
-inline constexpr float kSolidOpticalDepth = 0.5f;
+// Solid: density times cell radius, both of the normalised frame, at least this. A cell alone need
+// not be opaque (here some 20 % across): a trained surface is several cells thick. With 0.5 thin
+// things fell apart and shells leaked (export/README.md).
+inline constexpr float kSolidOpticalDepth = 0.1f;
 
 CellLabels LabelCells(const Foam& foam,
                       const Delaunay& delaunay,

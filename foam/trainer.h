@@ -39,7 +39,7 @@ struct TrainingOptions {
   double tv_weight = 2;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.
-  double position_rate = 0.02;  // of a cell's radius
+  double position_rate = 0.04;  // of a cell's radius
   double density_rate = 0.1;
   double color_rate = 2e-2;
   double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate

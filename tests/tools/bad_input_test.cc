@@ -2,8 +2,10 @@
 //
 // What a user can get wrong: one sentence that names the file, exit code 1, and nothing left
 // behind.
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "tests/tools/program.h"
 #include <OpenImageIO/imageio.h>
@@ -232,9 +234,13 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(BadInput, ARunThatDoesNotFitIntoMemorySaysSoBeforeItStarts) {
   const TempFolder folder;
   const fs::path out = folder / "out";
+  int64_t limit_kb = 3'000'000;
+#ifdef __SANITIZE_ADDRESS__
+  limit_kb += int64_t{20} << 30;  // address space that AddressSanitizer reserves before main
+#endif
   const Outcome outcome = RunProgram("/bin/sh",
                                      {"-c",
-                                      "ulimit -v 3000000; exec \"$@\"",
+                                      "ulimit -v " + std::to_string(limit_kb) + "; exec \"$@\"",
                                       "sh",
                                       SEMFOAM_PROGRAM,
                                       "foam_trainer",

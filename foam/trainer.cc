@@ -423,7 +423,8 @@ void Trainer::Iterate() {
                                options_.opacity_weight,
                                options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
                                options_.identity_weight,
-                               options_.cell_identity_weight};
+                               options_.cell_identity_weight,
+                               options_.identity_to_density};
   CastBatch(geometry_,
             Shading(),
             {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},

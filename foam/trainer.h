@@ -35,7 +35,8 @@ struct TrainingOptions {
   double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
   double identity_weight = 1;
-  double cell_identity_weight = 0;  // 0: classes are trained through rendered identities alone
+  double cell_identity_weight = 0;   // 0: classes are trained through rendered identities alone
+  bool identity_to_density = false;  // true: labels shape densities and positions, too
   double tv_weight = 2;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.

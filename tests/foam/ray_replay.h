@@ -175,9 +175,10 @@ T ReplayLoss(const RayRecord<double>& record,
               color);
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
       for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
-        // The identity loss bends no geometry: its weight is a constant.
-        composite.identity[c] += T(record.shaded[piece.shaded].weight) *
-                                 p.identity[size_t(piece.cell) * kIdentityDim + c];
+        // Where the identity loss bends no geometry, its weight is a constant.
+        const T weight =
+            weights.identity_to_density ? shaded.weight : T(record.shaded[piece.shaded].weight);
+        composite.identity[c] += weight * p.identity[size_t(piece.cell) * kIdentityDim + c];
       }
     }
     t_in = t_out;
@@ -234,7 +235,7 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
     }
   }
   const int num_coefficients = NumShCoefficients(p.sh_degree);
-  BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
+  const auto emit = [&](const CellContribution<double>& c) {
     for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
     out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
     const bool counts = c.weight > kNegligibleWeight;
@@ -248,7 +249,9 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
     for (int a = 0; counts && p.num_classes > 0 && a < kIdentityDim; ++a) {
       out[3][size_t(c.cell) * kIdentityDim + a] += c.weight * gradient.identity[a];
     }
-  });
+  };
+  const bool to_density = weights.identity_to_density && p.num_classes > 0;
+  BackpropagateRay(geometry, record, gradient, emit, to_density ? p.identity.data() : nullptr);
   return out;
 }
 

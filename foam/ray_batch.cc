@@ -108,6 +108,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
       for (float& g : gradient.identity) g *= per_ray;
       float* const out = result->rays[i].parameters;
       std::copy_n(gradient.identity, row.position, out);
+      for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
       std::fill(out + row.position, out + row.sh, 0.f);
       for (int k = 0; k < num_coefficients; ++k) {
         for (int c = 0; c < 3; ++c) {
@@ -120,7 +121,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
                        geometry.num_sites,
                        static_cast<uint32_t>(i),
                        &records,
-                       weights.identity_to_density ? shading.identity : nullptr);
+                       weights.identity_to_density > 0 ? shading.identity : nullptr);
       if (!has_cell_identity || target.class_index == kUnlabelled) continue;
       const int dominant = DominantPiece(trace);
       if (dominant < 0) continue;

@@ -116,8 +116,8 @@ struct CellContribution {
 
 // Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
 // any gradient, from the far end to the near one. With `identity`, the cells' as in CellShading,
-// the identity's gradient flows through the pieces' weights into densities and positions as the
-// colour's does; without, it is cut there.
+// gradient.identity flows through the pieces' weights into densities and positions as the colour's
+// does; without, it is cut there.
 template <typename Real, typename Emit>
 void BackpropagateRay(const WalkGeometry<Real>& geometry,
                       const RayRecord<Real>& record,

@@ -74,8 +74,8 @@ void TraceRays(const WalkGeometry<float>& geometry,
                std::span<RayTrace> rays);
 
 // The backward pass of a traced ray: appends a record for every real cell on it that has any
-// gradient. `ray_index` goes into the records. `identity` is as in the reference: null cuts the
-// identity's gradient at the weights.
+// gradient. `ray_index` goes into the records. `identity` is as in the reference: null cuts
+// gradient.identity at the weights.
 void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,

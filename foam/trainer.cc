@@ -756,6 +756,7 @@ std::string TrainingOptions::Check() const {
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
   bounded("cell_identity_weight", cell_identity_weight);
+  fraction("identity_to_density", identity_to_density);
   bounded("tv_weight", tv_weight);
   bounded("position_rate", position_rate);
   bounded("density_rate", density_rate);

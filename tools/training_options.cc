@@ -34,8 +34,8 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
       "weight of the cross-entropy of each ray's dominant cell itself; 0 = the paper's way");
   add("identity_to_density",
       &training->identity_to_density,
-      "let the gradient of the labels' cross-entropy flow into density and positions; 0 = the "
-      "paper's way");
+      "share of the gradient of the labels' cross-entropy that flows into density and positions, "
+      "0 to 1; 0 = the paper's way");
   add("tv_weight", &training->tv_weight, "weight of the identities' total variation");
   add("position_rate", &training->position_rate, "learning rate of the sites");
   add("density_rate", &training->density_rate, "learning rate of the density");

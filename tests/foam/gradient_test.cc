@@ -26,9 +26,10 @@ using Parameters = FoamParameters<double>;
 
 constexpr int kNumClasses = 5;
 constexpr int kShDegree = 3;
-// Both ways: identity bends geometry or does not.
+// Identity bends no geometry, or does so in part or in full.
 constexpr RayLossWeights kCut{1, 0.7, 0.3, 0.9, 0.6};
-constexpr RayLossWeights kToDensity{1, 0.7, 0.3, 0.9, 0.6, true};
+constexpr RayLossWeights kInPart{1, 0.7, 0.3, 0.9, 0.6, 0.25};
+constexpr RayLossWeights kInFull{1, 0.7, 0.3, 0.9, 0.6, 1};
 
 class Scene {
  public:
@@ -57,8 +58,8 @@ class Scene {
 
   // Compares the hand-written gradient of one ray with Jet, parameter by parameter.
   void ExpectJetAgrees(const RayCase& ray) {
-    for (const RayLossWeights& weights : {kCut, kToDensity}) {
-      SCOPED_TRACE(weights.identity_to_density ? "identity to density" : "identity cut");
+    for (const RayLossWeights& weights : {kCut, kInPart, kInFull}) {
+      SCOPED_TRACE("identity to density: " + std::to_string(weights.identity_to_density));
       ExpectJetAgrees(ray, weights);
     }
   }
@@ -132,18 +133,18 @@ class Scene {
   size_t compared_ = 0, differenced_ = 0, skipped_ = 0;
 
  private:
-  // The order of magnitude of dL/dw: 1 for the colour; for the identity, which is not bounded, its
-  // largest.
+  // The order of magnitude of dL/dw: 1 for colour and opacity, and for the identity, which is not
+  // bounded, the largest on the ray.
   double LargestByWeight(const RayRecord<double>& record,
                          const RayCase& ray,
                          const RayLossWeights& weights) const {
-    double largest = 1;
-    if (!weights.identity_to_density) return largest;
+    if (weights.identity_to_density == 0) return 1;
     std::vector<double> logits(kNumClasses);
     const ClassifierView<double> classifier = parameters_.Classifier();
     RayLoss(record.composite, ray.target, classifier, logits.data());
     const RayGradient<double> gradient =
         RayLossGradient(record.composite, ray.target, classifier, weights, logits.data());
+    double largest = 0;
     for (const auto& piece : record.pieces) {
       if (piece.shaded < 0) continue;
       double by_weight = 0;
@@ -152,7 +153,7 @@ class Scene {
       }
       largest = std::max(largest, std::abs(by_weight));
     }
-    return largest;
+    return 1 + weights.identity_to_density * largest;
   }
 
   static RayRecord<double> Reweighted(RayRecord<double> record, const RayRecord<double>& weights) {
@@ -234,7 +235,7 @@ TEST(Gradient, AgreesWithCentralDifferences) {
   for (int i = 0; i < 6; ++i) {
     SCOPED_TRACE(i);
     scene.ExpectDifferencesAgree(RandomRay(5, i), kCut);
-    scene.ExpectDifferencesAgree(RandomRay(5, i), kToDensity);
+    scene.ExpectDifferencesAgree(RandomRay(5, i), kInFull);
   }
   EXPECT_GT(scene.differenced_, 1000u);
   EXPECT_LT(scene.skipped_, scene.differenced_ / 10);

@@ -155,9 +155,10 @@ TEST_P(RayBatch, DominantCellsLearnNothingButTheirClass) {
 TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
   const ParameterRow row(kShDegree, true);
   const FoamParameters<double> p = Cast<double>(parameters_);
-  std::vector<float> density_gradients[2];
-  for (const bool to_density : {false, true}) {
+  std::vector<std::vector<float>> density_gradients;
+  for (const double to_density : {0.0, 0.25, 1.0}) {
     SCOPED_TRACE(to_density);
+    std::vector<float>& density_gradient = density_gradients.emplace_back();
     const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.6, to_density};
     std::vector<double> raw_density(kNumSites), position(3 * kNumSites);
     for (int i = 0; i < kNumRays; ++i) {
@@ -179,10 +180,11 @@ TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
       for (int a = 0; a < 3; ++a) {
         ASSERT_NEAR(sum[row.position + a], position[3 * cell + a], 1e-4 * position_scale) << cell;
       }
-      density_gradients[to_density].push_back(sum[row.density]);
+      density_gradient.push_back(sum[row.density]);
     }
   }
   EXPECT_NE(density_gradients[0], density_gradients[1]);
+  EXPECT_NE(density_gradients[1], density_gradients[2]);
 }
 
 INSTANTIATE_TEST_SUITE_P(InstructionSets,

@@ -175,9 +175,10 @@ T ReplayLoss(const RayRecord<double>& record,
               color);
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
       for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
-        // Where the identity loss bends no geometry, its weight is a constant.
+        // As far as the identity loss is not to bend geometry, its weight is a constant.
+        const double share = weights.identity_to_density;
         const T weight =
-            weights.identity_to_density ? shaded.weight : T(record.shaded[piece.shaded].weight);
+            T(share) * shaded.weight + T((1 - share) * record.shaded[piece.shaded].weight);
         composite.identity[c] += weight * p.identity[size_t(piece.cell) * kIdentityDim + c];
       }
     }
@@ -250,8 +251,10 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
       out[3][size_t(c.cell) * kIdentityDim + a] += c.weight * gradient.identity[a];
     }
   };
-  const bool to_density = weights.identity_to_density && p.num_classes > 0;
-  BackpropagateRay(geometry, record, gradient, emit, to_density ? p.identity.data() : nullptr);
+  RayGradient<double> flowing = gradient;
+  for (double& g : flowing.identity) g *= weights.identity_to_density;
+  const bool to_density = weights.identity_to_density > 0 && p.num_classes > 0;
+  BackpropagateRay(geometry, record, flowing, emit, to_density ? p.identity.data() : nullptr);
   return out;
 }
 

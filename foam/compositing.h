@@ -119,8 +119,8 @@ class BackwardPass {
       : ray_(ray), gradient_(gradient) {}
 
   // `identity_dot` is the derivative of the loss by w_n through the identity: gradient.identity .
-  // f_n, or 0 where identity is not to bend geometry.
-  PieceGradient<T> Step(int index, const ShadedPiece<T>& piece, const T& identity_dot = T(0)) {
+  // f_n, or 0 where identity is not to bend geometry or the piece shows none.
+  PieceGradient<T> Step(int index, const ShadedPiece<T>& piece, const T& identity_dot) {
     using std::exp;
     T by_weight = gradient_.opacity + identity_dot;
     for (int c = 0; c < 3; ++c) by_weight += gradient_.color[c] * piece.color[c];

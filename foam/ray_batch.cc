@@ -105,8 +105,10 @@ void CastBatch(const WalkGeometry<float>& geometry,
       for (float& g : gradient.color) g *= per_ray;
       gradient.opacity *= per_ray;
       for (float& g : gradient.quantile_depth) g *= per_ray;
+      for (float& g : gradient.identity) g *= per_ray;
       float* const out = result->rays[i].parameters;
-      for (int c = 0; c < row.position; ++c) out[c] = gradient.identity[c] * per_ray;
+      std::copy_n(gradient.identity, row.position, out);
+      for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
       std::fill(out + row.position, out + row.sh, 0.f);
       for (int k = 0; k < num_coefficients; ++k) {
         for (int c = 0; c < 3; ++c) {
@@ -114,7 +116,12 @@ void CastBatch(const WalkGeometry<float>& geometry,
         }
       }
       std::fill(out + row.sh + 3 * num_coefficients, out + row.size, 0.f);
-      BackpropagateRay(trace, gradient, geometry.num_sites, static_cast<uint32_t>(i), &records);
+      BackpropagateRay(trace,
+                       gradient,
+                       geometry.num_sites,
+                       static_cast<uint32_t>(i),
+                       &records,
+                       weights.identity_to_density > 0 ? shading.identity : nullptr);
       if (!has_cell_identity || target.class_index == kUnlabelled) continue;
       const int dominant = DominantPiece(trace);
       if (dominant < 0) continue;

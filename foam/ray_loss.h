@@ -19,6 +19,9 @@ struct RayLossWeights {
   // Cross-entropy of the dominant cell's own identity: a rendered identity can be right where no
   // cell's is, as mixtures of features are classified, not features. 0: the paper's way.
   double cell_identity = 0;
+  // The share of the derivative of the identity term that flows through the rendering weights into
+  // densities and positions. 0: into identities and the classifier alone, the paper's way.
+  double identity_to_density = 0;
 };
 
 // A piece of more than this weight dominates its ray; at most one does.

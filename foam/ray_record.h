@@ -6,6 +6,7 @@
 #include "foam/walk.h"
 
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -114,12 +115,15 @@ struct CellContribution {
 };
 
 // Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
-// any gradient, from the far end to the near one.
+// any gradient, from the far end to the near one. With `identity`, the cells' as in CellShading,
+// gradient.identity flows through the pieces' weights into densities and positions as the colour's
+// does; without, it is cut there.
 template <typename Real, typename Emit>
 void BackpropagateRay(const WalkGeometry<Real>& geometry,
                       const RayRecord<Real>& record,
                       const RayGradient<Real>& gradient,
-                      Emit&& emit) {
+                      Emit&& emit,
+                      const std::type_identity_t<Real>* identity = nullptr) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
   if (record.pieces.empty()) return;
   BackwardPass<Real> pass(record.composite, gradient);
@@ -142,7 +146,13 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
     by_t_in = 0;
     if (piece.shaded >= 0) {
       const ShadedPiece<Real>& shaded = record.shaded[piece.shaded];
-      const PieceGradient<Real> own = pass.Step(piece.shaded, shaded);
+      Real identity_dot(0);
+      if (identity != nullptr && shaded.weight > Real(kNegligibleWeight)) {
+        for (int c = 0; c < kIdentityDim; ++c) {
+          identity_dot += gradient.identity[c] * identity[size_t(piece.cell) * kIdentityDim + c];
+        }
+      }
+      const PieceGradient<Real> own = pass.Step(piece.shaded, shaded, identity_dot);
       here.weight = shaded.weight;
       here.density = own.sigma;
       for (int c = 0; c < 3; ++c) here.color_mask |= uint32_t(shaded.color[c] > 0) << c;

@@ -74,12 +74,14 @@ void TraceRays(const WalkGeometry<float>& geometry,
                std::span<RayTrace> rays);
 
 // The backward pass of a traced ray: appends a record for every real cell on it that has any
-// gradient. `ray_index` goes into the records.
+// gradient. `ray_index` goes into the records. `identity` is as in the reference: null cuts
+// gradient.identity at the weights.
 void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,
                       uint32_t ray_index,
-                      std::vector<GradientRecord>* records);
+                      std::vector<GradientRecord>* records,
+                      const float* identity = nullptr);
 
 // The classifier as vector code likes it.
 class ClassLoss {

@@ -376,7 +376,8 @@ void Trainer::Iterate() {
                                options_.opacity_weight,
                                options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
                                options_.identity_weight,
-                               options_.cell_identity_weight};
+                               options_.cell_identity_weight,
+                               options_.identity_to_density};
   CastBatch(geometry_,
             Shading(),
             {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
@@ -708,6 +709,7 @@ std::string TrainingOptions::Check() const {
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
   bounded("cell_identity_weight", cell_identity_weight);
+  fraction("identity_to_density", identity_to_density);
   bounded("tv_weight", tv_weight);
   bounded("position_rate", position_rate);
   bounded("density_rate", density_rate);

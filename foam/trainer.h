@@ -36,6 +36,8 @@ struct TrainingOptions {
   double quantile_weight = 1e-4;
   double identity_weight = 1;
   double cell_identity_weight = 0;  // 0: classes are trained through rendered identities alone
+  // The share of the identity loss's gradient that shapes densities and positions as well; 0..1.
+  double identity_to_density = 0;
   double tv_weight = 2;
 
   // Learning rates at the start; each falls on a cosine to `final_rate` times that.

@@ -32,6 +32,10 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
   add("cell_identity_weight",
       &training->cell_identity_weight,
       "weight of the cross-entropy of each ray's dominant cell itself; 0 = the paper's way");
+  add("identity_to_density",
+      &training->identity_to_density,
+      "share of the gradient of the labels' cross-entropy that flows into density and positions, "
+      "0 to 1; 0 = the paper's way");
   add("tv_weight", &training->tv_weight, "weight of the identities' total variation");
   add("position_rate",
       &training->position_rate,

@@ -57,8 +57,9 @@ void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,
                       uint32_t ray_index,
-                      std::vector<GradientRecord>* records) {
-  HWY_DYNAMIC_DISPATCH(BackpropagateRay)(ray, gradient, num_sites, ray_index, records);
+                      std::vector<GradientRecord>* records,
+                      const float* identity) {
+  HWY_DYNAMIC_DISPATCH(BackpropagateRay)(ray, gradient, num_sites, ray_index, records, identity);
 }
 
 HWY_EXPORT(AddClassLoss);

@@ -269,11 +269,37 @@ struct BackwardScratch {
   }
 };
 
+// Adds to dL/dw of the pieces that show their identity what the rendered identity asks of it, and
+// to `behind` what that adds to the suffix sum.
+inline void AddIdentityByWeight(const RayTrace& ray,
+                                const float* identity_gradient,
+                                const float* identity,
+                                BackwardScratch* s) {
+  const hn::CappedTag<float, kIdentityDim> id;
+  constexpr size_t kStep = hn::MaxLanes(id);
+  constexpr size_t kParts = kIdentityDim / kStep;
+  hn::Vec<decltype(id)> gradient[kParts];
+  for (size_t p = 0; p < kParts; ++p) gradient[p] = hn::LoadU(id, identity_gradient + p * kStep);
+  for (int k = 0; k < ray.num_pieces; ++k) {
+    const float weight = ray.weight[k];
+    if (!(weight > kNegligibleWeight)) continue;
+    const float* const row = identity + size_t{ray.pieces[k].cell} * kIdentityDim;
+    auto sum = hn::Mul(gradient[0], hn::LoadU(id, row));
+    for (size_t p = 1; p < kParts; ++p) {
+      sum = hn::MulAdd(gradient[p], hn::LoadU(id, row + p * kStep), sum);
+    }
+    const float by_weight = hn::GetLane(hn::SumOfLanes(id, sum));
+    s->by_weight[k] += by_weight;
+    s->behind[k] += by_weight * weight;
+  }
+}
+
 void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,
                       uint32_t ray_index,
-                      std::vector<GradientRecord>* records) {
+                      std::vector<GradientRecord>* records,
+                      const float* identity) {
   const size_t n = ray.num_pieces;
   if (n == 0) return;
   thread_local BackwardScratch s;
@@ -299,6 +325,7 @@ void BackpropagateRay(const RayTrace& ray,
       hn::StoreU(hn::Mul(by_weight, hn::LoadU(f, ray.weight.data() + k)), f, s.behind.data() + k);
     }
   }
+  if (identity != nullptr) AddIdentityByWeight(ray, gradient.identity, identity, &s);
   const RayComposite<float>& composite = ray.composite;
   for (int q = 0; q < kNumQuantiles; ++q) {
     const int k = composite.quantile_piece[q];

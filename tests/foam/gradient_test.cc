@@ -26,7 +26,10 @@ using Parameters = FoamParameters<double>;
 
 constexpr int kNumClasses = 5;
 constexpr int kShDegree = 3;
-constexpr RayLossWeights kWeights{1, 0.7, 0.3, 0.9, 0.6};
+// Identity bends no geometry, or does so in part or in full.
+constexpr RayLossWeights kCut{1, 0.7, 0.3, 0.9, 0.6};
+constexpr RayLossWeights kInPart{1, 0.7, 0.3, 0.9, 0.6, 0.25};
+constexpr RayLossWeights kInFull{1, 0.7, 0.3, 0.9, 0.6, 1};
 
 class Scene {
  public:
@@ -44,38 +47,42 @@ class Scene {
 
   uint32_t Start(const RayCase& ray) const { return cells_.BruteForceNearest(ray.origin); }
 
-  // The loss along a recorded sequence of cells, in any arithmetic.
-  template <typename T>
-  T Replay(const RayRecord<double>& record, const RayCase& ray, const FoamParameters<T>& p) const {
-    return ReplayLoss(record, ray, p, kWeights);
-  }
-
   // The hand-written gradient, by kind and parameter.
   std::vector<std::vector<double>> Gradient(const RayRecord<double>& record,
-                                            const RayCase& ray) const {
+                                            const RayCase& ray,
+                                            const RayLossWeights& weights) const {
     WalkGeometry<double> geometry;
     Refresh(parameters_.positions, cells_.delaunay, &geometry);
-    return HandWrittenGradient(geometry, record, ray, parameters_, kWeights);
+    return HandWrittenGradient(geometry, record, ray, parameters_, weights);
   }
 
   // Compares the hand-written gradient of one ray with Jet, parameter by parameter.
   void ExpectJetAgrees(const RayCase& ray) {
+    for (const RayLossWeights& weights : {kCut, kInPart, kInFull}) {
+      SCOPED_TRACE("identity to density: " + std::to_string(weights.identity_to_density));
+      ExpectJetAgrees(ray, weights);
+    }
+  }
+
+  void ExpectJetAgrees(const RayCase& ray, const RayLossWeights& weights) {
     const RayRecord<double> record = Trace(ray, parameters_);
     ASSERT_FALSE(record.hit_step_limit);
-    const auto gradient = Gradient(record, ray);
+    const auto gradient = Gradient(record, ray, weights);
     // What rounding leaves of terms that cancel: a derivative by optical depth is a difference of
-    // numbers of order 1, and the derivative by a crossing is that times the density of the cell.
+    // derivatives by weights, and the derivative by a crossing is that times the density of the
+    // cell.
     double rounding = 1e-15;
     for (const auto& shaded : record.shaded) rounding = std::max(rounding, 1e-16 * shaded.sigma);
+    rounding *= LargestByWeight(record, ray, weights);
     FoamParameters<Jet> jets = Cast<Jet>(parameters_);
-    ExpectEqualTotals(record, ray, jets);
+    ExpectEqualTotals(record, ray, jets, weights);
     for (int kind = 0; kind < kNumParameterKinds; ++kind) {
       for (size_t k = 0; k < gradient[kind].size(); ++k) {
         // Guards do not move: they get no gradient.
         if (kind == 0 && k / 3 >= cells_.delaunay.num_sites) continue;
         Jet* const parameter = jets.Find(kind, k);
         parameter->v[0] = 1;
-        const double oracle = Replay(record, ray, jets).v[0];
+        const double oracle = ReplayLoss(record, ray, jets, weights).v[0];
         parameter->v[0] = 0;
         ASSERT_TRUE(std::isfinite(gradient[kind][k])) << kParameterKinds[kind] << " " << k;
         ASSERT_NEAR(gradient[kind][k], oracle, 1e-9 * std::abs(oracle) + rounding)
@@ -87,9 +94,9 @@ class Scene {
 
   // Compares with central differences of the whole walk; parameters whose step changes the sequence
   // of cells are left out.
-  void ExpectDifferencesAgree(const RayCase& ray) {
+  void ExpectDifferencesAgree(const RayCase& ray, const RayLossWeights& weights) {
     const RayRecord<double> record = Trace(ray, parameters_);
-    const auto gradient = Gradient(record, ray);
+    const auto gradient = Gradient(record, ray, weights);
     constexpr double kStep = 1e-6;
     for (int kind = 0; kind < kNumParameterKinds; ++kind) {
       double largest = 1e-3;
@@ -105,9 +112,9 @@ class Scene {
           *parameter = value + (side == 0 ? -kStep : kStep);
           const RayRecord<double> other = Trace(ray, moved);
           same = SameBranch(record, other);
-          // Identity bends no geometry, so its part of the loss is replayed with the weights of the
-          // unmoved ray.
-          loss[side] = same ? Replay(Reweighted(other, record), ray, moved) : 0;
+          // The dominant cell's class bends no geometry, nor does the rendered identity's where it
+          // is cut, so these parts of the loss are replayed with the weights of the unmoved ray.
+          loss[side] = same ? ReplayLoss(Reweighted(other, record), ray, moved, weights) : 0;
         }
         if (!same) {
           ++skipped_;
@@ -126,6 +133,29 @@ class Scene {
   size_t compared_ = 0, differenced_ = 0, skipped_ = 0;
 
  private:
+  // The order of magnitude of dL/dw: 1 for colour and opacity, and for the identity, which is not
+  // bounded, the largest on the ray.
+  double LargestByWeight(const RayRecord<double>& record,
+                         const RayCase& ray,
+                         const RayLossWeights& weights) const {
+    if (weights.identity_to_density == 0) return 1;
+    std::vector<double> logits(kNumClasses);
+    const ClassifierView<double> classifier = parameters_.Classifier();
+    RayLoss(record.composite, ray.target, classifier, logits.data());
+    const RayGradient<double> gradient =
+        RayLossGradient(record.composite, ray.target, classifier, weights, logits.data());
+    double largest = 0;
+    for (const auto& piece : record.pieces) {
+      if (piece.shaded < 0) continue;
+      double by_weight = 0;
+      for (int c = 0; c < kIdentityDim; ++c) {
+        by_weight += gradient.identity[c] * parameters_.identity[piece.cell * kIdentityDim + c];
+      }
+      largest = std::max(largest, std::abs(by_weight));
+    }
+    return 1 + weights.identity_to_density * largest;
+  }
+
   static RayRecord<double> Reweighted(RayRecord<double> record, const RayRecord<double>& weights) {
     for (size_t k = 0; k < record.shaded.size(); ++k) {
       record.shaded[k].weight = weights.shaded[k].weight;
@@ -158,8 +188,9 @@ class Scene {
   // The replay must tell the same story as the walk, or it would be no oracle.
   void ExpectEqualTotals(const RayRecord<double>& record,
                          const RayCase& ray,
-                         const FoamParameters<Jet>& jets) const {
-    RayLossWeights gathered = kWeights;  // the terms of what the ray gathers
+                         const FoamParameters<Jet>& jets,
+                         const RayLossWeights& weights) const {
+    RayLossWeights gathered = weights;  // the terms of what the ray gathers
     gathered.cell_identity = 0;
     std::vector<double> logits(kNumClasses);
     const double walked =
@@ -203,7 +234,8 @@ TEST(Gradient, AgreesWithCentralDifferences) {
   for (double& raw : scene.parameters_.raw_density) raw = std::min(raw, 0.3);
   for (int i = 0; i < 6; ++i) {
     SCOPED_TRACE(i);
-    scene.ExpectDifferencesAgree(RandomRay(5, i));
+    scene.ExpectDifferencesAgree(RandomRay(5, i), kCut);
+    scene.ExpectDifferencesAgree(RandomRay(5, i), kInFull);
   }
   EXPECT_GT(scene.differenced_, 1000u);
   EXPECT_LT(scene.skipped_, scene.differenced_ / 10);
@@ -216,7 +248,7 @@ TEST(Gradient, RandomRaysHaveDominantCells) {
   for (int i = 0; i < 12; ++i) {
     const RayCase ray = RandomRay(1, i);
     const RayRecord<double> record = scene.Trace(ray, scene.parameters_);
-    dominant += DominantPiece(record, ray.target, kWeights) != nullptr;
+    dominant += DominantPiece(record, ray.target, kCut) != nullptr;
   }
   EXPECT_GE(dominant, 3);
   EXPECT_LT(dominant, 12);
@@ -241,7 +273,7 @@ TEST(Gradient, OfTheLastCellBeforeTheGuards) {
   }
   std::fill(scene.parameters_.raw_density.begin(), scene.parameters_.raw_density.end(), -3.0);
   scene.parameters_.raw_density[last] = -0.2;
-  const auto gradient = scene.Gradient(scene.Trace(ray, scene.parameters_), ray);
+  const auto gradient = scene.Gradient(scene.Trace(ray, scene.parameters_), ray, kCut);
   EXPECT_NE(gradient[1][last], 0);
   EXPECT_NE(gradient[0][3 * last], 0);
   scene.ExpectJetAgrees(ray);

@@ -150,6 +150,43 @@ TEST_P(RayBatch, DominantCellsLearnNothingButTheirClass) {
   }
 }
 
+// Only where it is asked to, the identity term says something to densities and positions: what the
+// reference says.
+TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
+  const ParameterRow row(kShDegree, true);
+  const FoamParameters<double> p = Cast<double>(parameters_);
+  std::vector<std::vector<float>> density_gradients;
+  for (const double to_density : {0.0, 0.25, 1.0}) {
+    SCOPED_TRACE(to_density);
+    std::vector<float>& density_gradient = density_gradients.emplace_back();
+    const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.6, to_density};
+    std::vector<double> raw_density(kNumSites), position(3 * kNumSites);
+    for (int i = 0; i < kNumRays; ++i) {
+      const RayRecord<double> record =
+          TraceCase(cells_.geometry, p, p.Densities(), cases_[i], rays_[i].start_cell);
+      const auto gradient = HandWrittenGradient(cells_.geometry, record, cases_[i], p, weights);
+      for (size_t k = 0; k < position.size(); ++k) position[k] += gradient[0][k] / kNumRays;
+      for (int k = 0; k < kNumSites; ++k) raw_density[k] += gradient[1][k] / kNumRays;
+    }
+    double position_scale = 0, density_scale = 0;
+    for (const double g : position) position_scale = std::max(position_scale, std::abs(g));
+    for (const double g : raw_density) density_scale = std::max(density_scale, std::abs(g));
+    const BatchResult result = CastRays(weights);
+    for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+      std::vector<float> sum(row.size, 0.f);
+      SumRecords(result.gradients.Of(cell), result.rays.data(), row, sum.data());
+      const double by_raw = sum[row.density] * DensityDerivative(p.raw_density[cell]);
+      ASSERT_NEAR(by_raw, raw_density[cell], 1e-4 * density_scale) << cell;
+      for (int a = 0; a < 3; ++a) {
+        ASSERT_NEAR(sum[row.position + a], position[3 * cell + a], 1e-4 * position_scale) << cell;
+      }
+      density_gradient.push_back(sum[row.density]);
+    }
+  }
+  EXPECT_NE(density_gradients[0], density_gradients[1]);
+  EXPECT_NE(density_gradients[1], density_gradients[2]);
+}
+
 INSTANTIATE_TEST_SUITE_P(InstructionSets,
                          RayBatch,
                          testing::ValuesIn(SimdTargets()),

@@ -175,9 +175,11 @@ T ReplayLoss(const RayRecord<double>& record,
               color);
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
       for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
-        // The identity loss bends no geometry: its weight is a constant.
-        composite.identity[c] += T(record.shaded[piece.shaded].weight) *
-                                 p.identity[size_t(piece.cell) * kIdentityDim + c];
+        // As far as the identity loss is not to bend geometry, its weight is a constant.
+        const double share = weights.identity_to_density;
+        const T weight =
+            T(share) * shaded.weight + T((1 - share) * record.shaded[piece.shaded].weight);
+        composite.identity[c] += weight * p.identity[size_t(piece.cell) * kIdentityDim + c];
       }
     }
     t_in = t_out;
@@ -234,7 +236,7 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
     }
   }
   const int num_coefficients = NumShCoefficients(p.sh_degree);
-  BackpropagateRay(geometry, record, gradient, [&](const CellContribution<double>& c) {
+  const auto emit = [&](const CellContribution<double>& c) {
     for (int a = 0; a < 3; ++a) out[0][3 * c.cell + a] += c.position[a];
     out[1][c.cell] += c.density * DensityDerivative(p.raw_density[c.cell]);
     const bool counts = c.weight > kNegligibleWeight;
@@ -248,7 +250,11 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
     for (int a = 0; counts && p.num_classes > 0 && a < kIdentityDim; ++a) {
       out[3][size_t(c.cell) * kIdentityDim + a] += c.weight * gradient.identity[a];
     }
-  });
+  };
+  RayGradient<double> flowing = gradient;
+  for (double& g : flowing.identity) g *= weights.identity_to_density;
+  const bool to_density = weights.identity_to_density > 0 && p.num_classes > 0;
+  BackpropagateRay(geometry, record, flowing, emit, to_density ? p.identity.data() : nullptr);
   return out;
 }
 

@@ -131,11 +131,13 @@ void AddTo(const CellContribution<Real>& c, std::map<uint32_t, CellSums>* cells)
   sums.position += c.position.template cast<double>();
 }
 
-// A gradient that hits every term, and the reference's answer to it.
+// A gradient that hits every term, and the reference's answer to it. `identity`: of the cells, or
+// null.
 void ExpectSameGradient(const WalkableCells& cells,
                         const WalkGeometry<float>& geometry,
                         const RayTrace& ray,
-                        const RayRecord<float>& reference) {
+                        const RayRecord<float>& reference,
+                        const float* identity) {
   RayGradient<float> gradient;
   gradient.color[0] = 0.3f;
   gradient.color[1] = -0.2f;
@@ -143,12 +145,12 @@ void ExpectSameGradient(const WalkableCells& cells,
   gradient.opacity = -0.4f;
   gradient.quantile_depth[0] = 0.05f;
   gradient.quantile_depth[1] = -0.05f;
+  for (int c = 0; c < kIdentityDim; ++c) gradient.identity[c] = 0.01f * (c - 5);
   std::map<uint32_t, CellSums> expected, got;
-  BackpropagateRay(geometry, reference, gradient, [&](const CellContribution<float>& c) {
-    AddTo(c, &expected);
-  });
+  const auto emit = [&](const CellContribution<float>& c) { AddTo(c, &expected); };
+  BackpropagateRay(geometry, reference, gradient, emit, identity);
   std::vector<GradientRecord> records;
-  BackpropagateRay(ray, gradient, cells.delaunay.num_sites, 7, &records);
+  BackpropagateRay(ray, gradient, cells.delaunay.num_sites, 7, &records, identity);
   for (const GradientRecord& record : records) {
     ASSERT_EQ(record.ray, 7u);
     AddTo(record.contribution, &got);
@@ -203,7 +205,10 @@ class RayTracer : public testing::TestWithParam<std::string> {
           ASSERT_EQ(reference.pieces[piece].shaded, shaded);
           ASSERT_EQ(rays[i].composite.quantile_depth[q], reference.composite.quantile_depth[q]);
         }
-        ASSERT_NO_FATAL_FAILURE(ExpectSameGradient(cells, geometry, rays[i], reference));
+        for (const float* identity : {(const float*)nullptr, appearance.identity.data()}) {
+          ASSERT_NO_FATAL_FAILURE(
+              ExpectSameGradient(cells, geometry, rays[i], reference, identity));
+        }
       }
     }
   }

@@ -158,6 +158,22 @@ TEST(Trainer, FitsItsLatePartToSecondsAndSaysHowToRepeatIt) {
   EXPECT_EQ(TrainFoam(views, views.Seeds(500), 3, options, nullptr).last.iteration, iterations);
 }
 
+TEST(Trainer, LabelsShapeMatterOnlyWhereAskedTo) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const auto train = [&](double identity_weight, double identity_to_density) {
+    options.identity_weight = identity_weight;
+    options.identity_to_density = identity_to_density;
+    return TrainFoam(views, views.Seeds(800), 3, options, nullptr).foam;
+  };
+  const Foam unlabelled = train(0, 0), cut = train(1, 0), shaped = train(1, 0.01);
+  EXPECT_NE(cut.identity, unlabelled.identity);
+  EXPECT_EQ(cut.raw_density, unlabelled.raw_density);
+  EXPECT_EQ(Digest(cut.positions, 0), Digest(unlabelled.positions, 0));
+  EXPECT_NE(shaped.raw_density, cut.raw_density);
+}
+
 TEST(Trainer, RaysThatStopEarlierTrainAnotherFoam) {
   const SyntheticViews views(8, 32, 24);
   TrainingOptions options = SmallRun();

@@ -34,11 +34,18 @@ inline void Reserve(size_t count, RayTrace* ray) {
   for (auto& channel : ray->color) channel.resize(size);
 }
 
+// What a step wants of its cell comes in two stages: what lies at the cell's index, and then, where
+// that says so, the planes. One stage would wait for the index on the spot, a fifth of the walk's
+// time in a foam that the caches do not hold.
 inline void PrefetchCell(const WalkGeometry<float>& geometry,
                          const CellShading<float>& shading,
                          uint32_t cell) {
   hwy::Prefetch(&geometry.positions[cell]);
   hwy::Prefetch(&shading.density[cell]);
+  hwy::Prefetch(&geometry.first_block[cell]);
+}
+
+inline void PrefetchPlanes(const WalkGeometry<float>& geometry, uint32_t cell) {
   const auto* const block =
       reinterpret_cast<const char*>(geometry.blocks.data() + geometry.first_block[cell]);
   for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
@@ -83,6 +90,10 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   int num_alive = kRays;
   for (size_t step = 0; step <= limit && num_alive > 0; ++step) {
     for (int r = 0; r < kRays; ++r) {
+      // For the ray that is half of the others' turns away from its own.
+      if (const State& later = states[(r + kRays / 2) % kRays]; kRays > 1 && later.alive) {
+        PrefetchPlanes(geometry, later.cell);
+      }
       State& state = states[r];
       if (!state.alive) continue;
       RayTrace& ray = rays[r];

@@ -2,6 +2,7 @@
 #include "export/exportable_scene.h"
 
 #include "export/names.h"
+#include "export/unseen_space.h"
 #include "foam/activation.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
@@ -28,6 +29,8 @@ void CheckModel(const Model& model) {
   const CellStatistics& statistics = model.statistics;
   CHECK(statistics.contribution.empty() || statistics.contribution.size() == n);
   CHECK(statistics.mean_color.empty() || statistics.mean_color.size() == n);
+  CHECK(statistics.passed.empty() || statistics.passed.size() == n);
+  CHECK_EQ(statistics.stopped.size(), statistics.passed.size());
 }
 
 std::vector<Eigen::Vector3f> DisplayColors(const Model& model) {
@@ -60,22 +63,22 @@ std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene&
   return has_camera;
 }
 
-// The connected pieces of the solid cells of a class in which at least one cell is photographed.
+// The connected pieces of the matter of a class in which at least one cell is photographed.
 // `object_of_cell` gets `object_index` for each of their cells.
-std::vector<std::vector<uint32_t>> PhotographedPieces(
-    const ExportableScene& scene,
-    const std::vector<uint32_t>& solid_cells_of_class,
-    int32_t class_index,
-    int32_t object_index,
-    std::vector<int32_t>* object_of_cell) {
+std::vector<std::vector<uint32_t>> PhotographedPieces(const ExportableScene& scene,
+                                                      const std::vector<uint8_t>& is_matter,
+                                                      const std::vector<uint32_t>& matter_of_class,
+                                                      int32_t class_index,
+                                                      int32_t object_index,
+                                                      std::vector<int32_t>* object_of_cell) {
   std::vector<std::vector<uint32_t>> pieces;
-  for (const uint32_t start : solid_cells_of_class) {
+  for (const uint32_t start : matter_of_class) {
     if (!scene.photographed[start] || (*object_of_cell)[start] == object_index) continue;
     std::vector<uint32_t>& piece = pieces.emplace_back(1, start);
     (*object_of_cell)[start] = object_index;
     for (size_t k = 0; k < piece.size(); ++k) {
       for (const uint32_t next : scene.delaunay.Neighbors(piece[k])) {
-        if (next >= scene.NumSites() || !scene.labels.solid[next] ||
+        if (next >= scene.NumSites() || !is_matter[next] ||
             scene.labels.class_index[next] != class_index ||
             (*object_of_cell)[next] == object_index) {
           continue;
@@ -152,7 +155,7 @@ class CavityFinder {
   }
 
   bool InTheOpen(uint32_t cell) const {
-    return cell >= scene_.NumSites() || has_camera_[cell] ||
+    return cell >= scene_.NumSites() || has_camera_[cell] || scene_.object_of_cell[cell] >= 0 ||
            (scene_.labels.solid[cell] && scene_.photographed[cell]);
   }
 
@@ -179,15 +182,65 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
   object->confidence = confidence / of_own_class;
 }
 
+// Of the light that meets haze, less than one part in so many ends there.
+constexpr float kHazeRatio = 30;
+
+bool IsSeen(const CellStatistics& statistics, uint32_t cell, float fewest_looks) {
+  return statistics.passed[cell] + statistics.stopped[cell] >= fewest_looks;
+}
+
+// Gives every object the unseen cells that are inside it (UnseenInside), small objects first: what
+// is under a mug is the mug's and not the table's.
+void AddUnseenInsides(const CellStatistics& statistics,
+                      float fewest_looks,
+                      const std::vector<uint8_t>& has_camera,
+                      const std::vector<double>& face_areas,
+                      ExportableScene* scene) {
+  std::vector<size_t> order(scene->objects.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return scene->objects[a].cells.size() < scene->objects[b].cells.size();
+  });
+  std::vector<CellKnowledge> knowledge(scene->delaunay.num_cells, CellKnowledge::kOpen);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    if (has_camera[i] || scene->object_of_cell[i] >= 0) continue;
+    // Where most of the light ends in what is no matter, nothing is certain.
+    const bool is_empty = statistics.passed[i] > statistics.stopped[i];
+    if (!IsSeen(statistics, i, fewest_looks) || (!is_empty && !scene->labels.solid[i])) {
+      knowledge[i] = CellKnowledge::kUnseen;
+    }
+  }
+  for (const size_t index : order) {
+    ObjectInfo& object = scene->objects[index];
+    for (const uint32_t cell : object.cells) knowledge[cell] = CellKnowledge::kInside;
+    const std::vector<uint32_t> unseen =
+        UnseenInside(scene->delaunay, face_areas, knowledge, object.cells);
+    for (const uint32_t cell : unseen) scene->object_of_cell[cell] = static_cast<int32_t>(index);
+    object.cells.insert(object.cells.end(), unseen.begin(), unseen.end());
+    // To the next object all of this is another thing's.
+    for (const uint32_t cell : object.cells) knowledge[cell] = CellKnowledge::kOpen;
+  }
+}
+
 void FindObjects(const Model& model,
                  const ExportableSceneOptions& options,
+                 const std::vector<double>& face_areas,
                  ExportableScene* scene) {
+  const CellStatistics& statistics = model.statistics;
+  const bool knows_rays = !statistics.passed.empty();
   scene->object_of_cell.assign(scene->NumSites(), -1);
-  std::vector<std::vector<uint32_t>> solid_cells(model.foam.num_classes);
+  std::vector<uint8_t> is_matter(scene->NumSites(), 0);
+  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
   for (uint32_t i = 0; i < scene->NumSites(); ++i) {
     // A site at the place of another one has no cell.
     if (!scene->labels.solid[i] || scene->delaunay.Neighbors(i).empty()) continue;
-    if (scene->labels.class_index[i] >= 0) solid_cells[scene->labels.class_index[i]].push_back(i);
+    if (knows_rays && IsSeen(statistics, i, options.fewest_looks) &&
+        statistics.passed[i] > kHazeRatio * statistics.stopped[i]) {
+      continue;
+    }
+    is_matter[i] = 1;
+    const int32_t k = scene->labels.class_index[i];
+    if (k >= 0) matter_of_class[k].push_back(i);
   }
 
   std::vector<int32_t> classes(model.foam.num_classes);
@@ -200,10 +253,11 @@ void FindObjects(const Model& model,
     if (label.id == 0) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
-    GatherPieces(PhotographedPieces(*scene, solid_cells[k], k, index, &scene->object_of_cell),
-                 options.min_piece_share,
-                 &object,
-                 &scene->object_of_cell);
+    GatherPieces(
+        PhotographedPieces(*scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
+        options.min_piece_share,
+        &object,
+        &scene->object_of_cell);
     if (object.cells.empty()) {
       scene->labels_without_cells.push_back(label);
       continue;
@@ -215,14 +269,18 @@ void FindObjects(const Model& model,
     scene->objects.push_back(std::move(object));
   }
 
-  if (options.fill_hidden_cavities && !scene->objects.empty()) {
+  if (options.fill_hidden_space && !scene->objects.empty()) {
     const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
+    if (knows_rays) {
+      AddUnseenInsides(statistics, options.fewest_looks, has_camera, face_areas, scene);
+    }
     CavityFinder finder(*scene, has_camera);
     for (size_t index = 0; index < scene->objects.size(); ++index) {
       ObjectInfo& object = scene->objects[index];
       const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
       for (const uint32_t cell : hidden) {
-        // Pockets of two objects cannot overlap: each would have to enclose the other.
+        // Pockets of two objects cannot overlap: each would have to enclose the other, and what
+        // another owns is in the open.
         CHECK_EQ(scene->object_of_cell[cell], -1);
         scene->object_of_cell[cell] = static_cast<int32_t>(index);
       }
@@ -247,10 +305,9 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   scene.delaunay = Triangulate(scene.cell_positions);
   scene.voronoi_vertices = VoronoiVertices(scene.cell_positions, scene.delaunay);
   scene.tets_of_cells = ListTetsOfCells(scene.delaunay);
-  scene.volume =
-      CellVolumes(scene.cell_positions,
-                  scene.delaunay,
-                  FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices));
+  const std::vector<double> face_areas =
+      FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices);
+  scene.volume = CellVolumes(scene.cell_positions, scene.delaunay, face_areas);
   scene.radius = CellRadii(scene.cell_positions, scene.delaunay);
   scene.labels = LabelCells(model.foam, scene.delaunay, options.solid_optical_depth);
   scene.display_color = DisplayColors(model);
@@ -266,7 +323,7 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
       scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
     }
   }
-  FindObjects(model, options, &scene);
+  FindObjects(model, options, face_areas, &scene);
   return scene;
 }
 

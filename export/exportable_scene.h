@@ -40,8 +40,11 @@ struct ExportableSceneOptions {
   // left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would otherwise decide
   // an object's box, volume and surface.
   float min_piece_share = 0.02f;
-  // Let an object own the hidden cavities that it encloses (see MakeExportableScene).
-  bool fill_hidden_cavities = true;
+  // Let an object own the hidden space inside it (see MakeExportableScene).
+  bool fill_hidden_space = true;
+  // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it
+  // counts as unseen.
+  float fewest_looks = 20;
 };
 
 // Everything that the exporters read, computed once from a model. All per-cell arrays are indexed
@@ -72,16 +75,19 @@ struct ExportableScene {
 // Prepares a model for export and finds its objects.
 //
 // The object of label k follows Semantic Foam's extraction rule: it is made of the solid cells
-// whose own class is k, and the empty cells around them decide where it ends. Three rules refine
+// whose own class is k, and the empty cells around them decide where it ends. Five rules refine
 // it, because nobody has seen the inside of anything and no training labels every cell rightly:
+// - Cells that nearly all of the photos' rays pass are haze, no matter, however dense.
 // - Solid cells that no photo shows (density left over behind a surface) belong to the object only
 //   if they hang together with a photographed cell of it; the others are no object at all.
 // - Crumbs beside the object's large pieces are left out (`min_piece_share`).
+// - Unseen cells belong to the object where that makes its surface smaller (UnseenInside). So a
+//   trained shell becomes a body, closed also where it stands on something.
 // - A pocket of other cells that the object encloses completely, in which there is neither a
-//   photographed solid cell nor a camera, is hidden inside the object and belongs to it
-//   (`fill_hidden_cavities`). So a trained shell becomes a body, while a room is not filled by its
-//   walls.
-// No cell belongs to two objects. The label of id 0 makes none.
+//   photographed solid cell nor a camera nor another object, is hidden inside the object and
+//   belongs to it, seen or not (rays leak through thin shells). A room is not filled by its walls.
+// `fill_hidden_space` switches the last two; the first and the fourth need a model that knows what
+// rays passed and what stopped them. No cell belongs to two objects. The label of id 0 makes none.
 //
 // The display colour of a cell is CellStatistics::mean_color where the model has statistics, else
 // the view-independent part of its spherical harmonics, cut to 0..1.

@@ -15,11 +15,13 @@ namespace {
 struct Sighting {
   uint32_t cell;
   float weight;
+  float passed;
+  float stopped;
   Eigen::Vector3f color;
 };
 
-// Rays cast between two sums: what they see is held in memory (some 15 sightings of 20 bytes each).
-constexpr int kRaysInMemory = 1 << 18;
+// Rays cast between two sums: what they see is held in memory (some 50 sightings of 28 bytes each).
+constexpr int kRaysInMemory = 1 << 16;
 constexpr int kRowsPerBlock = 8;
 
 }  // namespace
@@ -31,6 +33,7 @@ CellStatistics MeasureCells(const Foam& foam,
   const size_t n = foam.NumSites();
   CellStatistics statistics;
   statistics.contribution.assign(n, 0.f);
+  std::vector<double> passed(n, 0.0), stopped(n, 0.0);
   std::vector<double> weight_sum(n, 0.0);
   std::vector<Eigen::Vector3d> color_sum(n, Eigen::Vector3d::Zero());
   const CellShading<float> shading = renderer.shading();
@@ -66,9 +69,16 @@ CellStatistics MeasureCells(const Foam& foam,
           TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
           for (const RayTrace& trace : traces) {
             for (int k = 0; k < trace.num_pieces; ++k) {
-              if (!(trace.weight[k] > kNegligibleWeight)) continue;
+              const float before = std::exp(-trace.pieces[k].tau_in);
+              const float behind = trace.transmittance[k];
+              const float passed = 2 * std::max(behind - 0.5f, 0.f);
+              const float stopped = 2 * std::max(std::min(before, 0.5f) - behind, 0.f);
+              if (passed == 0 && stopped == 0 && !(trace.weight[k] > kNegligibleWeight)) continue;
+              if (trace.pieces[k].cell >= n) continue;  // a guard
               sightings.push_back({trace.pieces[k].cell,
                                    trace.weight[k],
+                                   passed,
+                                   stopped,
                                    {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
             }
           }
@@ -77,6 +87,9 @@ CellStatistics MeasureCells(const Foam& foam,
       // In block order, so that the sums are the same on any number of threads.
       for (const std::vector<Sighting>& sightings : blocks) {
         for (const Sighting& s : sightings) {
+          passed[s.cell] += s.passed;
+          stopped[s.cell] += s.stopped;
+          if (!(s.weight > kNegligibleWeight)) continue;
           statistics.contribution[s.cell] = std::max(statistics.contribution[s.cell], s.weight);
           weight_sum[s.cell] += s.weight;
           color_sum[s.cell] += s.weight * s.color.cast<double>();
@@ -85,6 +98,8 @@ CellStatistics MeasureCells(const Foam& foam,
     }
   }
 
+  statistics.passed.assign(passed.begin(), passed.end());
+  statistics.stopped.assign(stopped.begin(), stopped.end());
   statistics.mean_color.resize(n);
   for (size_t i = 0; i < n; ++i) {
     const float* sh = &foam.sh[i * foam.ShStride()];

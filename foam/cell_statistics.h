@@ -8,8 +8,9 @@
 namespace semfoam {
 
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and gathers per
-// cell the largest weight and the weight-averaged visible colour. A cell that no ray meets has
-// contribution 0 and the colour of its constant SH term.
+// cell the largest weight, the weight-averaged visible colour, and how much light passes and is
+// stopped (CellStatistics). A cell that no ray meets has zeros and the colour of its constant SH
+// term.
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,

@@ -41,6 +41,11 @@ struct CellStatistics {
                                     // 0..1; 0 = never seen
   std::vector<Eigen::Vector3f>
       mean_color;  // [N] weight-averaged visible colour, display values (sRGB / 255) in 0..1
+
+  // What rays say of emptiness. A ray looks at its surface where its transmittance falls through
+  // 1/2; what it passes before is empty. Sums over the sampled rays, [N], empty where not measured:
+  std::vector<float> passed;   // twice what is left above 1/2 behind the cell
+  std::vector<float> stopped;  // twice what the cell takes below 1/2
 };
 
 }  // namespace semfoam

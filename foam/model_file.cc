@@ -62,6 +62,10 @@ std::vector<ArrayView> Arrays(const Model& model) {
     arrays.push_back({"contribution", {n}, Floats(model.statistics.contribution)});
     arrays.push_back({"mean_color", {n, 3}, Floats(model.statistics.mean_color)});
   }
+  if (!model.statistics.passed.empty()) {
+    arrays.push_back({"passed", {n}, Floats(model.statistics.passed)});
+    arrays.push_back({"stopped", {n}, Floats(model.statistics.stopped)});
+  }
   return arrays;
 }
 
@@ -219,6 +223,10 @@ void ReadArrays(const std::string& bytes, const Json& header, Model* model) {
   if (table.contains("contribution")) {
     read("contribution", n, &model->statistics.contribution);
     read_vectors("mean_color", &model->statistics.mean_color);
+  }
+  if (table.contains("passed")) {
+    read("passed", n, &model->statistics.passed);
+    read("stopped", n, &model->statistics.stopped);
   }
 }
 

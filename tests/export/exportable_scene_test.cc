@@ -151,7 +151,7 @@ TEST(ExportableScene, AnEnclosedPocketBelongsToTheObject) {
   EXPECT_GT(Object(hollow, 7).confidence, 0.9);
 
   ExportableSceneOptions options;
-  options.fill_hidden_cavities = false;
+  options.fill_hidden_space = false;
   const ExportableScene shell = MakeExportableScene(HollowBall(0.3f), options);
   EXPECT_LT(Object(shell, 7).cells.size(), Object(full, 7).cells.size());
 }
@@ -191,6 +191,72 @@ TEST(ExportableScene, ARoomIsNotFilledByItsWalls) {
   const ExportableScene room = MakeExportableScene(furnished);
   EXPECT_EQ(Object(room, 8).cells.size(), 1u);
   EXPECT_EQ(room.object_of_cell[CellAt(room, {-0.06, -0.06, -0.06})], -1);
+}
+
+// A ball of class 0 that stands on a slab of class 1, in a foam that knows what rays said: a shell
+// that is open below, and haze of the ball's class beside it. Nobody has seen the ball's inside,
+// nor what is under the slab.
+Model BallOnSlab() {
+  const auto in_ball = [](const Eigen::Vector3f& p) { return p.norm() < 0.5f; };
+  const auto in_hollow = [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.3f ||
+           (p.norm() < 0.5f && std::abs(p.x()) < 0.1f && std::abs(p.y()) < 0.1f && p.z() < 0);
+  };
+  const auto in_haze = [](const Eigen::Vector3f& p) {
+    return p.x() > 0.5f && p.x() < 0.7f && std::abs(p.y()) < 0.1f && std::abs(p.z()) < 0.1f;
+  };
+  Model model = GridModel(2, [&](const Eigen::Vector3f& p) {
+    if (in_hollow(p)) return kAir;
+    if (in_ball(p) || in_haze(p)) return 0;
+    return p.z() < -0.5f && p.z() > -0.75f ? 1 : kAir;
+  });
+  for (const Eigen::Vector3f& p : model.foam.positions) {
+    const bool is_unseen = in_hollow(p) || p.z() < -0.75f;
+    const bool is_matter = !is_unseen && (in_ball(p) || p.z() < -0.5f);
+    model.statistics.contribution.push_back(is_matter ? 0.8f : in_haze(p) ? 0.2f : 0.f);
+    model.statistics.mean_color.push_back({0.5f, 0.5f, 0.5f});
+    // A few rays have lost their way into the hollow.
+    model.statistics.passed.push_back(is_unseen ? 3.f : is_matter ? 5.f : 100.f);
+    model.statistics.stopped.push_back(is_unseen ? 0.f : is_matter ? 100.f : 2.f);
+  }
+  return model;
+}
+
+TEST(ExportableScene, WhatNobodyHasSeenInsideIsTheObjects) {
+  const Model model = BallOnSlab();
+  const ExportableScene scene = MakeExportableScene(model);
+  EXPECT_EQ(Object(scene, 7).cells, Object(MakeExportableScene(HollowBall(0)), 7).cells);
+  // The slab is as thick as it was; under it, and in the ball, nothing is its.
+  for (const uint32_t cell : Object(scene, 8).cells) {
+    const float z = scene.cell_positions[cell].z();
+    EXPECT_TRUE(z < -0.5f && z > -0.75f) << z;
+  }
+  EXPECT_EQ(Object(scene, 8).cells.size(), 2u * 16 * 16);
+
+  ExportableSceneOptions options;
+  options.fill_hidden_space = false;
+  const ExportableScene hollow = MakeExportableScene(model, options);
+  EXPECT_EQ(hollow.object_of_cell[CellAt(hollow, {0.06, 0.06, 0.06})], -1);
+  // Three looks are enough to know it for empty, if one says so.
+  options = {};
+  options.fewest_looks = 2;
+  const ExportableScene seen = MakeExportableScene(model, options);
+  EXPECT_EQ(seen.object_of_cell[CellAt(seen, {0.06, 0.06, 0.06})], -1);
+}
+
+TEST(ExportableScene, HazeIsNoMatter) {
+  Model model = BallOnSlab();
+  const Eigen::Vector3d haze(0.56, 0.06, 0.06);
+  const ExportableScene scene = MakeExportableScene(model);
+  EXPECT_EQ(scene.labels.solid[CellAt(scene, haze)], 1);
+  EXPECT_EQ(scene.object_of_cell[CellAt(scene, haze)], -1);
+  // Without what rays said, it is dense enough.
+  model.statistics.passed.clear();
+  model.statistics.stopped.clear();
+  const ExportableScene unknown = MakeExportableScene(model);
+  EXPECT_EQ(unknown.object_of_cell[CellAt(unknown, haze)], 0);
+  // And a hollow with an opening is open.
+  EXPECT_EQ(unknown.object_of_cell[CellAt(unknown, {0.06, 0.06, 0.06})], -1);
 }
 
 TEST(ExportableScene, UnseenMatterCountsOnlyWhereItHangsTogetherWithSeenMatter) {

@@ -183,7 +183,7 @@ TEST(Surface, AShellHasTwoSidesUnlessItsHollowIsFilled) {
   const ExportableScene filled = MakeExportableScene(model);
   EXPECT_EQ(EulerCharacteristic(ExtractSurface(filled, filled.objects[0])), 2);
   ExportableSceneOptions options;
-  options.fill_hidden_cavities = false;
+  options.fill_hidden_space = false;
   const ExportableScene shell = MakeExportableScene(model, options);
   const ObjectSurface surface = ExtractSurface(shell, shell.objects[0]);
   ExpectClosedManifold(surface);

@@ -52,6 +52,8 @@ class ModelFile : public testing::Test {
     }
     fill(5, &model.statistics.contribution);
     model.statistics.mean_color.assign(5, Eigen::Vector3f(0.25f, 0.5f, 0.75f));
+    fill(5, &model.statistics.passed);
+    fill(5, &model.statistics.stopped);
     model.world_from_normalized = {3.25, {5e5 + 0.001, 4.5e6 - 1.0 / 3, 300}};
     PhotoRecord photo;
     photo.name = "a/b c.jpg";
@@ -98,6 +100,8 @@ TEST_F(ModelFile, ComesBackAsItWas) {
     EXPECT_EQ(back.foam.classifier_bias, model.foam.classifier_bias);
     EXPECT_EQ(back.statistics.contribution, model.statistics.contribution);
     EXPECT_EQ(back.statistics.mean_color, model.statistics.mean_color);
+    EXPECT_EQ(back.statistics.passed, model.statistics.passed);
+    EXPECT_EQ(back.statistics.stopped, model.statistics.stopped);
     EXPECT_EQ(back.world_from_normalized.scale, model.world_from_normalized.scale);
     EXPECT_EQ(back.world_from_normalized.translation, model.world_from_normalized.translation);
     ASSERT_EQ(back.labels.size(), model.labels.size());

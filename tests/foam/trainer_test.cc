@@ -45,6 +45,8 @@ uint64_t Digest(const TrainingSummary& summary) {
   hash = Digest(foam.classifier_weight, hash);
   hash = Digest(foam.classifier_bias, hash);
   hash = Digest(summary.statistics.contribution, hash);
+  hash = Digest(summary.statistics.passed, hash);
+  hash = Digest(summary.statistics.stopped, hash);
   return Digest(summary.statistics.mean_color, hash);
 }
 

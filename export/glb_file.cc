@@ -4,6 +4,7 @@
 #include "export/byte_writer.h"
 #include "export/names.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -138,7 +139,10 @@ void GlbFile::Write(const std::filesystem::path& path) {
   root["extras"] = {{"frame", Json::parse(ExportTransformJson(transform_))}};
   Eigen::AlignedBox3d box;
   for (const Node& node : nodes_) box.extend(node.origin);
-  const Eigen::Vector3d middle = box.center().array().round();
+  // A round number: the middle to a power of ten that the objects' origins lie within.
+  const double edge = std::max(box.sizes().maxCoeff(), 1e-9);
+  const double step = std::pow(10, std::ceil(std::log10(edge)));
+  const Eigen::Vector3d middle = step * (box.center() / step).array().round();
   Json origin = {{"name", "origin"}, {"translation", ToJson(middle)}};
   json["nodes"] = {root, origin};
 

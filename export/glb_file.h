@@ -19,8 +19,8 @@ namespace semfoam {
 //             numbers of the file frame as x, y, z; none where the file frame is y-up itself.
 //             Scaled to metres, glTF's one unit, where the frame's unit is known. extras: "frame",
 //             as in ExportTransformJson.
-//     origin  moves by whole units to the middle of the objects, so that a scene at UTM coordinates
-//             keeps its millimetres in programs that place nodes in float
+//     origin  moves by a round number to about the middle of the objects, so that a scene at UTM
+//             coordinates keeps its millimetres in programs that place nodes in float
 //       mug   one per object, named after its label, moved to the object's own origin. extras:
 //             "label" (id), "name", "confidence", "cells", "volume"
 //

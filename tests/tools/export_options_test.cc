@@ -251,6 +251,18 @@ TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {
   // All of it anew is another matter.
   EXPECT_EQ(Run("mesh_exporter", "out", {"--scale", "2", "--formats", "ply,obj"}).exit_code, 0);
   EXPECT_EQ(Labels("out")["frame"]["file_from_colmap"][0], 2);
+  // Nor may a training, whose labels.json is of the COLMAP frame, go there.
+  const Outcome training = RunSemfoam(TinyTraining({"foam_trainer",
+                                                    "--image_path",
+                                                    (kTabletop / "images").string(),
+                                                    "--input_path",
+                                                    (kTabletop / "sparse/0").string(),
+                                                    "--output_path",
+                                                    (folder_ / "out").string()}));
+  EXPECT_EQ(training.exit_code, 1);
+  ASSERT_THAT(training.Errors(), SizeIs(1)) << training.err;
+  EXPECT_THAT(training.Errors()[0], HasSubstr("is in another frame than this export"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/scene.foam"));
 }
 
 TEST_F(ExportOptionsTest, TheWholeRunTakesThemToo) {

@@ -4,7 +4,6 @@
 #include "export/byte_writer.h"
 #include "export/names.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -138,10 +137,14 @@ void GlbFile::Write(const std::filesystem::path& path) {
   }
   root["extras"] = {{"frame", Json::parse(ExportTransformJson(transform_))}};
   Eigen::AlignedBox3d box;
-  for (const Node& node : nodes_) box.extend(node.origin);
-  // A round number: the middle to a power of ten that the objects' origins lie within.
-  const double edge = std::max(box.sizes().maxCoeff(), 1e-9);
-  const double step = std::pow(10, std::ceil(std::log10(edge)));
+  for (const Node& node : nodes_) {
+    box.extend(node.origin + node.min_position.cast<double>());
+    box.extend(node.origin + node.max_position.cast<double>());
+  }
+  // The middle, rounded to the power of ten that the box fits into; a box of no size is as good as
+  // one of any.
+  const double edge = box.sizes().maxCoeff();
+  const double step = edge > 0 ? std::pow(10, std::ceil(std::log10(edge))) : 1;
   const Eigen::Vector3d middle = step * (box.center() / step).array().round();
   Json origin = {{"name", "origin"}, {"translation", ToJson(middle)}};
   json["nodes"] = {root, origin};

@@ -39,7 +39,7 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   volume->creator = "semfoam " SEMFOAM_VERSION;
   options->AddDefaultOption("VolumeExport.voxel_size",
                             &volume->voxel_size,
-                            "edge of a voxel in the COLMAP model's unit; 0 = by max_resolution");
+                            "edge of a voxel in the files' unit; 0 = by max_resolution");
   options->AddDefaultOption("VolumeExport.max_resolution",
                             &volume->max_resolution,
                             "voxels along the longest edge of the scene's box");
@@ -108,8 +108,9 @@ void RequireOneFrame(const ExportTransform& transform,
   if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
   if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;
   Json lists = Json::array({there.value("files", Json::object())});
-  for (const Json& object : there["objects"])
-    lists.push_back(object.value("files", Json::object()));
+  for (const Json& object : there["objects"]) {
+    if (object.is_object()) lists.push_back(object.value("files", Json::object()));
+  }
   for (const Json& list : lists) {
     for (const auto& [format, path] : list.items()) {
       const std::string writer = format == "mtl" ? "obj" : format;

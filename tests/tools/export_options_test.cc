@@ -265,6 +265,21 @@ TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {
   EXPECT_FALSE(fs::exists(folder_ / "out/scene.foam"));
 }
 
+TEST_F(ExportOptionsTest, ALabelsFileThatIsNotOursIsReplaced) {
+  fs::create_directories(folder_ / "out");
+  for (const char* text :
+       {"no json",
+        "{}",
+        R"({"frame": 1, "objects": 2})",
+        R"({"frame": {}, "objects": [3], "files": 4})",
+        R"({"frame": {}, "objects": [{"files": 5}], "files": {"ply": 6, "vdb": "gone.vdb"}})"}) {
+    WriteFile(folder_ / "out/labels.json", text);
+    const Outcome outcome = Run("mesh_exporter", "out", {"--formats", "glb", "--scale", "2"});
+    EXPECT_EQ(outcome.exit_code, 0) << text << outcome.err;
+    ExpectListed("out");
+  }
+}
+
 TEST_F(ExportOptionsTest, TheWholeRunTakesThemToo) {
   const Outcome outcome = RunSemfoam(TinyTraining({"automatic_segmenter",
                                                    "--workspace_path",

@@ -56,7 +56,7 @@ std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene&
         -(photo.cam_from_world_rotation.inverse() * photo.cam_from_world_translation);
     cell = NearestCell(scene.cell_positions,
                        scene.delaunay,
-                       scene.world_from_normalized.Invert(center_in_world),
+                       scene.colmap_from_normalized.Invert(center_in_world),
                        cell);
     has_camera[cell] = 1;
   }
@@ -175,7 +175,7 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
       ++of_own_class;
     }
     for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
-      object->bounding_box.extend(scene.world_from_normalized.Apply(scene.voronoi_vertices[tet]));
+      object->bounding_box.extend(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
     }
   }
   object->volume *= scale * scale * scale;
@@ -299,7 +299,9 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   CheckModel(model);
   const size_t n = model.foam.NumSites();
   ExportableScene scene;
-  scene.world_from_normalized = model.world_from_normalized;
+  scene.transform = options.transform;
+  scene.colmap_from_normalized = model.world_from_normalized;
+  scene.world_from_normalized = options.transform.Unturned(model.world_from_normalized);
   scene.label_table = model.labels;
   scene.cell_positions = WithGuardSites(model.foam.positions);
   scene.delaunay = Triangulate(scene.cell_positions);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/export_transform.h"
 #include "foam/cell_labels.h"
 #include "foam/delaunay.h"
 #include "foam/model.h"
@@ -17,7 +18,7 @@
 namespace semfoam {
 
 // One segmented thing: the cells that carry its label, and what is known of it. Lengths, volumes
-// and boxes are of the world (COLMAP) frame.
+// and boxes are of the frame of the files: COLMAP's, unless a transform was asked for.
 struct ObjectInfo {
   int32_t id = 0;         // the label's id, 1..65535
   std::string name;       // as people see it: "label_<id>" where the label has no name
@@ -45,6 +46,8 @@ struct ExportableSceneOptions {
   // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it
   // counts as unseen.
   float fewest_looks = 20;
+  // Where the files are to put the COLMAP frame.
+  ExportTransform transform;
 };
 
 // Everything that the exporters read, computed once from a model. All per-cell arrays are indexed
@@ -64,12 +67,23 @@ struct ExportableScene {
   std::vector<uint8_t> photographed;           // [N]
   std::vector<int32_t> object_of_cell;         // [N] index into `objects`; -1 = none
 
+  // The frame of the files. Its rotation comes last, after the similarity, which has none:
+  // x_file = transform.rotation * world_from_normalized.Apply(x), see FileFromNormalized.
+  // Without a transform world_from_normalized is the model's own, and the files' frame COLMAP's.
+  ExportTransform transform;
   Similarity world_from_normalized;
+  Similarity colmap_from_normalized;  // the model's own
+
   std::vector<Label> label_table;
   std::vector<ObjectInfo> objects;          // those with cells, by ascending id
   std::vector<Label> labels_without_cells;  // ids other than 0 for which no object was found
 
   uint32_t NumSites() const { return delaunay.num_sites; }
+
+  Eigen::Vector3d FileFromNormalized(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d unturned = world_from_normalized.Apply(x);
+    return transform.IsTurned() ? transform.rotation * unturned : unturned;
+  }
 };
 
 // Prepares a model for export and finds its objects.
@@ -98,7 +112,7 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
 // What an exporter wrote.
 struct WrittenFile {
   int32_t object_id = 0;  // 0 = the whole scene
-  std::string format;     // "vdb", "om", "ply", "obj"
+  std::string format;     // its extension: "vdb", "om", "ply", "obj", "mtl", "glb", "usda"
   std::string path;       // relative to the output folder, with '/'
   std::string summary;    // what is in it, for the log: "1204 vertices, 2404 faces"
 };

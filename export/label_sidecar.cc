@@ -30,6 +30,15 @@ std::string Text(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
+// {format: path}.
+Json FilesOf(int32_t object_id, const std::vector<WrittenFile>& files) {
+  Json paths = Json::object();
+  for (const WrittenFile& file : files) {
+    if (file.object_id == object_id) paths[file.format] = file.path;
+  }
+  return paths;
+}
+
 }  // namespace
 
 std::string LabelTableJson(const std::vector<Label>& labels) {
@@ -40,14 +49,12 @@ void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,
                        const std::vector<WrittenFile>& files) {
   Json sidecar = LabelTable(scene.label_table);
+  sidecar["frame"] = Json::parse(ExportTransformJson(scene.transform));
+  sidecar["files"] = FilesOf(0, files);
   Json objects = Json::array();
   for (const ObjectInfo& object : scene.objects) {
     const auto& low = object.bounding_box.min();
     const auto& high = object.bounding_box.max();
-    Json paths = Json::object();
-    for (const WrittenFile& file : files) {
-      if (file.object_id == object.id) paths[file.format] = file.path;
-    }
     objects.push_back({{"id", object.id},
                        {"name", object.name},
                        {"color", object.color},
@@ -57,7 +64,7 @@ void WriteLabelSidecar(const std::filesystem::path& path,
                         Json::array({Json::array({low.x(), low.y(), low.z()}),
                                      Json::array({high.x(), high.y(), high.z()})})},
                        {"confidence", object.confidence},
-                       {"files", paths}});
+                       {"files", FilesOf(object.id, files)}});
   }
   sidecar["objects"] = objects;
   WriteTextFile(path, Text(sidecar, 2) + "\n");

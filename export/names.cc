@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <nlohmann/json.hpp>
+
 namespace semfoam {
 namespace {
 
@@ -42,6 +44,15 @@ std::string SanitizedName(int32_t id, const std::string& name) {
 
 std::string FileStem(int32_t id, const std::string& name) {
   return std::to_string(id) + "_" + SanitizedName(id, name);
+}
+
+std::string OneLine(const std::string& name) {
+  using nlohmann::json;
+  const std::string quoted = json(name).dump(-1, ' ', false, json::error_handler_t::replace);
+  std::string text = json::parse(quoted).get<std::string>();
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
 }
 
 std::array<uint8_t, 3> LabelColor(int32_t id) {

@@ -18,6 +18,10 @@ std::string SanitizedName(int32_t id, const std::string& name);
 // "<id>_<sanitised name>": unique because the ids are.
 std::string FileStem(int32_t id, const std::string& name);
 
+// A name as text for files: bytes that are no UTF-8 become U+FFFD, control characters (a line
+// break, say) become spaces.
+std::string OneLine(const std::string& name);
+
 // The colour of a label in pictures and tables, 8-bit display values: HSL with hue (id
 // * 1.6180339887) mod 1 (the golden ratio keeps consecutive ids apart), saturation 0.5 for even and
 // 1 for odd ids, lightness 0.5; black for id 0.

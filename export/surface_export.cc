@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface_export.h"
 
+#include "export/glb_file.h"
+#include "export/local_mesh.h"
 #include "export/mesh_files.h"
 #include "export/semantic_mesh.h"
+#include "export/usd_file.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <glog/logging.h>
 
@@ -95,7 +99,7 @@ ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& obj
   };
 
   for (const uint32_t tet : tets) {
-    surface.vertices.push_back(scene.world_from_normalized.Apply(scene.voronoi_vertices[tet]));
+    surface.vertices.push_back(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
     Eigen::Vector3f color = Eigen::Vector3f::Zero();
     float confidence = 0;
     int count = 0;
@@ -156,22 +160,55 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
                                         const SurfaceExportOptions& options,
                                         const std::function<void(const WrittenFile&)>& on_written) {
   std::vector<WrittenFile> files;
+  if (scene.objects.empty()) return files;
+  const auto written = [&](int32_t id, const std::string& path, const std::string& summary) {
+    files.push_back({id, path.substr(path.rfind('.') + 1), path, summary});
+    if (on_written) on_written(files.back());
+  };
+  GlbFile scene_glb(scene.transform, options.creator);
+  std::optional<UsdFile> scene_usda;
+  if (options.usda)
+    scene_usda.emplace(output_path / "scene.usda", scene.transform, options.creator);
+
   for (const ObjectInfo& object : scene.objects) {
     const ObjectSurface surface = ExtractSurface(scene, object);
     std::string summary = std::to_string(surface.vertices.size()) + " vertices, " +
                           std::to_string(surface.triangles.size()) + " faces";
     const int64_t far = CountFarVertices(scene, surface);
     if (far > 0) summary += ", " + std::to_string(far) + " vertices stick out into empty space";
-    const auto write = [&](bool wanted, const std::string& format, const auto& writer) {
+    const std::string stem = "objects/" + object.file_stem;
+    const auto write = [&](bool wanted, const char* extension, const auto& writer) {
       if (!wanted) return;
-      const std::string name = "objects/" + object.file_stem + "." + format;
-      writer(output_path / name, surface);
-      files.push_back({object.id, format, name, summary});
-      if (on_written) on_written(files.back());
+      writer(output_path / (stem + extension), surface);
+      written(object.id, stem + extension, summary);
     };
-    write(options.om, "om", WriteOm);
-    write(options.ply, "ply", WritePly);
-    write(options.obj, "obj", WriteObj);
+    write(options.om, ".om", WriteOm);
+    write(options.ply, ".ply", WritePly);
+    write(options.obj, ".obj", WriteObj);
+    write(options.obj, ".mtl", WriteMtl);
+    if (!options.glb && !options.usda) continue;
+
+    const LocalMesh mesh = MakeLocalMesh(surface);
+    write(options.glb, ".glb", [&](const std::filesystem::path& path, const auto&) {
+      GlbFile glb(scene.transform, options.creator);
+      glb.Add(object, surface, mesh);
+      glb.Write(path);
+    });
+    if (options.glb) scene_glb.Add(object, surface, mesh);
+    if (options.usda) {
+      const bool has_volume = std::filesystem::exists(output_path / (stem + ".vdb"));
+      scene_usda->Add(object, surface, mesh, has_volume ? stem + ".vdb" : "");
+    }
+  }
+  const std::string summary =
+      std::to_string(scene.objects.size()) + (scene.objects.size() == 1 ? " object" : " objects");
+  if (options.glb) {
+    scene_glb.Write(output_path / "scene.glb");
+    written(0, "scene.glb", summary);
+  }
+  if (options.usda) {
+    scene_usda->Finish();
+    written(0, "scene.usda", summary);
   }
   return files;
 }

@@ -65,11 +65,19 @@ int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surf
 struct SurfaceExportOptions {
   bool om = true;   // OpenMesh: everything, lossless, in double
   bool ply = true;  // binary, positions in double, label and confidence on vertices and faces
-  bool obj = true;  // text, vertex colours; no labels beyond the object's name
+  bool obj =
+      true;  // text, vertex colours, a material in a .mtl; no labels beyond the object's name
+  bool glb = true;   // binary glTF, per object and of the scene: see glb_file.h
+  bool usda = true;  // text USD, of the scene: see usd_file.h
+
+  // The "creator" that glTF and USD name: program and version.
+  std::string creator = "Semantic Foam";
 };
 
-// Writes `objects/<file stem>.{om,ply,obj}` for every object into `output_path`. Calls `on_written`
-// (if any) after each. Throws UserError when a file cannot be written.
+// Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object, and `scene.{glb,usda}` where
+// there is one, into `output_path`. The stage names those objects' volumes that lie in
+// `output_path` already. Calls `on_written` (if any) after each. Throws UserError when a file
+// cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

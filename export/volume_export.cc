@@ -124,19 +124,33 @@ openvdb::math::Transform::Ptr WorldFromIndex(const ExportableScene& scene,
   const Eigen::Vector3d origin = scene.world_from_normalized.Apply(lattice.origin);
   const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
   transform->postTranslate(openvdb::Vec3d(origin.x(), origin.y(), origin.z()));
+  if (scene.transform.IsTurned()) {
+    // OpenVDB multiplies rows: x_file^T = x^T rotation^T.
+    openvdb::Mat4d turn = openvdb::Mat4d::identity();
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        turn(column, row) = scene.transform.rotation(row, column);
+      }
+    }
+    transform->postMult(turn);
+  }
   return transform;
 }
 
 // What every file and every grid says of itself (export/README.md).
 openvdb::MetaMap CommonMetadata(const GridWriterContext& context, const ObjectInfo* object) {
-  const Similarity& similarity = context.scene.world_from_normalized;
+  const Similarity& similarity = context.scene.colmap_from_normalized;
   const Eigen::Vector3d& t = similarity.translation;
   openvdb::MetaMap metadata;
   metadata.insertMeta("creator", openvdb::StringMetadata(context.options.creator));
   metadata.insertMeta("labels", openvdb::StringMetadata(LabelTableJson(context.scene.label_table)));
-  metadata.insertMeta("frame", openvdb::StringMetadata("COLMAP"));
+  const ExportTransform& transform = context.scene.transform;
+  metadata.insertMeta("frame",
+                      openvdb::StringMetadata(transform.IsIdentity() ? "COLMAP" : "transformed"));
+  metadata.insertMeta("transform", openvdb::StringMetadata(ExportTransformJson(transform)));
   metadata.insertMeta("voxel_size",
-                      openvdb::DoubleMetadata(context.frame.lattice.voxel_size * similarity.scale));
+                      openvdb::DoubleMetadata(context.frame.lattice.voxel_size *
+                                              context.scene.world_from_normalized.scale));
   metadata.insertMeta("world_from_normalized_scale", openvdb::DoubleMetadata(similarity.scale));
   metadata.insertMeta("world_from_normalized_translation",
                       openvdb::Vec3DMetadata(openvdb::Vec3d(t.x(), t.y(), t.z())));

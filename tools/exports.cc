@@ -3,15 +3,33 @@
 
 #include "export/label_sidecar.h"
 #include "export/names.h"
+#include "export/surface_export.h"
 #include "foam/error.h"
 
+#include <algorithm>
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include <glog/logging.h>
+#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
+
+using Json = nlohmann::json;
+
+std::vector<std::string> Split(const std::string& list) {
+  std::vector<std::string> items(1);
+  for (const char c : list) {
+    if (c == ',') {
+      items.emplace_back();
+    } else {
+      items.back() += c;
+    }
+  }
+  return items;
+}
 
 void SayWritten(const WrittenFile& file) { LOG(INFO) << "  " << file.path << ": " << file.summary; }
 
@@ -21,7 +39,7 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   volume->creator = "semfoam " SEMFOAM_VERSION;
   options->AddDefaultOption("VolumeExport.voxel_size",
                             &volume->voxel_size,
-                            "edge of a voxel in the COLMAP model's unit; 0 = by max_resolution");
+                            "edge of a voxel in the files' unit; 0 = by max_resolution");
   options->AddDefaultOption("VolumeExport.max_resolution",
                             &volume->max_resolution,
                             "voxels along the longest edge of the scene's box");
@@ -38,12 +56,25 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
                             "refuse to make more voxels than this (about 24 bytes of memory each)");
 }
 
-void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface) {
-  options->AddDefaultOption(
-      "MeshExport.om", &surface->om, "OpenMesh's own format: everything, lossless");
-  options->AddDefaultOption(
-      "MeshExport.ply", &surface->ply, "with label, confidence and colour on vertices and faces");
-  options->AddDefaultOption("MeshExport.obj", &surface->obj, "with vertex colours");
+void AddFormatsOption(OptionManager* options, std::string* formats) {
+  options->AddDefaultOption("formats", formats, "what to write, apart by commas");
+}
+
+void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
+  options->AddDefaultOption("transform",
+                            &frame->transform,
+                            "a similarity from the COLMAP frame to that of the files: the 12 or 16 "
+                            "numbers of its matrix, row by row");
+  options->AddChoiceOption("up_axis",
+                           &frame->up_axis,
+                           {"colmap", "y", "z"},
+                           "then a turn, by a multiple of 90 degrees, of what is up in the photos "
+                           "onto this axis; colmap = none");
+  options->AddDefaultOption("scale", &frame->scale, "then so many times as large");
+  options->AddChoiceOption("units",
+                           &frame->units,
+                           LengthUnits(),
+                           "what one unit of the files is then; changes no number");
 }
 
 void RequireValid(const VolumeExportOptions& volume) {
@@ -52,8 +83,52 @@ void RequireValid(const VolumeExportOptions& volume) {
   }
 }
 
-ExportableScene PrepareExport(const Model& model) {
-  ExportableScene scene = MakeExportableScene(model);
+std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
+  const std::vector<std::string> known = Split(allowed);
+  std::set<std::string> parsed;
+  for (const std::string& format : Split(formats)) {
+    if (std::find(known.begin(), known.end(), format) == known.end()) {
+      throw UserError("Failed to parse options - the argument ('",
+                      formats,
+                      "') for option '--formats' is invalid; it takes any of ",
+                      allowed,
+                      ", apart by commas.");
+    }
+    parsed.insert(format);
+  }
+  return parsed;
+}
+
+void RequireOneFrame(const ExportTransform& transform,
+                     const std::filesystem::path& output_path,
+                     const std::set<std::string>& formats) {
+  std::ifstream file(output_path / "labels.json");
+  const Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+  // No sidecar of ours says nothing of a frame.
+  if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
+  if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;
+  Json lists = Json::array({there.value("files", Json::object())});
+  for (const Json& object : there["objects"]) {
+    if (object.is_object()) lists.push_back(object.value("files", Json::object()));
+  }
+  for (const Json& list : lists) {
+    for (const auto& [format, path] : list.items()) {
+      const std::string writer = format == "mtl" ? "obj" : format;
+      if (formats.count(writer) != 0 || !path.is_string()) continue;
+      if (!std::filesystem::exists(output_path / path.get<std::string>())) continue;
+      throw UserError((output_path / path.get<std::string>()).string(),
+                      ": is in another frame than this export and would stay; choose another "
+                      "--output_path, or the --transform, --up_axis, --scale and --units that "
+                      "labels.json there tells of.");
+    }
+  }
+}
+
+ExportableScene PrepareExport(const Model& model, ExportTransform transform) {
+  TurnUpright(model.photos, &transform);
+  ExportableSceneOptions options;
+  options.transform = transform;
+  ExportableScene scene = MakeExportableScene(model, options);
   std::string left_out;
   for (const Label& label : scene.labels_without_cells) {
     left_out += (left_out.empty() ? "" : ", ") + DisplayName(label.id, label.name) + " (" +
@@ -74,7 +149,14 @@ void WriteVolumes(const ExportableScene& scene,
 
 void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
-                 const SurfaceExportOptions& surface) {
+                 const std::set<std::string>& formats) {
+  SurfaceExportOptions surface;
+  surface.om = formats.count("om") != 0;
+  surface.ply = formats.count("ply") != 0;
+  surface.obj = formats.count("obj") != 0;
+  surface.glb = formats.count("glb") != 0;
+  surface.usda = formats.count("usda") != 0;
+  surface.creator = "semfoam " SEMFOAM_VERSION;
   LOG(INFO) << "Writing meshes";
   const std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);
   // The formats of one object hold the same surface: one line for all of them.
@@ -89,12 +171,16 @@ void WriteMeshes(const ExportableScene& scene,
 
 void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path) {
   std::vector<WrittenFile> files;
+  const auto add = [&](int32_t object_id, const std::string& format, const std::string& path) {
+    if (std::filesystem::exists(output_path / path)) files.push_back({object_id, format, path, ""});
+  };
+  add(0, "vdb", "scene.vdb");
+  add(0, "vdb_labels_int32", "scene_labels_int32.vdb");
+  add(0, "glb", "scene.glb");
+  add(0, "usda", "scene.usda");
   for (const ObjectInfo& object : scene.objects) {
-    for (const char* format : {"vdb", "om", "ply", "obj"}) {
-      const std::string path = "objects/" + object.file_stem + "." + format;
-      if (std::filesystem::exists(output_path / path)) {
-        files.push_back({object.id, format, path, ""});
-      }
+    for (const std::string format : {"vdb", "om", "ply", "obj", "mtl", "glb"}) {
+      add(object.id, format, "objects/" + object.file_stem + "." + format);
     }
   }
   WriteLabelSidecar(output_path / "labels.json", scene, files);

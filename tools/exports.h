@@ -1,26 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/export_transform.h"
 #include "export/exportable_scene.h"
-#include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/model.h"
 #include "tools/option_manager.h"
 
 #include <filesystem>
+#include <set>
+#include <string>
 
 namespace semfoam {
 
-// Adds --VolumeExport.* and --MeshExport.*.
+// Adds --VolumeExport.*.
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume);
-void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
 
-// Throws UserError, in the words of the option manager, when an option is out of range. To be
+// Adds --formats. `*formats` lists what the command can write, all of which is the default.
+void AddFormatsOption(OptionManager* options, std::string* formats);
+inline constexpr char kMeshFormats[] = "om,ply,obj,glb,usda";
+inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
+
+// Adds --up_axis, --scale, --transform, --units; ParseExportTransform reads them.
+void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
+
+// These throw UserError, in the words of the option manager, when an option is out of range. To be
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);
+// The formats of a comma list, each of which `allowed` must have.
+std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
+
+// Throws UserError when `output_path` holds exports in another frame of which `formats` would not
+// replace all: labels.json could not be true of both.
+void RequireOneFrame(const ExportTransform& transform,
+                     const std::filesystem::path& output_path,
+                     const std::set<std::string>& formats);
 
 // Finds the model's objects, and says which labels have none because no cell of theirs is solid.
-ExportableScene PrepareExport(const Model& model);
+// Turns `transform` upright where it asks for that.
+ExportableScene PrepareExport(const Model& model, ExportTransform transform = {});
 
 // Write the files and say what was written.
 void WriteVolumes(const ExportableScene& scene,
@@ -28,9 +46,9 @@ void WriteVolumes(const ExportableScene& scene,
                   const VolumeExportOptions& volume);
 void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
-                 const SurfaceExportOptions& surface);
+                 const std::set<std::string>& formats);
 
-// Writes labels.json; every object's "files" are those that lie under their names in `output_path`.
+// Writes labels.json; its "files" are those that lie under their names in `output_path`.
 void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path);
 
 }  // namespace semfoam

@@ -29,7 +29,7 @@ constexpr Command kCommands[] = {
     {"foam_analyzer", "says what is in a foam", RunFoamAnalyzer},
     {"volume_exporter", "writes the scene and every object as OpenVDB volumes", RunVolumeExporter},
     {"mesh_exporter",
-     "writes every object's closed surface as .om, .ply and .obj",
+     "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},

@@ -50,6 +50,19 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
   EXPECT_EQ(sidecar["objects"][0]["files"],
             (json{{"ply", "objects/7_mug.ply"}, {"vdb", "objects/7_mug.vdb"}}));
   EXPECT_EQ(sidecar["objects"][1]["files"], json::object());
+  EXPECT_EQ(sidecar["files"], (json{{"vdb", "scene.vdb"}}));
+  EXPECT_EQ(sidecar["frame"], json::parse(ExportTransformJson({})));
+}
+
+TEST_F(LabelSidecar, SaysTheFrame) {
+  ExportTransformOptions frame;
+  frame.transform = "0 -1 0 5 1 0 0 0 0 0 1 0";
+  frame.units = "mm";
+  ExportableSceneOptions options;
+  options.transform = ParseExportTransform(frame);
+  WriteLabelSidecar(folder_ / "labels.json", MakeExportableScene(TouchingBalls(200), options), {});
+  const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
+  EXPECT_EQ(sidecar["frame"], json::parse(ExportTransformJson(options.transform)));
 }
 
 TEST_F(LabelSidecar, KeepsLabelsWithoutObjectsAndTheMasksOwnIds) {

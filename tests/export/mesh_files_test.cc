@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "tests/export/test_foams.h"
@@ -224,12 +225,13 @@ TEST_F(MeshFiles, ObjStandsAloneAndKeepsEveryBit) {
   }
   EXPECT_EQ(v, surface.vertices.size());
   EXPECT_EQ(f, surface.triangles.size());
-  EXPECT_THAT(groups, ElementsAre("o 7_mug", "g 7_mug"));
+  EXPECT_THAT(groups, ElementsAre("mtllib 7_mug.mtl", "o 7_mug", "g 7_mug", "usemtl 7_mug"));
 }
 
 TEST_F(MeshFiles, OpenMeshReadsTheObj) {
   const ObjectSurface surface = TestSurface();
   WriteObj(folder_ / "mug.obj", surface);
+  WriteMtl(folder_ / "7_mug.mtl", surface);
   SemanticMesh mesh;
   ASSERT_TRUE(OpenMesh::IO::read_mesh(mesh, (folder_ / "mug.obj").string()));
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
@@ -245,7 +247,7 @@ TEST_F(MeshFiles, EveryUnitColourComesBack) {
   WriteObj(folder_ / "mug.obj", surface);
   std::ifstream in(folder_ / "mug.obj");
   std::string line;
-  for (int skipped = 0; skipped < 4; ++skipped) std::getline(in, line);
+  for (int skipped = 0; skipped < 6; ++skipped) std::getline(in, line);
   for (int level = 0; level < 256; ++level) {
     std::getline(in, line);
     std::istringstream words(line);
@@ -278,8 +280,17 @@ TEST_F(MeshFiles, AFullDiskIsAUserErrorAndLeavesNothing) {
   EXPECT_THROW(WritePly(folder_ / "mug.ply", surface), UserError);
   EXPECT_THROW(WriteObj(folder_ / "mug.obj", surface), UserError);
   EXPECT_THROW(WriteOm(folder_ / "mug.om", surface), UserError);
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(800));
+  SurfaceExportOptions only_glb;
+  only_glb.om = only_glb.ply = only_glb.obj = only_glb.usda = false;
+  EXPECT_THROW(ExportSurfaces(scene, folder_, only_glb), UserError);
+  SurfaceExportOptions only_usda;
+  only_usda.om = only_usda.ply = only_usda.obj = only_usda.glb = false;
+  EXPECT_THROW(ExportSurfaces(scene, folder_, only_usda), UserError);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
-  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+    EXPECT_TRUE(entry.is_directory()) << entry.path();
+  }
 }
 
 TEST_F(MeshFiles, ExportWritesEveryFormatOfEveryObject) {
@@ -291,17 +302,58 @@ TEST_F(MeshFiles, ExportWritesEveryFormatOfEveryObject) {
               ElementsAre("objects/7_mug.om",
                           "objects/7_mug.ply",
                           "objects/7_mug.obj",
+                          "objects/7_mug.mtl",
+                          "objects/7_mug.glb",
                           "objects/8_label_8.om",
                           "objects/8_label_8.ply",
-                          "objects/8_label_8.obj"));
+                          "objects/8_label_8.obj",
+                          "objects/8_label_8.mtl",
+                          "objects/8_label_8.glb",
+                          "scene.glb",
+                          "scene.usda"));
   ASSERT_EQ(files.size(), seen.size());
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    EXPECT_THAT(file.summary, ::testing::MatchesRegex("[0-9]+ vertices, [0-9]+ faces.*"));
+    EXPECT_THAT(file.summary,
+                ::testing::MatchesRegex(file.object_id == 0 ? "2 objects"
+                                                            : "[0-9]+ vertices, [0-9]+ faces.*"));
+    EXPECT_EQ("." + file.format, std::filesystem::path(file.path).extension());
   }
-  SurfaceExportOptions only_ply;
-  only_ply.om = only_ply.obj = false;
-  EXPECT_EQ(ExportSurfaces(scene, folder_ / "ply", only_ply).size(), 2u);
+}
+
+TEST_F(MeshFiles, ExportWritesNoFormatButThoseAskedFor) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(800));
+  const std::vector<std::pair<bool SurfaceExportOptions::*, std::set<std::string>>> choices = {
+      {&SurfaceExportOptions::om, {"objects/7_mug.om", "objects/8_label_8.om"}},
+      {&SurfaceExportOptions::ply, {"objects/7_mug.ply", "objects/8_label_8.ply"}},
+      {&SurfaceExportOptions::obj,
+       {"objects/7_mug.obj",
+        "objects/8_label_8.obj",
+        "objects/7_mug.mtl",
+        "objects/8_label_8.mtl"}},
+      {&SurfaceExportOptions::glb, {"objects/7_mug.glb", "objects/8_label_8.glb", "scene.glb"}},
+      {&SurfaceExportOptions::usda, {"scene.usda"}}};
+  for (const auto& [chosen, expected] : choices) {
+    SurfaceExportOptions options;
+    options.om = options.ply = options.obj = options.glb = options.usda = false;
+    options.*chosen = true;
+    std::filesystem::remove_all(folder_);
+    ExportSurfaces(scene, folder_, options);
+    std::set<std::string> written;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+      if (entry.is_directory()) continue;
+      written.insert(std::filesystem::relative(entry.path(), folder_).generic_string());
+    }
+    EXPECT_EQ(written, expected);
+  }
+}
+
+TEST_F(MeshFiles, TheMaterialHasTheMeanColour) {
+  ObjectSurface surface = TestSurface();
+  surface.vertex_color = {{0, 255, 51}, {255, 255, 51}};
+  WriteMtl(folder_ / "mug.mtl", surface);
+  EXPECT_EQ(ReadAll(folder_ / "mug.mtl"),
+            "# object mug\nnewmtl 7_mug\nKd 0.5 1 0.2\nKs 0 0 0\nillum 1\n");
 }
 
 // Facts of OpenMesh that our own writers stand on; when a new version changes them, look again.

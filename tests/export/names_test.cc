@@ -38,6 +38,13 @@ TEST(Names, AnyBytesGiveASafeShortName) {
   }
 }
 
+TEST(OneLine, KeepsTextAndNothingElse) {
+  EXPECT_EQ(OneLine("M\xC3\xBCtze \"2\" \\"), "M\xC3\xBCtze \"2\" \\");
+  EXPECT_EQ(OneLine("a\nb\tc\x7f"), "a b c ");
+  EXPECT_EQ(OneLine("a\xFF"), "a\xEF\xBF\xBD");
+  EXPECT_EQ(OneLine(""), "");
+}
+
 TEST(LabelColor, FollowsTheFormula) {
   EXPECT_THAT(LabelColor(0), ::testing::ElementsAre(0, 0, 0));
   // Id 1: hue 0.618 (between cyan and blue), fully saturated.

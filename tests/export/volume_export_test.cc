@@ -184,6 +184,7 @@ TEST_F(VolumeExport, GridsHaveTheirTypesClassesAndMetadata) {
     EXPECT_EQ(table["labels"]["7"], "mug");
     EXPECT_EQ(metadata->metaValue<std::string>("creator"), "semfoam test");
     EXPECT_EQ(metadata->metaValue<std::string>("frame"), "COLMAP");
+    EXPECT_EQ(metadata->metaValue<std::string>("transform"), ExportTransformJson({}));
     EXPECT_EQ(metadata->metaValue<double>("world_from_normalized_scale"), 2.5);
     EXPECT_EQ(metadata->metaValue<openvdb::Vec3d>("world_from_normalized_translation"),
               openvdb::Vec3d(10, 20, 30));
@@ -259,6 +260,44 @@ TEST_F(VolumeExport, GeoreferencedScenesAreTheSameToTheMillimetre) {
         ToEigen(b->indexToWorld(it.getCoord()) - a->indexToWorld(it.getCoord())) - offset;
     EXPECT_LT(shift.norm(), 1e-6);
   }
+}
+
+TEST_F(VolumeExport, ATransformTurnsTheVoxelsAndKeepsTheOpticalDepth) {
+  const VolumeExportOptions options = Coarse();
+  const ExportableScene plain = MakeExportableScene(TestModel());
+  WriteSceneVolume(folder_ / "plain.vdb", plain, MakeVolumeFrame(plain, options), options);
+  ExportTransformOptions frame;
+  frame.transform = "1.2 -1.6 0 7  1.6 1.2 0 8  0 0 2 9";  // about z by 53 degrees, twice as large
+  ExportableSceneOptions scene_options;
+  scene_options.transform = ParseExportTransform(frame);
+  const ExportableScene moved = MakeExportableScene(TestModel(), scene_options);
+  WriteSceneVolume(folder_ / "moved.vdb", moved, MakeVolumeFrame(moved, options), options);
+
+  const VdbFile from = ReadVdb(folder_ / "plain.vdb");
+  const VdbFile to = ReadVdb(folder_ / "moved.vdb");
+  const auto a = from.Get<openvdb::FloatGrid>("density");
+  const auto b = to.Get<openvdb::FloatGrid>("density");
+  EXPECT_EQ(a->activeVoxelCount(), b->activeVoxelCount());
+  EXPECT_TRUE(b->hasUniformVoxels());
+  EXPECT_NEAR(b->voxelSize().x(), 2 * a->voxelSize().x(), 1e-12);
+  for (auto it = a->cbeginValueOn(); it; ++it) {
+    const Eigen::Vector3d x = ToEigen(a->indexToWorld(it.getCoord()));
+    const Eigen::Vector3d expected(
+        1.2 * x.x() - 1.6 * x.y() + 7, 1.6 * x.x() + 1.2 * x.y() + 8, 2 * x.z() + 9);
+    ASSERT_LT((ToEigen(b->indexToWorld(it.getCoord())) - expected).norm(), 1e-11);
+    ASSERT_FLOAT_EQ(b->tree().getValue(it.getCoord()), *it / 2);
+  }
+  EXPECT_EQ(to.metadata->metaValue<std::string>("frame"), "transformed");
+  EXPECT_EQ(to.metadata->metaValue<std::string>("transform"),
+            ExportTransformJson(scene_options.transform));
+  EXPECT_NEAR(to.metadata->metaValue<double>("voxel_size"), b->voxelSize().x(), 1e-12);
+  EXPECT_EQ(to.metadata->metaValue<double>("world_from_normalized_scale"), 2.5);
+
+  VolumeExportOptions sized = options;
+  sized.voxel_size = 0.7;  // of the files' units
+  WriteSceneVolume(folder_ / "sized.vdb", moved, MakeVolumeFrame(moved, sized), sized);
+  EXPECT_NEAR(
+      ReadVdb(folder_ / "sized.vdb").Get<openvdb::FloatGrid>("label")->voxelSize().x(), 0.7, 1e-12);
 }
 
 TEST_F(VolumeExport, Int32LabelsStandInAFileOfTheirOwn) {

@@ -76,17 +76,22 @@ TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
                                     "training_log.csv",
                                     "training_plot.svg",
                                     "training_plot.png",
-                                    "scene.vdb"};
+                                    "scene.vdb",
+                                    "scene.glb",
+                                    "scene.usda"};
   const json labels = Labels();
   ASSERT_GE(labels["objects"].size(), 2u) << run_->err;
   for (const json& object : labels["objects"]) {
     const std::string stem = "objects/" + std::to_string(object["id"].get<int>()) + "_" +
                              object["name"].get<std::string>();
-    for (const std::string format : {"vdb", "om", "ply", "obj"}) {
+    for (const std::string format : {"vdb", "om", "ply", "obj", "mtl", "glb"}) {
       expected.insert(stem + "." + format);
       EXPECT_EQ(object["files"][format], stem + "." + format);
     }
+    EXPECT_EQ(object["files"].size(), 6u);
   }
+  EXPECT_EQ(labels["files"],
+            (json{{"vdb", "scene.vdb"}, {"glb", "scene.glb"}, {"usda", "scene.usda"}}));
   const std::vector<std::string> files = FilesBelow(Out());
   EXPECT_EQ(std::set<std::string>(files.begin(), files.end()), expected);
   for (const std::string& file : files) EXPECT_GT(fs::file_size(Out() / file), 0u) << file;
@@ -409,7 +414,8 @@ TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {
 
 TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
   const fs::path again = *folder_ / "again";
-  for (const char* command : {"mesh_exporter", "volume_exporter"}) {
+  // In this order: the stage names the volumes that are there.
+  for (const char* command : {"volume_exporter", "mesh_exporter"}) {
     std::vector<std::string> arguments = {
         command, "--foam_path", FoamPath(), "--output_path", again.string()};
     if (std::string(command) == "volume_exporter") {

@@ -12,6 +12,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "tests/export/read_glb.h"
+#include "tests/export/read_usda.h"
 #include "tests/export/test_foams.h"
 #include "tests/tools/program.h"
 #include <gtest/gtest.h>
@@ -117,6 +119,24 @@ std::vector<Eigen::Vector3d> OmVertices(const fs::path& path) {
   return vertices;
 }
 
+std::vector<Eigen::Vector3d> GlbVertices(const fs::path& path) {
+  return ImportedVertices(ReadGlb(path));
+}
+
+std::vector<Eigen::Vector3d> UsdaVertices(const fs::path& path) {
+  const nlohmann::json stage = UsdaReader::Read(path);
+  std::vector<Eigen::Vector3d> vertices;
+  for (const auto& [name, object] : stage["children"]["scene"]["children"].items()) {
+    const nlohmann::json& mesh = object["children"]["surface"]["properties"];
+    const nlohmann::json& t = mesh["xformOp:translate"]["value"];
+    for (const nlohmann::json& p : mesh["points"]["value"]) {
+      vertices.emplace_back(p[0], p[1], p[2]);
+      vertices.back() += Eigen::Vector3d(t[0], t[1], t[2]);
+    }
+  }
+  return vertices;
+}
+
 // The centres of a grid's active voxels in the world, and their values.
 struct Voxels {
   std::vector<Eigen::Vector3d> centers;
@@ -181,12 +201,16 @@ TEST_F(UtmRoundTripTest, ExportedFilesAgreeToTheMillimetre) {
   const fs::path near = Export("near", near_->world_from_normalized);
   const fs::path far = Export("far", far_->world_from_normalized);
   const std::vector<std::string> files = FilesBelow(near);
-  EXPECT_EQ(files.size(), 1 + 2 * 4u) << "the scene, and two objects in four formats";
+  EXPECT_EQ(files.size(), 3 + 2 * 6u) << "the scene in three formats, two objects in six";
   for (const std::string& file : files) {
     const std::string extension = fs::path(file).extension().string();
     if (extension == ".ply") ExpectShifted(PlyVertices(near / file), PlyVertices(far / file), file);
     if (extension == ".obj") ExpectShifted(ObjVertices(near / file), ObjVertices(far / file), file);
     if (extension == ".om") ExpectShifted(OmVertices(near / file), OmVertices(far / file), file);
+    if (extension == ".glb") ExpectShifted(GlbVertices(near / file), GlbVertices(far / file), file);
+    if (extension == ".usda") {
+      ExpectShifted(UsdaVertices(near / file), UsdaVertices(far / file), file);
+    }
     if (extension != ".vdb") continue;
     for (const std::string grid : {"density", "label", "confidence"}) {
       const Voxels a = ReadVoxels(near / file, grid), b = ReadVoxels(far / file, grid);

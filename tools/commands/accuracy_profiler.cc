@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/surface_export.h"
 #include "foam/error.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"

@@ -4,6 +4,7 @@
 #include "tools/exports.h"
 #include "tools/training_run.h"
 
+#include <set>
 #include <string>
 
 #include <glog/logging.h>
@@ -15,7 +16,8 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   std::string output_path;
   TrainingRun run;
   VolumeExportOptions volume;
-  SurfaceExportOptions surface;
+  std::string formats = kAllFormats;
+  ExportTransformOptions frame;
   OptionManager options("automatic_segmenter",
                         "Trains a foam on a COLMAP workspace with instance masks and writes every "
                         "object as volume and surface.");
@@ -28,16 +30,20 @@ void RunAutomaticSegmenter(int argc, char** argv) {
       "input_path", &run.input_path, "the COLMAP model; by default sparse/0/, then sparse/");
   AddTrainingRunOptions(&options, &run);
   AddVolumeExportOptions(&options, &volume);
-  AddMeshExportOptions(&options, &surface);
+  AddFormatsOption(&options, &formats);
+  AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
+  const std::set<std::string> wanted = ParseFormats(formats, kAllFormats);
+  const ExportTransform transform = ParseExportTransform(frame);
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run));
-  WriteVolumes(scene, output_path, volume);
-  WriteMeshes(scene, output_path, surface);
+  const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run), transform);
+  RequireOneFrame(scene.transform, output_path, wanted);
+  if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
+  if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted);
   WriteLabels(scene, output_path);
   LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
             << ", everything is in " << output_path;

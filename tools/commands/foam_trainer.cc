@@ -24,6 +24,7 @@ void RunFoamTrainer(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
+  RequireOneFrame({}, output_path, {});
   const Model model = TrainAndWrite(options, output_path, &run);
   WriteLabels(PrepareExport(model), output_path);
 }

@@ -4,6 +4,7 @@
 #include "tools/commands.h"
 #include "tools/exports.h"
 
+#include <set>
 #include <string>
 
 namespace semfoam {
@@ -11,17 +12,24 @@ namespace semfoam {
 void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
-  SurfaceExportOptions surface;
+  std::string formats = kMeshFormats;
+  ExportTransformOptions frame;
   OptionManager options("mesh_exporter", "Writes the closed surface of every object of a foam.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
-      "output_path", &output_path, "folder for objects/*.{om,ply,obj} and labels.json");
-  AddMeshExportOptions(&options, &surface);
+      "output_path",
+      &output_path,
+      "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
+  AddFormatsOption(&options, &formats);
+  AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
+  const std::set<std::string> wanted = ParseFormats(formats, kMeshFormats);
+  const ExportTransform transform = ParseExportTransform(frame);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path));
-  WriteMeshes(scene, output_path, surface);
+  const ExportableScene scene = PrepareExport(ReadModel(foam_path), transform);
+  RequireOneFrame(scene.transform, output_path, wanted);
+  WriteMeshes(scene, output_path, wanted);
   WriteLabels(scene, output_path);
 }
 

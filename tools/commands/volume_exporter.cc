@@ -12,17 +12,21 @@ void RunVolumeExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
   VolumeExportOptions volume;
+  ExportTransformOptions frame;
   OptionManager options("volume_exporter",
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
       "output_path", &output_path, "folder for scene.vdb, objects/*.vdb and labels.json");
   AddVolumeExportOptions(&options, &volume);
+  AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
+  const ExportTransform transform = ParseExportTransform(frame);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path));
+  const ExportableScene scene = PrepareExport(ReadModel(foam_path), transform);
+  RequireOneFrame(scene.transform, output_path, {"vdb"});
   WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path);
 }

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "export/byte_writer.h"
+#include "export/local_mesh.h"
+#include "export/surface_export.h"
+
+#include <filesystem>
+#include <set>
+#include <string>
+
+namespace semfoam {
+
+// A text USD stage (.usda) of all objects, in the file frame. upAxis is Y where that frame is y-up,
+// else Z; metersPerUnit is the frame's (1 where its unit is unknown).
+//
+//   /scene              Xform
+//     /scene/mug        Xform, one per object: SemanticsLabelsAPI:class with the label's name,
+//                       customData: id, name, confidence
+//       surface         Mesh: points (float) near an origin of its own, which xformOp:translate
+//                       keeps in double; normals, displayColor in linear light and confidence per
+//                       vertex, label; drawn as it is (no subdivision)
+//       volume          Volume, only where the object's .vdb is there: fields density, color,
+//                       label, confidence. Invisible, so that it does not cover the surface
+//
+// Prims are named after the labels, as USD allows it: [A-Za-z0-9_], no digit first, unique.
+class UsdFile {
+ public:
+  // Begins the file at `path`. `creator`: program and version. Throws UserError where no file can
+  // be made.
+  UsdFile(const std::filesystem::path& path,
+          const ExportTransform& transform,
+          const std::string& creator);
+
+  // The surface must be `object`'s. `volume_path`: its .vdb, relative to the stage, with '/'; empty
+  // for none.
+  void Add(const ObjectInfo& object,
+           const ObjectSurface& surface,
+           const LocalMesh& mesh,
+           const std::string& volume_path);
+
+  // Ends the file. Throws UserError when it cannot be written completely.
+  void Finish();
+
+ private:
+  std::string PrimName(const ObjectInfo& object);
+
+  ByteWriter out_;
+  std::set<std::string> prim_names_;
+};
+
+}  // namespace semfoam

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The options of the exporters: which formats, and in which frame.
+#include "foam/model.h"
+
+#include <algorithm>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "tests/export/read_glb.h"
+#include "tests/export/read_usda.h"
+#include "tests/export/test_foams.h"
+#include "tests/tools/program.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <openvdb/openvdb.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using ::testing::UnorderedElementsAre;
+
+class ExportOptionsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Model model = TouchingBalls(1500);
+    model.world_from_normalized = {2, {10, 20, 30}};
+    // The photos say that -y is up, as in most of COLMAP's frames.
+    model.photos.resize(3);
+    for (PhotoRecord& photo : model.photos) {
+      photo.name = "a.jpg";
+      photo.camera_model = "SIMPLE_PINHOLE";
+      photo.width = photo.height = 10;
+      photo.camera_params = {10, 5, 5};
+    }
+    WriteModel(folder_ / "scene.foam", model);
+  }
+
+  Outcome Run(const std::string& command,
+              const std::string& out,
+              std::vector<std::string> options = {}) {
+    options.insert(options.begin(),
+                   {command,
+                    "--foam_path",
+                    (folder_ / "scene.foam").string(),
+                    "--output_path",
+                    (folder_ / out).string()});
+    return RunSemfoam(options);
+  }
+
+  json Labels(const std::string& out) {
+    return json::parse(ReadFile(folder_ / out / "labels.json"));
+  }
+
+  // Every file below the folder but labels.json itself.
+  void ExpectListed(const std::string& out) {
+    const json labels = Labels(out);
+    std::set<std::string> listed = {"labels.json"};
+    for (const auto& [format, path] : labels["files"].items()) listed.insert(path);
+    for (const json& object : labels["objects"]) {
+      for (const auto& [format, path] : object["files"].items()) listed.insert(path);
+    }
+    EXPECT_THAT(FilesBelow(folder_ / out), testing::UnorderedElementsAreArray(listed));
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(ExportOptionsTest, FormatsAreThoseAskedFor) {
+  ASSERT_EQ(Run("mesh_exporter", "some", {"--formats", "glb,ply"}).exit_code, 0);
+  EXPECT_THAT(FilesBelow(folder_ / "some"),
+              UnorderedElementsAre("labels.json",
+                                   "scene.glb",
+                                   "objects/7_mug.ply",
+                                   "objects/7_mug.glb",
+                                   "objects/8_label_8.ply",
+                                   "objects/8_label_8.glb"));
+  ExpectListed("some");
+  // What comes later is added to the list.
+  ASSERT_EQ(Run("volume_exporter",
+                "some",
+                {"--VolumeExport.max_resolution", "16", "--VolumeExport.int32_labels", "1"})
+                .exit_code,
+            0);
+  ExpectListed("some");
+  ASSERT_EQ(Run("mesh_exporter", "some").exit_code, 0);
+  ExpectListed("some");
+  EXPECT_THAT(FilesBelow(folder_ / "some"), SizeIs(1 + 4 + 2 * 6));
+  EXPECT_EQ(Labels("some")["files"]["vdb_labels_int32"], "scene_labels_int32.vdb");
+}
+
+TEST_F(ExportOptionsTest, TheStageNamesTheVolumesThatAreThere) {
+  ASSERT_EQ(Run("mesh_exporter", "out", {"--formats", "usda"}).exit_code, 0);
+  EXPECT_THAT(ReadFile(folder_ / "out/scene.usda"), testing::Not(HasSubstr(".vdb")));
+  ASSERT_EQ(Run("volume_exporter", "out", {"--VolumeExport.max_resolution", "16"}).exit_code, 0);
+  ASSERT_EQ(Run("mesh_exporter", "out", {"--formats", "usda"}).exit_code, 0);
+  const json stage = UsdaReader::Read(folder_ / "out/scene.usda");
+  for (const auto& [name, object] : stage["children"]["scene"]["children"].items()) {
+    const std::string path =
+        object["children"]["volume"]["children"]["density"]["properties"]["filePath"]["value"];
+    EXPECT_TRUE(fs::exists(folder_ / "out" / path)) << path;
+  }
+}
+
+std::vector<Eigen::Vector3d> ObjVertices(const fs::path& path) {
+  std::istringstream lines(ReadFile(path));
+  std::vector<Eigen::Vector3d> vertices;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    if (!(words >> kind) || kind != "v") continue;
+    Eigen::Vector3d& v = vertices.emplace_back();
+    words >> v.x() >> v.y() >> v.z();
+  }
+  return vertices;
+}
+
+std::vector<Eigen::Vector3d> UsdaVertices(const fs::path& path, const std::string& prim) {
+  const json stage = UsdaReader::Read(path);
+  const json& mesh =
+      stage["children"]["scene"]["children"][prim]["children"]["surface"]["properties"];
+  const json& t = mesh["xformOp:translate"]["value"];
+  std::vector<Eigen::Vector3d> vertices;
+  for (const json& p : mesh["points"]["value"]) {
+    vertices.emplace_back(p[0], p[1], p[2]);
+    vertices.back() += Eigen::Vector3d(t[0], t[1], t[2]);
+  }
+  return vertices;
+}
+
+std::vector<Eigen::Vector3d> VoxelCenters(const fs::path& path) {
+  openvdb::initialize();
+  openvdb::io::File file(path.string());
+  file.open(false);
+  const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("density"));
+  std::vector<Eigen::Vector3d> centers;
+  for (auto voxel = grid->cbeginValueOn(); voxel; ++voxel) {
+    const openvdb::Vec3d center = grid->indexToWorld(voxel.getCoord());
+    centers.emplace_back(center.x(), center.y(), center.z());
+  }
+  return centers;
+}
+
+// Every format of every object of `moved` is that of `plain`, each point sent through
+// `expected`.
+void ExpectMoved(const fs::path& plain,
+                 const fs::path& moved,
+                 const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& expected,
+                 const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& file_from_imported) {
+  const auto expect = [&](const std::vector<Eigen::Vector3d>& from,
+                          const std::vector<Eigen::Vector3d>& to,
+                          const std::string& what) {
+    ASSERT_FALSE(from.empty()) << what;
+    ASSERT_EQ(from.size(), to.size()) << what;
+    double farthest = 0;
+    for (size_t k = 0; k < from.size(); ++k) {
+      farthest = std::max(farthest, (expected(from[k]) - to[k]).norm());
+    }
+    EXPECT_LT(farthest, 1e-4) << what;
+  };
+  const std::string obj = "objects/7_mug.obj", glb = "objects/7_mug.glb", vdb = "objects/7_mug.vdb";
+  expect(ObjVertices(plain / obj), ObjVertices(moved / obj), obj);
+  std::vector<Eigen::Vector3d> imported = ImportedVertices(ReadGlb(moved / glb));
+  for (Eigen::Vector3d& x : imported) x = file_from_imported(x);
+  expect(ImportedVertices(ReadGlb(plain / glb)), imported, glb);
+  expect(UsdaVertices(plain / "scene.usda", "mug"),
+         UsdaVertices(moved / "scene.usda", "mug"),
+         "scene.usda");
+  expect(VoxelCenters(plain / vdb), VoxelCenters(moved / vdb), vdb);
+
+  const json from = json::parse(ReadFile(plain / "labels.json"))["objects"][0];
+  const json to = json::parse(ReadFile(moved / "labels.json"))["objects"][0];
+  const auto corner = [](const json& object, int which) {
+    const json& c = object["bounding_box"][which];
+    return Eigen::Vector3d(c[0], c[1], c[2]);
+  };
+  const Eigen::Vector3d a = expected(corner(from, 0)), b = expected(corner(from, 1));
+  EXPECT_LT((corner(to, 0) - a.cwiseMin(b)).norm(), 1e-9);
+  EXPECT_LT((corner(to, 1) - a.cwiseMax(b)).norm(), 1e-9);
+}
+
+TEST_F(ExportOptionsTest, AFrameReachesEveryFormatAlike) {
+  const auto export_all = [&](const std::string& out, const std::vector<std::string>& frame) {
+    std::vector<std::string> volume = {"--VolumeExport.max_resolution", "16"};
+    volume.insert(volume.end(), frame.begin(), frame.end());
+    const Outcome volumes = Run("volume_exporter", out, volume);
+    ASSERT_EQ(volumes.exit_code, 0) << volumes.err;
+    const Outcome meshes = Run("mesh_exporter", out, frame);
+    ASSERT_EQ(meshes.exit_code, 0) << meshes.err;
+  };
+  export_all("plain", {});
+  const auto same = [](const Eigen::Vector3d& x) { return x; };
+
+  // The value begins with a minus, and no option is meant.
+  export_all("moved", {"--transform", "-1 0 0 5 0 -1 0 6 0 0 1 7", "--scale", "100"});
+  ExpectMoved(
+      folder_ / "plain",
+      folder_ / "moved",
+      [](const auto& x) {
+        return Eigen::Vector3d(100 * (5 - x.x()), 100 * (6 - x.y()), 100 * (x.z() + 7));
+      },
+      same);
+
+  // The photos' -y comes up; glTF, y-up itself, is not turned again, and is in metres.
+  export_all("y", {"--up_axis", "y", "--units", "cm"});
+  ExpectMoved(
+      folder_ / "plain",
+      folder_ / "y",
+      [](const auto& x) { return Eigen::Vector3d(x.x(), -x.y(), -x.z()); },
+      [](const auto& x) { return Eigen::Vector3d(100 * x.x(), 100 * x.z(), -100 * x.y()); });
+  export_all("z", {"--up_axis", "z"});
+  ExpectMoved(
+      folder_ / "plain",
+      folder_ / "z",
+      [](const auto& x) { return Eigen::Vector3d(x.x(), x.z(), -x.y()); },
+      same);
+
+  for (const char* out : {"plain", "moved", "y", "z"}) {
+    const json frame = Labels(out)["frame"];
+    EXPECT_EQ(ReadGlb(folder_ / out / "scene.glb").json["nodes"][0]["extras"]["frame"], frame);
+    const json stage = UsdaReader::Read(folder_ / out / "scene.usda");
+    EXPECT_EQ(json::parse(stage["metadata"]["customLayerData"]["frame"].get<std::string>()), frame);
+    EXPECT_EQ(stage["metadata"]["metersPerUnit"], frame["meters_per_unit"]);
+    const Outcome print = RunProgram("vdb_print", {"-m", (folder_ / out / "scene.vdb").string()});
+    EXPECT_THAT(print.out, HasSubstr(frame["up_axis"] == "y" ? "\"up_axis\":\"y\"" : "up_axis"));
+  }
+  EXPECT_EQ(Labels("y")["frame"]["unit"], "cm");
+  EXPECT_EQ(Labels("y")["frame"]["up_axis"], "y");
+  EXPECT_EQ(Labels("moved")["frame"]["file_from_colmap"],
+            json({-100., 0., 0., 500., 0., -100., 0., 600., 0., 0., 100., 700., 0., 0., 0., 1.}));
+}
+
+TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {
+  ASSERT_EQ(Run("mesh_exporter", "out", {"--formats", "ply,obj"}).exit_code, 0);
+  const std::string before = ReadFile(folder_ / "out/labels.json");
+  for (const Outcome& refused :
+       {Run("volume_exporter", "out", {"--scale", "2"}),
+        Run("mesh_exporter", "out", {"--scale", "2", "--formats", "ply"})}) {
+    EXPECT_EQ(refused.exit_code, 1);
+    ASSERT_THAT(refused.Errors(), SizeIs(1)) << refused.err;
+    EXPECT_THAT(refused.Errors()[0], HasSubstr("is in another frame than this export"));
+  }
+  EXPECT_EQ(ReadFile(folder_ / "out/labels.json"), before);
+  // All of it anew is another matter.
+  EXPECT_EQ(Run("mesh_exporter", "out", {"--scale", "2", "--formats", "ply,obj"}).exit_code, 0);
+  EXPECT_EQ(Labels("out")["frame"]["file_from_colmap"][0], 2);
+  // Nor may a training, whose labels.json is of the COLMAP frame, go there.
+  const Outcome training = RunSemfoam(TinyTraining({"foam_trainer",
+                                                    "--image_path",
+                                                    (kTabletop / "images").string(),
+                                                    "--input_path",
+                                                    (kTabletop / "sparse/0").string(),
+                                                    "--output_path",
+                                                    (folder_ / "out").string()}));
+  EXPECT_EQ(training.exit_code, 1);
+  ASSERT_THAT(training.Errors(), SizeIs(1)) << training.err;
+  EXPECT_THAT(training.Errors()[0], HasSubstr("is in another frame than this export"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/scene.foam"));
+}
+
+TEST_F(ExportOptionsTest, ALabelsFileThatIsNotOursIsReplaced) {
+  fs::create_directories(folder_ / "out");
+  for (const char* text :
+       {"no json",
+        "{}",
+        R"({"frame": 1, "objects": 2})",
+        R"({"frame": {}, "objects": [3], "files": 4})",
+        R"({"frame": {}, "objects": [{"files": 5}], "files": {"ply": 6, "vdb": "gone.vdb"}})"}) {
+    WriteFile(folder_ / "out/labels.json", text);
+    const Outcome outcome = Run("mesh_exporter", "out", {"--formats", "glb", "--scale", "2"});
+    EXPECT_EQ(outcome.exit_code, 0) << text << outcome.err;
+    ExpectListed("out");
+  }
+}
+
+TEST_F(ExportOptionsTest, TheWholeRunTakesThemToo) {
+  const Outcome outcome = RunSemfoam(TinyTraining({"automatic_segmenter",
+                                                   "--workspace_path",
+                                                   kTabletop.string(),
+                                                   "--output_path",
+                                                   (folder_ / "run").string(),
+                                                   "--FoamTraining.num_rays",
+                                                   "100000",
+                                                   "--formats",
+                                                   "ply",
+                                                   "--up_axis",
+                                                   "y",
+                                                   "--units",
+                                                   "m"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const std::string& file : FilesBelow(folder_ / "run/objects")) {
+    EXPECT_EQ(fs::path(file).extension(), ".ply") << file;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "run/scene.vdb"));
+  EXPECT_FALSE(fs::exists(folder_ / "run/scene.glb"));
+  // The tabletop's z is up.
+  EXPECT_EQ(Labels("run")["frame"]["file_from_colmap"],
+            json({1., 0., 0., 0., 0., 0., 1., 0., 0., -1., 0., 0., 0., 0., 0., 1.}));
+  EXPECT_EQ(Labels("run")["frame"]["unit"], "m");
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -8,12 +8,21 @@
 #include "tools/option_manager.h"
 
 #include <filesystem>
+#include <string>
 
 namespace semfoam {
 
 // Adds --VolumeExport.* and --MeshExport.*.
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume);
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
+
+// --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
+// nothing else.
+void AddVolumeShortNames(OptionManager* options);
+
+// The checksum at the end of a model's file (WriteModel), as VolumeExportOptions::source_checksum
+// has it. Throws UserError when it cannot be read.
+std::string ModelChecksum(const std::filesystem::path& foam_path);
 
 // Throws UserError, in the words of the option manager, when an option is out of range. To be
 // called before any work.

@@ -4,6 +4,7 @@
 #include "tools/exports.h"
 #include "tools/training_run.h"
 
+#include <filesystem>
 #include <string>
 
 #include <glog/logging.h>
@@ -36,6 +37,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
 
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run));
+  volume.source_checksum = ModelChecksum(std::filesystem::path(output_path) / "scene.foam");
   WriteVolumes(scene, output_path, volume);
   WriteMeshes(scene, output_path, surface);
   WriteLabels(scene, output_path);

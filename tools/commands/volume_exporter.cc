@@ -16,13 +16,15 @@ void RunVolumeExporter(int argc, char** argv) {
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
-      "output_path", &output_path, "folder for scene.vdb, objects/*.vdb and labels.json");
+      "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
   AddVolumeExportOptions(&options, &volume);
+  AddVolumeShortNames(&options);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
 
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path));
+  volume.source_checksum = ModelChecksum(foam_path);
   WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path);
 }

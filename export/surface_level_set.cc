@@ -1,43 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface_export.h"
 #include "export/vdb_grids.h"
+#include "foam/parallel.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 
-#include <openvdb/tools/Composite.h>
-#include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/math/Proximity.h>
 #include <openvdb/tools/Prune.h>
-#include <tbb/task_arena.h>
 
 namespace semfoam {
 namespace {
 
-constexpr float kHalfWidth = 3;  // voxels
-// Where the object is cut, its level set is made so many voxels farther than the cut: a leaf of the
-// box's level set reaches half width + 7 voxels out of the box, and the half-finished blocks at the
-// end of the work are 8 wide.
-constexpr double kMargin = 20;
+constexpr double kHalfWidth = 3;  // voxels
+constexpr int64_t kTrianglesPerTask = 1024;
+constexpr int64_t kLeavesPerTask = 16;
 
-// Triangles in index space, as meshToVolume asks for them.
-class TriangleSoup {
- public:
-  void Add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    triangles_.push_back({a, b, c});
-  }
-
-  size_t polygonCount() const { return triangles_.size(); }
-  size_t pointCount() const { return 3 * triangles_.size(); }
-  size_t vertexCount(size_t /*polygon*/) const { return 3; }
-  void getIndexSpacePoint(size_t polygon, size_t corner, openvdb::Vec3d& point) const {
-    const Eigen::Vector3d& p = triangles_[polygon][corner];
-    point = openvdb::Vec3d(p.x(), p.y(), p.z());
-  }
-
- private:
-  std::vector<std::array<Eigen::Vector3d, 3>> triangles_;
-};
+using Leaf = openvdb::FloatTree::LeafNodeType;
+using Triangle = std::array<Eigen::Vector3d, 3>;  // index space
 
 // What is left of a convex polygon inside of the box; Sutherland and Hodgman, one side after the
 // other.
@@ -63,11 +45,11 @@ void ClipToBox(const Eigen::AlignedBox3d& box, std::vector<Eigen::Vector3d>* pol
 }
 
 // The triangles of the object's surface as far as they lie in `region`, index space.
-TriangleSoup SurfaceIn(const ExportableScene& scene,
-                       const ObjectSurface& surface,
-                       const VoxelLattice& lattice,
-                       const Eigen::AlignedBox3d& region) {
-  TriangleSoup soup;
+std::vector<Triangle> SurfaceIn(const ExportableScene& scene,
+                                const ObjectSurface& surface,
+                                const VoxelLattice& lattice,
+                                const Eigen::AlignedBox3d& region) {
+  std::vector<Triangle> triangles;
   std::vector<Eigen::Vector3d> polygon;
   for (const std::array<uint32_t, 3>& triangle : surface.triangles) {
     polygon.clear();
@@ -78,31 +60,94 @@ TriangleSoup SurfaceIn(const ExportableScene& scene,
       around.extend(polygon.back());
     }
     if (!region.contains(around)) ClipToBox(region, &polygon);
-    for (size_t k = 2; k < polygon.size(); ++k) soup.Add(polygon[0], polygon[k - 1], polygon[k]);
-  }
-  return soup;
-}
-
-Eigen::AlignedBox3d Widened(const Eigen::AlignedBox3d& box, double margin) {
-  const Eigen::Vector3d all_around = Eigen::Vector3d::Constant(margin);
-  return {box.min() - all_around, box.max() + all_around};
-}
-
-// Makes the voxels of `blocks` the inside: their distances, which are unsigned so far, get a minus,
-// and where no surface is near, the block is one tile.
-void SetSigns(const std::vector<VoxelBlock>& blocks, openvdb::FloatTree* tree) {
-  const float inside = -tree->background();
-  for (const VoxelBlock& block : blocks) {
-    const openvdb::Coord origin(block.origin.x(), block.origin.y(), block.origin.z());
-    if (openvdb::FloatTree::LeafNodeType* leaf = tree->probeLeaf(origin)) {
-      float* values = leaf->buffer().data();
-      for (size_t voxel = 0; voxel < block.cells.size(); ++voxel) {
-        if (block.cells[voxel] != kNoCell) values[voxel] = -values[voxel];
-      }
-    } else if (std::count(block.cells.begin(), block.cells.end(), kNoCell) == 0) {
-      tree->addTile(/*level=*/1, origin, inside, /*active=*/false);
+    for (size_t k = 2; k < polygon.size(); ++k) {
+      triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
     }
   }
+  return triangles;
+}
+
+// A block of 8^3 voxels and a triangle that may come nearer to it than the half width.
+struct Near {
+  uint64_t block;
+  uint32_t triangle;
+};
+
+std::vector<Near> NearBlocks(const std::vector<Triangle>& triangles) {
+  const int64_t count = std::ssize(triangles);
+  std::vector<std::vector<Near>> parts((count + kTrianglesPerTask - 1) / kTrianglesPerTask);
+  ParallelForBlocks(count, kTrianglesPerTask, [&](int64_t begin, int64_t end) {
+    std::vector<Near>& part = parts[begin / kTrianglesPerTask];
+    for (int64_t k = begin; k < end; ++k) {
+      const auto& [a, b, c] = triangles[k];
+      const Eigen::Array3d low = a.cwiseMin(b).cwiseMin(c).array() - kHalfWidth;
+      const Eigen::Array3d high = a.cwiseMax(b).cwiseMax(c).array() + kHalfWidth;
+      const Eigen::Vector3i first = (low / 8).floor().matrix().cast<int>();
+      const Eigen::Vector3i last = (high / 8).floor().matrix().cast<int>();
+      const Eigen::Vector3d normal = (b - a).cross(c - a);
+      // From a block's centre to its farthest voxel, and the half width.
+      const double reach = normal.norm() * (3.5 * std::sqrt(3.0) + kHalfWidth);
+      for (int x = first.x(); x <= last.x(); ++x) {
+        for (int y = first.y(); y <= last.y(); ++y) {
+          for (int z = first.z(); z <= last.z(); ++z) {
+            const Eigen::Vector3d center = 8 * Eigen::Vector3d(x, y, z).array() + 3.5;
+            if (std::abs(normal.dot(center - a)) > reach * (1 + 1e-9)) continue;
+            part.push_back({PackBlock({x, y, z}), static_cast<uint32_t>(k)});
+          }
+        }
+      }
+    }
+  });
+  std::vector<Near> all;
+  for (const std::vector<Near>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end(), [](const Near& a, const Near& b) {
+    return a.block != b.block ? a.block < b.block : a.triangle < b.triangle;
+  });
+  return all;
+}
+
+// The distances, squared, of a block's voxels to a triangle, where they are less than those that
+// are known.
+void LowerDistances(const Triangle& triangle,
+                    const Eigen::Vector3i& origin,
+                    std::array<double, 512>* squared) {
+  const auto& [a, b, c] = triangle;
+  const Eigen::Array3d from = origin.cast<double>().array();
+  const Eigen::Vector3i low =
+      (a.cwiseMin(b).cwiseMin(c).array() - kHalfWidth - from).ceil().max(0).matrix().cast<int>();
+  const Eigen::Vector3i high =
+      (a.cwiseMax(b).cwiseMax(c).array() + kHalfWidth - from).floor().min(7).matrix().cast<int>();
+  const auto to_vdb = [](const Eigen::Vector3d& v) { return openvdb::Vec3d(v.x(), v.y(), v.z()); };
+  const openvdb::Vec3d corner_a = to_vdb(a), corner_b = to_vdb(b), corner_c = to_vdb(c);
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double area_squared = normal.squaredNorm();
+  const Eigen::Vector3d middle = (a + b + c) / 3;
+  const double radius = std::sqrt(std::max(
+      {(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+  for (int x = low.x(); x <= high.x(); ++x) {
+    for (int y = low.y(); y <= high.y(); ++y) {
+      for (int z = low.z(); z <= high.z(); ++z) {
+        double* const known = &(*squared)[64 * x + 8 * y + z];
+        const Eigen::Vector3d point = (origin + Eigen::Vector3i(x, y, z)).cast<double>();
+        // Farther from the plane, or from the ball around the triangle, than what is known.
+        const double along_normal = normal.dot(point - a);
+        if (along_normal * along_normal > *known * area_squared) continue;
+        const double bound = radius + kHalfWidth;
+        const double to_middle = (point - middle).squaredNorm();
+        if (to_middle > bound * bound) continue;
+        openvdb::Vec3d barycentric;
+        const openvdb::Vec3d nearest = openvdb::math::closestPointOnTriangleToPoint(
+            corner_a, corner_b, corner_c, to_vdb(point), barycentric);
+        *known = std::min(*known, (nearest - to_vdb(point)).lengthSqr());
+      }
+    }
+  }
+}
+
+// Signed distance to a box, negative inside.
+double DistanceToBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d beyond = (box.min() - point).cwiseMax(point - box.max());
+  return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
 }  // namespace
@@ -113,45 +158,71 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const Eigen::AlignedBox3d& box) {
   InitializeOpenVdb();
   const double world_voxel = lattice.voxel_size * scene.world_from_normalized.scale;
-  const auto transform = openvdb::math::Transform::createLinearTransform(world_voxel);
-  if (box.isEmpty()) {
-    return openvdb::createLevelSet<openvdb::FloatGrid>(world_voxel, kHalfWidth);
-  }
-  const ObjectSurface surface = ExtractSurface(scene, object);
-  const bool is_cut =
-      std::any_of(surface.vertex_tet.begin(), surface.vertex_tet.end(), [&](uint32_t tet) {
-        return !box.contains(scene.voronoi_vertices[tet]);
-      });
-  const Eigen::AlignedBox3d region =
-      Widened(box, (is_cut ? kMargin : kHalfWidth + 1) * lattice.voxel_size);
-  const Eigen::AlignedBox3d index_region((region.min() - lattice.origin) / lattice.voxel_size,
-                                         (region.max() - lattice.origin) / lattice.voxel_size);
-  const TriangleSoup soup = SurfaceIn(scene, surface, lattice, index_region);
-
-  const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, object.cells, lattice, region);
-  openvdb::FloatGrid::Ptr grid;
-  // Which of two triangles at the same distance a voxel remembers depends on the threads, and with
-  // it the last bits of the distances that it hands on.
-  tbb::task_arena one_thread(1);
-  one_thread.execute([&] {
-    // Unsigned: spikes and sheets thinner than a voxel are no trouble, and a surface that is cut
-    // open at the region's end needs no inside.
-    grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-        soup, *transform, kHalfWidth, kHalfWidth, openvdb::tools::UNSIGNED_DISTANCE_FIELD);
-    SetSigns(blocks, &grid->tree());
-    if (is_cut) {
-      const Eigen::Vector3d low = (box.min() - lattice.origin) / lattice.voxel_size * world_voxel;
-      const Eigen::Vector3d high = (box.max() - lattice.origin) / lattice.voxel_size * world_voxel;
-      const auto box_grid = openvdb::tools::createLevelSetBox<openvdb::FloatGrid>(
-          openvdb::math::BBox<openvdb::Vec3d>(openvdb::Vec3d(low.x(), low.y(), low.z()),
-                                              openvdb::Vec3d(high.x(), high.y(), high.z())),
-          *transform,
-          kHalfWidth);
-      openvdb::tools::csgIntersection(*grid, *box_grid);
-    }
-    openvdb::tools::pruneLevelSet(grid->tree());
-  });
+  const float background = static_cast<float>(kHalfWidth * world_voxel);
+  const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  if (box.isEmpty()) return grid;
+  const auto to_index = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return (x - lattice.origin) / lattice.voxel_size;
+  };
+  // What lies farther from the box than the half width changes no voxel of the band.
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kHalfWidth + 1);
+  const Eigen::AlignedBox3d index_box(to_index(box.min()), to_index(box.max()));
+  const Eigen::AlignedBox3d index_region(index_box.min() - margin, index_box.max() + margin);
+  const Eigen::AlignedBox3d region(box.min() - lattice.voxel_size * margin,
+                                   box.max() + lattice.voxel_size * margin);
+  const std::vector<Triangle> triangles =
+      SurfaceIn(scene, ExtractSurface(scene, object), lattice, index_region);
+  const std::vector<Near> near = NearBlocks(triangles);
+  const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, object.cells, lattice, region);
+
+  // The blocks with triangles near them, those with voxels of the object, or both.
+  struct Work {
+    uint64_t key;
+    size_t first_near, last_near;
+    const VoxelBlock* cells;  // null: the object holds none of the block
+  };
+  std::vector<Work> all;
+  for (size_t n = 0, k = 0; n < near.size() || k < blocks.size();) {
+    const uint64_t of_near = n < near.size() ? near[n].block : UINT64_MAX;
+    const uint64_t of_cells = k < blocks.size() ? PackBlock(blocks[k].origin / 8) : UINT64_MAX;
+    Work work = {std::min(of_near, of_cells), n, n, nullptr};
+    while (n < near.size() && near[n].block == work.key) ++n;
+    work.last_near = n;
+    if (of_cells == work.key) work.cells = &blocks[k++];
+    all.push_back(work);
+  }
+
+  std::vector<std::unique_ptr<Leaf>> leaves(all.size());
+  ParallelForBlocks(std::ssize(all), kLeavesPerTask, [&](int64_t begin, int64_t end) {
+    std::array<double, 512> squared;
+    for (int64_t k = begin; k < end; ++k) {
+      const Work& work = all[k];
+      const Eigen::Vector3i origin = 8 * UnpackBlock(work.key);
+      squared.fill(kHalfWidth * kHalfWidth);
+      for (size_t n = work.first_near; n < work.last_near; ++n) {
+        LowerDistances(triangles[near[n].triangle], origin, &squared);
+      }
+      auto leaf = std::make_unique<Leaf>(
+          openvdb::Coord(origin.x(), origin.y(), origin.z()), background, /*active=*/false);
+      for (int voxel = 0; voxel < 512; ++voxel) {
+        const bool inside = work.cells != nullptr && work.cells->cells[voxel] != kNoCell;
+        const double to_surface = inside ? -std::sqrt(squared[voxel]) : std::sqrt(squared[voxel]);
+        const Eigen::Vector3d point =
+            (origin + Eigen::Vector3i(voxel >> 6, voxel >> 3 & 7, voxel & 7)).cast<double>();
+        // What is in the object and in the box.
+        const double distance = std::max(to_surface, DistanceToBox(index_box, point));
+        if (distance <= -kHalfWidth) {
+          leaf->setValueOnly(voxel, -background);
+        } else if (distance < kHalfWidth) {
+          leaf->setValueOn(voxel, static_cast<float>(distance * world_voxel));
+        }
+      }
+      leaves[k] = std::move(leaf);
+    }
+  });
+  for (std::unique_ptr<Leaf>& leaf : leaves) grid->tree().addLeaf(leaf.release());
+  openvdb::tools::pruneLevelSet(grid->tree());
   return grid;
 }
 

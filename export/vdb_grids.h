@@ -28,10 +28,14 @@ struct CellValues {
 
 // The narrow-band level set of the object's surface (ExtractSurface), cut to `box` (normalised
 // frame) where the object reaches out of it: class level set, half width 3 voxels, distances in
-// world units, negative inside, without a name and a transform. Distances are measured to the
-// triangles; the sign of a voxel is that of the cell that holds its centre, so that the grid
-// agrees with the other grids of the object's file to the voxel, however thin or spiky it is. Same
-// bytes on any number of threads.
+// world units, negative inside, without a name and a transform. The distance is the one to the
+// nearest triangle, in the whole band, or to the cut; the sign of a voxel is that of the cell that
+// holds its centre, so that the grid agrees with the others of the object's file to the voxel, in
+// sheets and spikes thinner than a voxel, too. Same bytes on any number of threads.
+//
+// Not by openvdb::tools::meshToVolume, which hands nearest triangles from voxel to voxel: its
+// distances beyond the first voxel are up to 0.9 voxels off on surfaces of cells, and where two
+// triangles are equally near, depend on the threads.
 openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const ObjectInfo& object,
                                             const VoxelLattice& lattice,

@@ -27,21 +27,6 @@ struct HalfSpace {
 constexpr int kBlockBits = 21;
 constexpr int kBlockBias = 1 << (kBlockBits - 1);
 
-uint64_t PackBlock(const Eigen::Vector3i& block) {
-  uint64_t key = 0;
-  for (int a = 0; a < 3; ++a) {
-    key = key << kBlockBits | static_cast<uint64_t>(block[a] + kBlockBias);
-  }
-  return key;
-}
-
-Eigen::Vector3i UnpackBlock(uint64_t key) {
-  constexpr uint64_t kMask = (uint64_t{1} << kBlockBits) - 1;
-  return {static_cast<int>(key >> 2 * kBlockBits & kMask) - kBlockBias,
-          static_cast<int>(key >> kBlockBits & kMask) - kBlockBias,
-          static_cast<int>(key & kMask) - kBlockBias};
-}
-
 int FloorDivide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
 // The lattice of the samples: samples^3 in every voxel, spread evenly over it.
@@ -191,6 +176,21 @@ class ColumnCutter {
 };
 
 }  // namespace
+
+uint64_t PackBlock(const Eigen::Vector3i& block) {
+  uint64_t key = 0;
+  for (int a = 0; a < 3; ++a) {
+    key = key << kBlockBits | static_cast<uint64_t>(block[a] + kBlockBias);
+  }
+  return key;
+}
+
+Eigen::Vector3i UnpackBlock(uint64_t key) {
+  constexpr uint64_t kMask = (uint64_t{1} << kBlockBits) - 1;
+  return {static_cast<int>(key >> 2 * kBlockBits & kMask) - kBlockBias,
+          static_cast<int>(key >> kBlockBits & kMask) - kBlockBias,
+          static_cast<int>(key & kMask) - kBlockBias};
+}
 
 Eigen::AlignedBox3d CellBox(const ExportableScene& scene,
                             uint32_t cell,

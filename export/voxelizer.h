@@ -26,6 +26,11 @@ struct VoxelBlock {
   std::array<uint32_t, 512> cells;
 };
 
+// One number for a block, the three of its origin divided by 8, each at least -2^20 and less than
+// 2^20: by it the blocks are ordered, along x, then y, then z.
+uint64_t PackBlock(const Eigen::Vector3i& block);
+Eigen::Vector3i UnpackBlock(uint64_t key);
+
 // The samples of 8^3 voxels, samples^3 in each of them, spread evenly over it (one: its centre):
 // the cell of sample (x, y, z), counted through the whole block, is cells[(x e + y) e + z] with
 // e = 8 samples.

@@ -106,39 +106,42 @@ std::vector<Near> NearBlocks(const std::vector<Triangle>& triangles) {
   return all;
 }
 
-// The distances, squared, of a block's voxels to a triangle, where they are less than those that
-// are known.
+// Lowers the distances of a block's voxels to those from a triangle.
 void LowerDistances(const Triangle& triangle,
                     const Eigen::Vector3i& origin,
-                    std::array<double, 512>* squared) {
-  const auto& [a, b, c] = triangle;
-  const Eigen::Array3d from = origin.cast<double>().array();
-  const Eigen::Vector3i low =
-      (a.cwiseMin(b).cwiseMin(c).array() - kHalfWidth - from).ceil().max(0).matrix().cast<int>();
-  const Eigen::Vector3i high =
-      (a.cwiseMax(b).cwiseMax(c).array() + kHalfWidth - from).floor().min(7).matrix().cast<int>();
-  const auto to_vdb = [](const Eigen::Vector3d& v) { return openvdb::Vec3d(v.x(), v.y(), v.z()); };
-  const openvdb::Vec3d corner_a = to_vdb(a), corner_b = to_vdb(b), corner_c = to_vdb(c);
+                    std::array<double, 512>* distances) {
+  // All relative to the block.
+  const Eigen::Vector3d from = origin.cast<double>();
+  const Eigen::Vector3d a = triangle[0] - from, b = triangle[1] - from, c = triangle[2] - from;
+  const Eigen::Array3d lowest = a.cwiseMin(b).cwiseMin(c).array() - kHalfWidth;
+  const Eigen::Array3d highest = a.cwiseMax(b).cwiseMax(c).array() + kHalfWidth;
+  const Eigen::Vector3i low = lowest.ceil().max(0).matrix().cast<int>();
+  const Eigen::Vector3i high = highest.floor().min(7).matrix().cast<int>();
   const Eigen::Vector3d normal = (b - a).cross(c - a);
-  const double area_squared = normal.squaredNorm();
+  const double normal_length = normal.norm();
   const Eigen::Vector3d middle = (a + b + c) / 3;
   const double radius = std::sqrt(std::max(
       {(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+  const openvdb::Vec3d corner_a(a.x(), a.y(), a.z());
+  const openvdb::Vec3d corner_b(b.x(), b.y(), b.z());
+  const openvdb::Vec3d corner_c(c.x(), c.y(), c.z());
   for (int x = low.x(); x <= high.x(); ++x) {
     for (int y = low.y(); y <= high.y(); ++y) {
+      const double plane_at_0 =
+          normal.x() * (x - a.x()) + normal.y() * (y - a.y()) - normal.z() * a.z();
+      const double aside =
+          (x - middle.x()) * (x - middle.x()) + (y - middle.y()) * (y - middle.y());
+      double* const row = &(*distances)[64 * x + 8 * y];
       for (int z = low.z(); z <= high.z(); ++z) {
-        double* const known = &(*squared)[64 * x + 8 * y + z];
-        const Eigen::Vector3d point = (origin + Eigen::Vector3i(x, y, z)).cast<double>();
         // Farther from the plane, or from the ball around the triangle, than what is known.
-        const double along_normal = normal.dot(point - a);
-        if (along_normal * along_normal > *known * area_squared) continue;
-        const double bound = radius + kHalfWidth;
-        const double to_middle = (point - middle).squaredNorm();
-        if (to_middle > bound * bound) continue;
+        if (std::abs(plane_at_0 + normal.z() * z) > row[z] * normal_length) continue;
+        const double to_middle = aside + (z - middle.z()) * (z - middle.z());
+        if (to_middle > (radius + row[z]) * (radius + row[z])) continue;
+        const openvdb::Vec3d point(x, y, z);
         openvdb::Vec3d barycentric;
         const openvdb::Vec3d nearest = openvdb::math::closestPointOnTriangleToPoint(
-            corner_a, corner_b, corner_c, to_vdb(point), barycentric);
-        *known = std::min(*known, (nearest - to_vdb(point)).lengthSqr());
+            corner_a, corner_b, corner_c, point, barycentric);
+        row[z] = std::min(row[z], (nearest - point).length());
       }
     }
   }
@@ -195,19 +198,19 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
 
   std::vector<std::unique_ptr<Leaf>> leaves(all.size());
   ParallelForBlocks(std::ssize(all), kLeavesPerTask, [&](int64_t begin, int64_t end) {
-    std::array<double, 512> squared;
+    std::array<double, 512> distances;
     for (int64_t k = begin; k < end; ++k) {
       const Work& work = all[k];
       const Eigen::Vector3i origin = 8 * UnpackBlock(work.key);
-      squared.fill(kHalfWidth * kHalfWidth);
+      distances.fill(kHalfWidth);
       for (size_t n = work.first_near; n < work.last_near; ++n) {
-        LowerDistances(triangles[near[n].triangle], origin, &squared);
+        LowerDistances(triangles[near[n].triangle], origin, &distances);
       }
       auto leaf = std::make_unique<Leaf>(
           openvdb::Coord(origin.x(), origin.y(), origin.z()), background, /*active=*/false);
       for (int voxel = 0; voxel < 512; ++voxel) {
         const bool inside = work.cells != nullptr && work.cells->cells[voxel] != kNoCell;
-        const double to_surface = inside ? -std::sqrt(squared[voxel]) : std::sqrt(squared[voxel]);
+        const double to_surface = inside ? -distances[voxel] : distances[voxel];
         const Eigen::Vector3d point =
             (origin + Eigen::Vector3i(voxel >> 6, voxel >> 3 & 7, voxel & 7)).cast<double>();
         // What is in the object and in the box.

@@ -216,8 +216,15 @@ CellVoxelizer::CellVoxelizer(const ExportableScene& scene,
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   if (box.isEmpty()) return;
   const int edge = BlockEdge();
-  if (SamplesIn(box, lattice_, edge).IsEmpty()) return;
-  reach_ = box.diagonal().norm() + kFarRadius;
+  const IndexBox voxels = SamplesIn(box, lattice, 8);
+  if (voxels.IsEmpty()) return;
+  // All samples of the voxels whose centres lie in the box, and a box around them.
+  const IndexBox limits = {samples * voxels.low,
+                           samples * voxels.high + Eigen::Vector3i::Constant(samples - 1)};
+  const Eigen::Vector3d margin =
+      Eigen::Vector3d::Constant(0.5 * (lattice.voxel_size - lattice_.voxel_size));
+  const Eigen::AlignedBox3d wide(box.min() - margin, box.max() + margin);
+  reach_ = wide.diagonal().norm() + kFarRadius;
 
   const int64_t count = static_cast<int64_t>(cells.size());
   boxes_.resize(cells.size());
@@ -229,9 +236,11 @@ CellVoxelizer::CellVoxelizer(const ExportableScene& scene,
     for (int64_t k = begin; k < end; ++k) {
       const uint32_t cell = cells[k];
       if (scene.delaunay.Neighbors(cell).empty()) continue;
-      const Eigen::AlignedBox3d around = CellBox(scene, cell, box);
+      const Eigen::AlignedBox3d around = CellBox(scene, cell, wide);
       if (around.isEmpty()) continue;
       boxes_[k] = SamplesIn(around, lattice_, edge);
+      boxes_[k].low = boxes_[k].low.cwiseMax(limits.low);
+      boxes_[k].high = boxes_[k].high.cwiseMin(limits.high);
       if (boxes_[k].IsEmpty()) continue;
       IndexBox blocks = boxes_[k];
       for (int a = 0; a < 3; ++a) {

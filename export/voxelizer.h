@@ -54,12 +54,13 @@ struct IndexBox {
   bool IsEmpty() const { return (low.array() > high.array()).any(); }
 };
 
-// Finds the samples that lie in the cells listed in `cells` (ascending) and within `box`
-// (normalised frame), block by block, so that whoever fills voxels needs to hold no more than one
-// block. Each sample gets the cell of the nearest site (one exactly on the face between two listed
-// cells: the lower index). Work and memory grow with the samples found, not with the box: each
-// cell's polyhedron is bisected down to the blocks that it touches, so that a long thin cell costs
-// what it covers. The blocks come in a fixed order, the same on any number of threads.
+// Finds the samples that lie in the cells listed in `cells` (ascending), in the voxels whose
+// centres lie within `box` (normalised frame), block by block, so that whoever fills voxels needs
+// to hold no more than one block. Each sample gets the cell of the nearest site (one exactly on the
+// face between two listed cells: the lower index). Work and memory grow with the samples found, not
+// with the box: each cell's polyhedron is bisected down to the blocks that it touches, so that a
+// long thin cell costs what it covers. The blocks come in a fixed order, the same on any number of
+// threads.
 //
 // Keeps references to `scene` and `cells`. CHECKs that the box reaches no farther than 2^23 voxels
 // from the lattice's origin.

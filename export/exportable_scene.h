@@ -112,9 +112,10 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
 // What an exporter wrote.
 struct WrittenFile {
   int32_t object_id = 0;  // 0 = the whole scene
-  std::string format;     // its extension: "vdb", "om", "ply", "obj", "mtl", "glb", "usda"
+  std::string format;     // its extension: "vdb", "nvdb", "om", "ply", "obj", "mtl", "glb", "usda"
   std::string path;       // relative to the output folder, with '/'
   std::string summary;    // what is in it, for the log: "1204 vertices, 2404 faces"
+  std::string warning = {};  // what the user should know of it, or nothing
 };
 
 }  // namespace semfoam

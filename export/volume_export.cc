@@ -2,31 +2,63 @@
 #include "export/volume_export.h"
 
 #include "export/label_sidecar.h"
+#include "export/object_selection.h"
+#include "export/vdb_grids.h"
 #include "foam/error.h"
-#include "foam/output_file.h"
 #include "foam/parallel.h"
 #include "foam/srgb.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <optional>
+#include <set>
+#include <sstream>
 
 #include <glog/logging.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Prune.h>
 
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kLeavesPerTask = 64;
+constexpr int64_t kBlocksPerTask = 64;
 
-void InitializeOpenVdb() {
-  static std::once_flag once;
-  std::call_once(once, [] { openvdb::initialize(); });
+constexpr int kMaxSupersample = 8;
+
+// The box of VolumeExportOptions::crop; nothing where the text is none.
+std::optional<Eigen::AlignedBox3d> ParseCrop(const std::string& text) {
+  std::array<double, 6> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (size_t k = 0; k < numbers.size(); ++k) {
+    while (at != end && *at == ' ') ++at;
+    const auto parsed = std::from_chars(at, end, numbers[k]);
+    if (parsed.ec != std::errc() || !std::isfinite(numbers[k])) return std::nullopt;
+    at = parsed.ptr;
+    const bool is_last = k + 1 == numbers.size();
+    if (is_last ? at != end : at == end || *at++ != ',') return std::nullopt;
+  }
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]),
+                                Eigen::Vector3d(numbers[3], numbers[4], numbers[5]));
+  if ((box.min().array() >= box.max().array()).any()) return std::nullopt;
+  return box;
+}
+
+// What is left of a box of the normalised frame.
+Eigen::AlignedBox3d Cropped(const Eigen::AlignedBox3d& box,
+                            const ExportableScene& scene,
+                            const VolumeExportOptions& options) {
+  if (options.crop.empty()) return box;
+  const Eigen::AlignedBox3d crop = *ParseCrop(options.crop);
+  return box.intersection(Eigen::AlignedBox3d(scene.colmap_from_normalized.Invert(crop.min()),
+                                              scene.colmap_from_normalized.Invert(crop.max())));
 }
 
 // Per axis the range between the quantiles q and 1 - q, widened by `fence` times itself, within
@@ -59,14 +91,6 @@ double MedianRadius(const ExportableScene& scene, const std::vector<uint32_t>& c
   const auto middle = radii.begin() + radii.size() / 2;
   std::nth_element(radii.begin(), middle, radii.end());
   return *middle;
-}
-
-std::vector<uint32_t> CellsOfSceneVolume(const ExportableScene& scene, float min_optical_depth) {
-  std::vector<uint32_t> cells;
-  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
-    if (scene.density[i] * scene.radius[i] >= min_optical_depth) cells.push_back(i);
-  }
-  return cells;
 }
 
 // About how much of the box the cells fill, normalised frame: cells reach out of it, but not by
@@ -112,12 +136,6 @@ void CheckSize(const fs::path& path,
   }
 }
 
-struct GridWriterContext {
-  const ExportableScene& scene;
-  const VolumeFrame& frame;
-  const VolumeExportOptions& options;
-};
-
 openvdb::math::Transform::Ptr WorldFromIndex(const ExportableScene& scene,
                                              const VoxelLattice& lattice) {
   const double voxel = lattice.voxel_size * scene.world_from_normalized.scale;
@@ -137,103 +155,6 @@ openvdb::math::Transform::Ptr WorldFromIndex(const ExportableScene& scene,
   return transform;
 }
 
-// What every file and every grid says of itself (export/README.md).
-openvdb::MetaMap CommonMetadata(const GridWriterContext& context, const ObjectInfo* object) {
-  const Similarity& similarity = context.scene.colmap_from_normalized;
-  const Eigen::Vector3d& t = similarity.translation;
-  openvdb::MetaMap metadata;
-  metadata.insertMeta("creator", openvdb::StringMetadata(context.options.creator));
-  metadata.insertMeta("labels", openvdb::StringMetadata(LabelTableJson(context.scene.label_table)));
-  const ExportTransform& transform = context.scene.transform;
-  metadata.insertMeta("frame",
-                      openvdb::StringMetadata(transform.IsIdentity() ? "COLMAP" : "transformed"));
-  metadata.insertMeta("transform", openvdb::StringMetadata(ExportTransformJson(transform)));
-  metadata.insertMeta("voxel_size",
-                      openvdb::DoubleMetadata(context.frame.lattice.voxel_size *
-                                              context.scene.world_from_normalized.scale));
-  metadata.insertMeta("world_from_normalized_scale", openvdb::DoubleMetadata(similarity.scale));
-  metadata.insertMeta("world_from_normalized_translation",
-                      openvdb::Vec3DMetadata(openvdb::Vec3d(t.x(), t.y(), t.z())));
-  if (object != nullptr) {
-    metadata.insertMeta("object_id", openvdb::Int32Metadata(object->id));
-    metadata.insertMeta("object_name", openvdb::StringMetadata(object->name));
-  }
-  return metadata;
-}
-
-void AddMetadata(const openvdb::MetaMap& metadata, openvdb::MetaMap* target) {
-  for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it) {
-    target->insertMeta(it->first, *it->second);
-  }
-}
-
-// A grid whose active voxels are those of `blocks`, with value(cell) in each.
-template <typename Grid, typename Value>
-typename Grid::Ptr MakeGrid(const char* name,
-                            const GridWriterContext& context,
-                            const std::vector<VoxelBlock>& blocks,
-                            const openvdb::MetaMap& metadata,
-                            const Value& value) {
-  using Leaf = typename Grid::TreeType::LeafNodeType;
-  static_assert(Leaf::DIM == 8);
-  const typename Grid::Ptr grid = Grid::create();
-  std::vector<std::unique_ptr<Leaf>> leaves(blocks.size());
-  ParallelForBlocks(static_cast<int64_t>(blocks.size()), kLeavesPerTask, [&](int64_t b, int64_t e) {
-    for (int64_t k = b; k < e; ++k) {
-      const Eigen::Vector3i& origin = blocks[k].origin;
-      leaves[k] = std::make_unique<Leaf>(openvdb::Coord(origin.x(), origin.y(), origin.z()));
-      for (openvdb::Index voxel = 0; voxel < Leaf::SIZE; ++voxel) {
-        const uint32_t cell = blocks[k].cells[voxel];
-        if (cell != kNoCell) leaves[k]->setValueOn(voxel, value(cell));
-      }
-    }
-  });
-  for (std::unique_ptr<Leaf>& leaf : leaves) grid->tree().addLeaf(leaf.release());
-  // Cells larger than a leaf make leaves of one value, which need no 512 copies of it.
-  grid->pruneGrid();
-  AddMetadata(metadata, grid.get());
-  grid->setName(name);
-  grid->setTransform(WorldFromIndex(context.scene, context.frame.lattice));
-  return grid;
-}
-
-int64_t CountVoxels(const std::vector<VoxelBlock>& blocks) {
-  int64_t count = 0;
-  for (const VoxelBlock& block : blocks) {
-    count += std::count_if(
-        block.cells.begin(), block.cells.end(), [](uint32_t cell) { return cell != kNoCell; });
-  }
-  return count;
-}
-
-// An io::File that writes into a stream of ours: OpenVDB's own does not look whether its bytes
-// reach the disk, and a volume with its end cut off crashes or stalls its readers.
-class StreamArchive : public openvdb::io::Archive {
- public:
-  void Write(std::ostream& out,
-             const openvdb::GridPtrVec& grids,
-             const openvdb::MetaMap& metadata) const {
-    openvdb::io::Archive::write(out, grids, /*seekable=*/true, metadata);
-  }
-};
-
-void WriteGrids(const fs::path& path,
-                const openvdb::GridPtrVec& grids,
-                const openvdb::MetaMap& metadata) {
-  OutputFile output(path);
-  {
-    std::ofstream out(output.temporary_path(), std::ios::binary);
-    StreamArchive archive;
-    archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    archive.Write(out, grids, metadata);
-    out.close();
-    if (out.fail()) {
-      throw UserError(path.string(), ": cannot be written completely; is the disk full?");
-    }
-  }
-  output.Commit();
-}
-
 // The scene's lattice, halved until the object is at least max_resolution / 2 voxels long: every
 // voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
 VoxelLattice ObjectLattice(const ExportableScene& scene,
@@ -243,7 +164,9 @@ VoxelLattice ObjectLattice(const ExportableScene& scene,
                            const VolumeExportOptions& options) {
   VoxelLattice lattice = frame.lattice;
   if (options.voxel_size > 0) return lattice;
-  const double length = RobustBox(scene, object.cells, 0.05, 0, 0).sizes().maxCoeff();
+  // An object of one cell is as long as that.
+  const double length = std::max(RobustBox(scene, object.cells, 0.05, 0, 0).sizes().maxCoeff(),
+                                 2 * MedianRadius(scene, object.cells));
   const double edge = 0.5 * options.max_resolution;
   const double filled = FilledVolume(scene, object.cells, box);
   constexpr int kMaxHalvings = 12;
@@ -258,47 +181,424 @@ VoxelLattice ObjectLattice(const ExportableScene& scene,
   return lattice;
 }
 
-int64_t WriteVolume(const fs::path& path,
-                    const GridWriterContext& context,
-                    const std::vector<uint32_t>& cells,
-                    const Eigen::AlignedBox3d& box,
-                    const ObjectInfo* object) {
-  InitializeOpenVdb();
-  const ExportableScene& scene = context.scene;
-  CheckSize(path, scene, cells, box, context.frame.lattice, context.options);
-  const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, cells, context.frame.lattice, box);
-  const openvdb::MetaMap metadata = CommonMetadata(context, object);
+// One volume to be made: its cells (ascending) on its lattice, within its box.
+struct Volume {
+  const ObjectInfo* object = nullptr;  // null = the scene
+  std::vector<uint32_t> cells;
+  VoxelLattice lattice;
+  Eigen::AlignedBox3d box;
+};
 
-  const float per_world_unit = static_cast<float>(1 / scene.world_from_normalized.scale);
-  const auto density =
-      MakeGrid<openvdb::FloatGrid>("density", context, blocks, metadata, [&](uint32_t cell) {
-        return scene.density[cell] * per_world_unit;
-      });
-  density->setGridClass(openvdb::GRID_FOG_VOLUME);
-  const auto color =
-      MakeGrid<openvdb::Vec3SGrid>("color", context, blocks, metadata, [&](uint32_t cell) {
-        const Eigen::Vector3f& display = scene.display_color[cell];
-        return openvdb::Vec3s(LinearFromDisplay(display.x()),
-                              LinearFromDisplay(display.y()),
-                              LinearFromDisplay(display.z()));
-      });
-  color->setVectorType(openvdb::VEC_INVARIANT);
-  const auto label =
-      MakeGrid<openvdb::FloatGrid>("label", context, blocks, metadata, [&](uint32_t cell) {
-        return static_cast<float>(object != nullptr ? object->id : scene.label_id[cell]);
-      });
-  const auto confidence =
-      MakeGrid<openvdb::FloatGrid>("confidence", context, blocks, metadata, [&](uint32_t cell) {
-        return scene.labels.confidence[cell];
-      });
-  if (context.options.half_float) {
-    density->setSaveFloatAsHalf(true);
-    color->setSaveFloatAsHalf(true);
-    confidence->setSaveFloatAsHalf(true);
-  }
-  WriteGrids(path, {density, color, label, confidence}, metadata);
-  return CountVoxels(blocks);
+Volume ObjectVolume(const ExportableScene& scene,
+                    const ObjectInfo& object,
+                    const VolumeFrame& frame,
+                    const VolumeExportOptions& options) {
+  Volume volume;
+  volume.object = &object;
+  volume.cells = object.cells;
+  volume.lattice = frame.lattice;
+  if (frame.box.isEmpty()) return volume;
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.1 * frame.box.sizes().maxCoeff());
+  const Eigen::AlignedBox3d reach(frame.box.min() - margin, frame.box.max() + margin);
+  volume.box =
+      Cropped(RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
+                  .intersection(reach),
+              scene,
+              options);
+  volume.lattice = ObjectLattice(scene, object, volume.box, frame, options);
+  return volume;
 }
+
+using FloatLeaf = openvdb::FloatTree::LeafNodeType;
+using ColorLeaf = openvdb::Vec3STree::LeafNodeType;
+using Int32Leaf = openvdb::Int32Tree::LeafNodeType;
+
+// The leaves of one block; none where nobody wants that grid, or the block is empty.
+struct BlockLeaves {
+  std::unique_ptr<FloatLeaf> density, label, confidence;
+  std::unique_ptr<ColorLeaf> color;
+  std::unique_ptr<Int32Leaf> label_int32;
+};
+
+// What a voxel holds.
+struct VoxelValues {
+  CellValues values;
+  int32_t label = 0;
+};
+
+// Makes voxels of samples. For one thread.
+template <typename LabelOf>
+class VoxelReducer {
+ public:
+  VoxelReducer(const std::vector<CellValues>& values, LabelOf label_of)
+      : values_(values), label_of_(std::move(label_of)) {}
+
+  // The voxel (x, y, z) of the block; false where none of its samples is in a cell.
+  bool operator()(const SampleBlock& block, int x, int y, int z, VoxelValues* voxel) {
+    const int n = block.samples;
+    if (n == 1) {
+      const uint32_t cell = block.cells[64 * x + 8 * y + z];
+      if (cell == kNoCell) return false;
+      *voxel = {values_[cell], label_of_(cell)};
+      return true;
+    }
+    tallies_.clear();
+    float density = 0;
+    for (int i = n * x; i < n * (x + 1); ++i) {
+      for (int j = n * y; j < n * (y + 1); ++j) {
+        const uint32_t* column = &block.cells[(static_cast<size_t>(i) * 8 * n + j) * 8 * n];
+        for (int k = n * z; k < n * (z + 1); ++k) {
+          if (column[k] == kNoCell) continue;
+          const CellValues& values = values_[column[k]];
+          density += values.density;
+          Tally& tally = TallyOf(label_of_(column[k]));
+          ++tally.samples;
+          tally.color += values.color;
+          tally.confidence += values.confidence;
+        }
+      }
+    }
+    if (tallies_.empty()) return false;
+    const Tally& most =
+        *std::min_element(tallies_.begin(), tallies_.end(), [](const Tally& a, const Tally& b) {
+          return a.samples != b.samples ? a.samples > b.samples : a.label < b.label;
+        });
+    const float share = 1 / static_cast<float>(most.samples);
+    voxel->values = {
+        density / static_cast<float>(n * n * n), most.color * share, most.confidence * share};
+    voxel->label = most.label;
+    return true;
+  }
+
+ private:
+  struct Tally {
+    int32_t label = 0;
+    int samples = 0;
+    openvdb::Vec3s color{0.f};
+    float confidence = 0;
+  };
+
+  Tally& TallyOf(int32_t label) {
+    for (Tally& tally : tallies_) {
+      if (tally.label == label) return tally;
+    }
+    tallies_.push_back({label});
+    return tallies_.back();
+  }
+
+  const std::vector<CellValues>& values_;
+  const LabelOf label_of_;
+  std::vector<Tally> tallies_;  // a few: of the labels in one voxel
+};
+
+template <typename Leaf>
+void MakeLeaf(const SampleBlock& block, std::unique_ptr<Leaf>* leaf) {
+  static_assert(Leaf::DIM == 8);
+  const Eigen::Vector3i& origin = block.origin;
+  *leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x(), origin.y(), origin.z()));
+}
+
+template <typename Leaf, typename Value>
+void SetVoxel(openvdb::Index voxel, const Value& value, Leaf* leaf) {
+  if (leaf != nullptr) leaf->setValueOn(voxel, value);
+}
+
+// Moves the leaves that `leaf_of` takes out of each block into a grid.
+template <typename Grid, typename LeafOf>
+typename Grid::Ptr GridOf(std::vector<BlockLeaves>* blocks, const LeafOf& leaf_of) {
+  const typename Grid::Ptr grid = Grid::create();
+  for (BlockLeaves& block : *blocks) {
+    auto& leaf = leaf_of(block);
+    if (leaf != nullptr) grid->tree().addLeaf(leaf.release());
+  }
+  // Cells larger than a leaf make leaves of one value, which need no 512 copies of it.
+  openvdb::tools::prune(grid->tree());
+  return grid;
+}
+
+}  // namespace
+
+struct VolumeGrids {
+  openvdb::GridPtrVec grids;
+  openvdb::Int32Grid::Ptr label_int32;  // stands in a file of its own; null where nobody wants it
+  openvdb::MetaMap metadata;
+  int64_t voxels = 0;
+};
+
+namespace {
+
+// Everything that the files of one export share.
+class VolumeMaker {
+ public:
+  VolumeMaker(const ExportableScene& scene,
+              const VolumeFrame& frame,
+              const VolumeExportOptions& options)
+      : scene_(scene),
+        frame_(frame),
+        options_(options),
+        objects_(SelectObjects(scene, options.labels)) {
+    CHECK_EQ(options.Check(), "");
+    InitializeOpenVdb();
+    const float per_world_unit = static_cast<float>(1 / scene.world_from_normalized.scale);
+    values_.resize(scene.NumSites());
+    ParallelForBlocks(scene.NumSites(), 4096, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        const Eigen::Vector3f& display = scene.display_color[i];
+        values_[i] = {scene.density[i] * per_world_unit,
+                      openvdb::Vec3s(LinearFromDisplay(display.x()),
+                                     LinearFromDisplay(display.y()),
+                                     LinearFromDisplay(display.z())),
+                      scene.labels.confidence[i]};
+      }
+    });
+  }
+
+  const std::vector<const ObjectInfo*>& objects() const { return objects_; }
+
+  Volume SceneVolume() const {
+    Volume volume;
+    volume.lattice = frame_.lattice;
+    volume.box = frame_.box;
+    if (options_.labels.empty()) {
+      for (uint32_t i = 0; i < scene_.NumSites(); ++i) {
+        if (scene_.density[i] * scene_.radius[i] >= options_.min_optical_depth) {
+          volume.cells.push_back(i);
+        }
+      }
+    } else {
+      volume.cells = CellsOfObjects();
+    }
+    return volume;
+  }
+
+  void CheckSize(const fs::path& path, const Volume& volume) const {
+    semfoam::CheckSize(path, scene_, volume.cells, volume.box, volume.lattice, options_);
+  }
+
+  // Calls progress(share), one call at a time, if there is one.
+  VolumeGrids Make(const Volume& volume, const std::function<void(double)>& progress) const {
+    const bool is_scene = volume.object == nullptr;
+    const bool wants_label = options_.label_grid_type != "int32";
+    const bool wants_int32 = is_scene && options_.label_grid_type != "float";
+    const CellVoxelizer voxelizer(
+        scene_, volume.cells, volume.lattice, volume.box, options_.supersample);
+    const int64_t num_blocks = voxelizer.NumBlocks();
+    std::vector<BlockLeaves> blocks(num_blocks);
+    std::vector<int64_t> voxels((num_blocks + kBlocksPerTask - 1) / kBlocksPerTask, 0);
+    std::mutex mutex;
+    int64_t done = 0;
+    ParallelForBlocks(num_blocks, kBlocksPerTask, [&](int64_t begin, int64_t end) {
+      SampleBlock samples;
+      VoxelReducer reduce(values_, [&](uint32_t cell) { return LabelOfCell(cell, volume.object); });
+      VoxelValues voxel;
+      for (int64_t k = begin; k < end; ++k) {
+        if (!voxelizer.Fill(k, &samples)) continue;
+        BlockLeaves& leaves = blocks[k];
+        MakeLeaf(samples, &leaves.density);
+        MakeLeaf(samples, &leaves.color);
+        MakeLeaf(samples, &leaves.confidence);
+        if (wants_label) MakeLeaf(samples, &leaves.label);
+        if (wants_int32) MakeLeaf(samples, &leaves.label_int32);
+        for (int x = 0; x < 8; ++x) {
+          for (int y = 0; y < 8; ++y) {
+            for (int z = 0; z < 8; ++z) {
+              if (!reduce(samples, x, y, z, &voxel)) continue;
+              const openvdb::Index at = 64 * x + 8 * y + z;
+              SetVoxel(at, voxel.values.density, leaves.density.get());
+              SetVoxel(at, voxel.values.color, leaves.color.get());
+              SetVoxel(at, voxel.values.confidence, leaves.confidence.get());
+              SetVoxel(at, static_cast<float>(voxel.label), leaves.label.get());
+              SetVoxel(at, voxel.label, leaves.label_int32.get());
+              ++voxels[begin / kBlocksPerTask];
+            }
+          }
+        }
+      }
+      if (progress == nullptr) return;
+      const std::lock_guard<std::mutex> lock(mutex);
+      done += end - begin;
+      progress(static_cast<double>(done) / static_cast<double>(num_blocks));
+    });
+
+    VolumeGrids result;
+    result.voxels = std::accumulate(voxels.begin(), voxels.end(), int64_t{0});
+    result.metadata = Metadata(volume);
+    const GridNames& names = options_.grid_names;
+    const auto add = [&](const std::string& name, const openvdb::GridBase::Ptr& grid) {
+      Finish(name, volume, result.metadata, grid.get());
+      result.grids.push_back(grid);
+      return grid;
+    };
+    openvdb::GridBase::Ptr density, color, label, confidence;
+    openvdb::Int32Grid::Ptr label_int32;
+    // One grid's leaves are put together by one thread.
+    ParallelForBlocks(5, 1, [&](int64_t k, int64_t) {
+      switch (k) {
+        case 0:
+          color = GridOf<openvdb::Vec3SGrid>(
+              &blocks, [](auto& b) -> auto& { return b.color; });
+          break;
+        case 1:
+          density = GridOf<openvdb::FloatGrid>(
+              &blocks, [](auto& b) -> auto& { return b.density; });
+          break;
+        case 2:
+          confidence = GridOf<openvdb::FloatGrid>(
+              &blocks, [](auto& b) -> auto& { return b.confidence; });
+          break;
+        case 3:
+          label = GridOf<openvdb::FloatGrid>(
+              &blocks, [](auto& b) -> auto& { return b.label; });
+          break;
+        default:
+          label_int32 = GridOf<openvdb::Int32Grid>(
+              &blocks, [](auto& b) -> auto& { return b.label_int32; });
+      }
+    });
+    density->setGridClass(openvdb::GRID_FOG_VOLUME);
+    color->setVectorType(openvdb::VEC_INVARIANT);
+    for (const auto& grid : {density, color, confidence}) {
+      grid->setSaveFloatAsHalf(options_.half_float);
+    }
+    add(names.density, density);
+    add(names.color, color);
+    if (wants_label) add(names.label, label);
+    add(names.confidence, confidence);
+    if (wants_int32) {
+      Finish(names.label, volume, result.metadata, label_int32.get());
+      result.label_int32 = label_int32;
+    }
+    if (!is_scene) {
+      add(names.surface, MakeSurfaceLevelSet(scene_, *volume.object, volume.lattice, volume.box));
+    }
+    return result;
+  }
+
+  int64_t Write(const fs::path& path,
+                const Volume& volume,
+                const std::function<void(double)>& progress) const {
+    CheckSize(path, volume);
+    const VolumeGrids made = Make(volume, progress);
+    WriteFiles(path, made.grids, made.metadata);
+    return made.voxels;
+  }
+
+  // The .vdb, and the .nvdb beside it if it is wanted.
+  void WriteFiles(const fs::path& path,
+                  const openvdb::GridPtrVec& grids,
+                  const openvdb::MetaMap& metadata) const {
+    WriteVdb(path, grids, metadata);
+    if (options_.nvdb) WriteNanoVdb(fs::path(path).replace_extension(".nvdb"), grids);
+  }
+
+  // Writes a point for every solid cell, and returns their number.
+  int64_t WritePoints(const fs::path& path) const {
+    std::vector<uint32_t> cells = CellsOfObjects();
+    if (options_.labels.empty()) {
+      cells.clear();
+      for (uint32_t i = 0; i < scene_.NumSites(); ++i) {
+        if (scene_.labels.solid[i] && !scene_.delaunay.Neighbors(i).empty()) cells.push_back(i);
+      }
+    }
+    if (!options_.crop.empty()) {
+      const Eigen::AlignedBox3d crop = *ParseCrop(options_.crop);
+      std::erase_if(cells, [&](uint32_t cell) {
+        return !crop.contains(
+            scene_.colmap_from_normalized.Apply(scene_.cell_positions[cell].cast<double>()));
+      });
+    }
+    std::vector<int32_t> labels;
+    for (const uint32_t cell : cells) labels.push_back(LabelOfCell(cell, nullptr));
+    // A voxel for the points is a leaf of the scene: it takes some points to be worth its memory.
+    Volume volume;
+    volume.lattice = {frame_.lattice.origin, 8 * frame_.lattice.voxel_size};
+    const auto transform = WorldFromIndex(scene_, volume.lattice);
+    const auto grid = MakePointGrid(scene_, cells, labels, values_, volume.lattice, *transform);
+    const openvdb::MetaMap metadata = Metadata(volume);
+    Finish("points", volume, metadata, grid.get());
+    WriteVdb(path, {grid}, metadata);
+    return std::ssize(cells);
+  }
+
+  // One sentence for a volume of hardly any voxel; else nothing.
+  std::string Warning(const Volume& volume, int64_t voxels) const {
+    const double voxel = volume.lattice.voxel_size * scene_.world_from_normalized.scale;
+    if (volume.box.isEmpty() && !options_.crop.empty()) return "nothing of it lies in the crop";
+    if (volume.object == nullptr) {
+      return voxels > 0 ? "" : "it has no voxel: nothing in its box is dense enough";
+    }
+    const double length = volume.object->bounding_box.sizes().maxCoeff();
+    if (voxels > 1 && voxel <= length) return "";
+    std::ostringstream text;
+    text << (voxels == 0   ? "it has no voxel"
+             : voxels == 1 ? "it has one voxel"
+                           : "its voxels are larger than the object")
+         << " (voxels of " << voxel << ", an object of " << length << "); a voxel_size of "
+         << length / 32 << " or less would show its shape";
+    return text.str();
+  }
+
+ private:
+  std::vector<uint32_t> CellsOfObjects() const {
+    std::vector<uint32_t> cells;
+    for (const ObjectInfo* object : objects_) {
+      cells.insert(cells.end(), object->cells.begin(), object->cells.end());
+    }
+    std::sort(cells.begin(), cells.end());
+    return cells;
+  }
+
+  int32_t LabelOfCell(uint32_t cell, const ObjectInfo* object) const {
+    if (object != nullptr) return object->id;
+    if (options_.labels.empty()) return scene_.label_id[cell];
+    return scene_.objects[scene_.object_of_cell[cell]].id;
+  }
+
+  // What every file and every grid says of itself (export/README.md).
+  openvdb::MetaMap Metadata(const Volume& volume) const {
+    const Similarity& similarity = scene_.colmap_from_normalized;
+    const Eigen::Vector3d& t = similarity.translation;
+    openvdb::MetaMap metadata;
+    const auto add_text = [&](const char* key, const std::string& text) {
+      metadata.insertMeta(key, openvdb::StringMetadata(text));
+    };
+    add_text("creator", options_.creator);
+    add_text("labels", LabelTableJson(scene_.label_table));
+    add_text("frame", scene_.transform.IsIdentity() ? "COLMAP" : "transformed");
+    add_text("transform", ExportTransformJson(scene_.transform));
+    if (!options_.source_checksum.empty()) {
+      add_text("source_model_xxh64", options_.source_checksum);
+    }
+    metadata.insertMeta(
+        "voxel_size",
+        openvdb::DoubleMetadata(volume.lattice.voxel_size * scene_.world_from_normalized.scale));
+    metadata.insertMeta("world_from_normalized_scale", openvdb::DoubleMetadata(similarity.scale));
+    metadata.insertMeta("world_from_normalized_translation",
+                        openvdb::Vec3DMetadata(openvdb::Vec3d(t.x(), t.y(), t.z())));
+    if (volume.object != nullptr) {
+      metadata.insertMeta("object_id", openvdb::Int32Metadata(volume.object->id));
+      add_text("object_name", volume.object->name);
+    }
+    return metadata;
+  }
+
+  void Finish(const std::string& name,
+              const Volume& volume,
+              const openvdb::MetaMap& metadata,
+              openvdb::GridBase* grid) const {
+    for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it) {
+      grid->insertMeta(it->first, *it->second);
+    }
+    grid->setName(name);
+    grid->setTransform(WorldFromIndex(scene_, volume.lattice));
+  }
+
+  const ExportableScene& scene_;
+  const VolumeFrame& frame_;
+  const VolumeExportOptions& options_;
+  const std::vector<const ObjectInfo*> objects_;
+  std::vector<CellValues> values_;  // by cell
+};
 
 }  // namespace
 
@@ -307,6 +607,32 @@ std::string VolumeExportOptions::Check() const {
     return "voxel_size must be a length in world units, or 0 to follow max_resolution.";
   }
   if (max_resolution < 1 || max_resolution > 65536) return "max_resolution must be 1..65536.";
+  if (!crop.empty() && !ParseCrop(crop)) {
+    return "crop must be six numbers x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1 and z0 < z1; it is '" +
+           crop + "'.";
+  }
+  if (supersample < 1 || supersample > kMaxSupersample) {
+    return "supersample must be 1.." + std::to_string(kMaxSupersample) + ".";
+  }
+  if (label_grid_type != "float" && label_grid_type != "int32" && label_grid_type != "both") {
+    return "label_grid_type must be float, int32 or both.";
+  }
+  std::set<std::string> names;
+  for (const std::string* name : {&grid_names.density,
+                                  &grid_names.color,
+                                  &grid_names.label,
+                                  &grid_names.confidence,
+                                  &grid_names.surface}) {
+    const bool is_plain = std::all_of(name->begin(), name->end(), [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    });
+    if (name->empty() || !is_plain) {
+      return "a grid's name must be letters, digits and '_'; '" + *name + "' is not.";
+    }
+    if (!names.insert(*name).second) {
+      return "grids must have different names; two are called '" + *name + "'.";
+    }
+  }
   if (!(min_optical_depth >= 0)) return "min_optical_depth must not be negative.";
   if (max_voxels < 1) return "max_voxels must be positive.";
   return "";
@@ -324,32 +650,39 @@ VolumeFrame MakeVolumeFrame(const ExportableScene& scene, const VolumeExportOpti
     std::iota(cells.begin(), cells.end(), 0u);
   }
   VolumeFrame frame;
+  Eigen::Vector3d corner = Eigen::Vector3d::Zero();
   double edge = 1;
   if (!cells.empty()) {
-    frame.box = RobustBox(scene, cells, 0.01, 0.05, MedianRadius(scene, cells));
-    edge = frame.box.sizes().maxCoeff();
+    const Eigen::AlignedBox3d whole =
+        RobustBox(scene, cells, 0.01, 0.05, MedianRadius(scene, cells));
+    corner = whole.min();
+    frame.box = Cropped(whole, scene, options);
+    edge = (frame.box.isEmpty() ? whole : frame.box).sizes().maxCoeff();
   }
   if (options.voxel_size > 0) {
     frame.lattice.voxel_size = options.voxel_size / scene.world_from_normalized.scale;
   } else {
     frame.lattice.voxel_size = edge > 0 ? edge / options.max_resolution : 1;
   }
-  if (!frame.box.isEmpty()) {
-    frame.lattice.origin =
-        frame.box.min() + Eigen::Vector3d::Constant(0.5 * frame.lattice.voxel_size);
-  }
+  frame.lattice.origin = corner + Eigen::Vector3d::Constant(0.5 * frame.lattice.voxel_size);
   return frame;
 }
+
+std::shared_ptr<const VolumeGrids> MakeSceneGrids(const ExportableScene& scene,
+                                                  const VolumeFrame& frame,
+                                                  const VolumeExportOptions& options) {
+  const VolumeMaker maker(scene, frame, options);
+  return std::make_shared<VolumeGrids>(maker.Make(maker.SceneVolume(), nullptr));
+}
+
+int64_t NumVoxels(const VolumeGrids& grids) { return grids.voxels; }
 
 int64_t WriteSceneVolume(const fs::path& path,
                          const ExportableScene& scene,
                          const VolumeFrame& frame,
                          const VolumeExportOptions& options) {
-  return WriteVolume(path,
-                     {scene, frame, options},
-                     CellsOfSceneVolume(scene, options.min_optical_depth),
-                     frame.box,
-                     nullptr);
+  const VolumeMaker maker(scene, frame, options);
+  return maker.Write(path, maker.SceneVolume(), nullptr);
 }
 
 int64_t WriteObjectVolume(const fs::path& path,
@@ -357,49 +690,64 @@ int64_t WriteObjectVolume(const fs::path& path,
                           const ObjectInfo& object,
                           const VolumeFrame& frame,
                           const VolumeExportOptions& options) {
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.1 * frame.box.sizes().maxCoeff());
-  const Eigen::AlignedBox3d reach(frame.box.min() - margin, frame.box.max() + margin);
-  const Eigen::AlignedBox3d box =
-      RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
-          .intersection(reach);
-  const VolumeFrame object_frame{ObjectLattice(scene, object, box, frame, options), box};
-  return WriteVolume(path, {scene, object_frame, options}, object.cells, box, &object);
+  const VolumeMaker maker(scene, frame, options);
+  return maker.Write(path, ObjectVolume(scene, object, frame, options), nullptr);
 }
 
-int64_t WriteInt32LabelVolume(const fs::path& path,
-                              const ExportableScene& scene,
-                              const VolumeFrame& frame,
-                              const VolumeExportOptions& options) {
-  InitializeOpenVdb();
-  const GridWriterContext context{scene, frame, options};
-  const std::vector<uint32_t> cells = CellsOfSceneVolume(scene, options.min_optical_depth);
-  CheckSize(path, scene, cells, frame.box, frame.lattice, options);
-  const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, cells, frame.lattice, frame.box);
-  const openvdb::MetaMap metadata = CommonMetadata(context, nullptr);
-  const auto label = MakeGrid<openvdb::Int32Grid>(
-      "label", context, blocks, metadata, [&](uint32_t cell) { return scene.label_id[cell]; });
-  WriteGrids(path, {label}, metadata);
-  return CountVoxels(blocks);
-}
-
-std::vector<WrittenFile> ExportVolumes(const ExportableScene& scene,
-                                       const fs::path& output_path,
-                                       const VolumeExportOptions& options,
-                                       const std::function<void(const WrittenFile&)>& on_written) {
+std::vector<WrittenFile> ExportVolumes(
+    const ExportableScene& scene,
+    const fs::path& output_path,
+    const VolumeExportOptions& options,
+    const std::function<void(const WrittenFile&)>& on_written,
+    const std::function<void(const VolumeProgress&)>& on_progress) {
   const VolumeFrame frame = MakeVolumeFrame(scene, options);
+  const VolumeMaker maker(scene, frame, options);
+  struct Planned {
+    std::string name;
+    Volume volume;
+  };
+  std::vector<Planned> plan = {{"scene.vdb", maker.SceneVolume()}};
+  for (const ObjectInfo* object : maker.objects()) {
+    plan.push_back(
+        {"objects/" + object->file_stem + ".vdb", ObjectVolume(scene, *object, frame, options)});
+  }
+  // What is too large is said before anything is written.
+  for (const Planned& file : plan) maker.CheckSize(output_path / file.name, file.volume);
+
   std::vector<WrittenFile> files;
-  const auto written = [&](int32_t object_id, const std::string& path, int64_t voxels) {
-    files.push_back({object_id, "vdb", path, std::to_string(voxels) + " active voxels"});
+  const auto written = [&](WrittenFile file) {
+    files.push_back(std::move(file));
     if (on_written) on_written(files.back());
   };
-  written(0, "scene.vdb", WriteSceneVolume(output_path / "scene.vdb", scene, frame, options));
-  if (options.int32_labels) {
-    const std::string name = "scene_labels_int32.vdb";
-    written(0, name, WriteInt32LabelVolume(output_path / name, scene, frame, options));
-  }
-  for (const ObjectInfo& object : scene.objects) {
-    const std::string name = "objects/" + object.file_stem + ".vdb";
-    written(object.id, name, WriteObjectVolume(output_path / name, scene, object, frame, options));
+  VolumeProgress progress;
+  progress.num_files = static_cast<int>(plan.size());
+  for (const auto& [name, volume] : plan) {
+    progress.path = name;
+    ++progress.file;
+    std::function<void(double)> report;
+    if (on_progress) {
+      report = [&](double share) {
+        progress.share = share;
+        on_progress(progress);
+      };
+    }
+    const VolumeGrids made = maker.Make(volume, report);
+    const int32_t id = volume.object == nullptr ? 0 : volume.object->id;
+    const auto write =
+        [&](const std::string& path, const openvdb::GridPtrVec& grids, const std::string& warning) {
+          maker.WriteFiles(output_path / path, grids, made.metadata);
+          const std::string summary = std::to_string(made.voxels) + " active voxels";
+          written({id, "vdb", path, summary, warning});
+          if (!options.nvdb) return;
+          written({id, "nvdb", fs::path(path).replace_extension(".nvdb").string(), summary, ""});
+        };
+    write(name, made.grids, maker.Warning(volume, made.voxels));
+    if (made.label_int32 != nullptr) write("scene_labels_int32.vdb", {made.label_int32}, "");
+    if (volume.object == nullptr && options.points) {
+      const std::string points = "scene_points.vdb";
+      const int64_t count = maker.WritePoints(output_path / points);
+      written({0, "vdb", points, std::to_string(count) + " points"});
+    }
   }
   return files;
 }

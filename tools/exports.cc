@@ -5,14 +5,20 @@
 #include "export/names.h"
 #include "export/surface_export.h"
 #include "foam/error.h"
+#include "tools/progress.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
+#include <iostream>
 #include <string>
 #include <vector>
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -31,7 +37,10 @@ std::vector<std::string> Split(const std::string& list) {
   return items;
 }
 
-void SayWritten(const WrittenFile& file) { LOG(INFO) << "  " << file.path << ": " << file.summary; }
+void SayWritten(const WrittenFile& file) {
+  LOG(INFO) << "  " << file.path << ": " << file.summary;
+  if (!file.warning.empty()) LOG(WARNING) << file.path << ": " << file.warning;
+}
 
 }  // namespace
 
@@ -43,14 +52,40 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   options->AddDefaultOption("VolumeExport.max_resolution",
                             &volume->max_resolution,
                             "voxels along the longest edge of the scene's box");
+  options->AddDefaultOption("VolumeExport.labels",
+                            &volume->labels,
+                            "ids or names, separated by commas: these objects alone");
+  options->AddDefaultOption(
+      "VolumeExport.crop",
+      &volume->crop,
+      "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame: no voxel outside of it");
+  options->AddDefaultOption("VolumeExport.supersample",
+                            &volume->supersample,
+                            "samples along each edge of a voxel, 1 to 8; 1 = its centre alone");
   options->AddDefaultOption("VolumeExport.min_optical_depth",
                             &volume->min_optical_depth,
                             "scene.vdb leaves out cells whose density times radius is below this");
+  const auto add_name = [&](const std::string& grid, std::string* name) {
+    options->AddDefaultOption(
+        "VolumeExport." + grid + "_grid_name", name, "what the grid is called in the files");
+  };
+  add_name("density", &volume->grid_names.density);
+  add_name("color", &volume->grid_names.color);
+  add_name("label", &volume->grid_names.label);
+  add_name("confidence", &volume->grid_names.confidence);
+  add_name("surface", &volume->grid_names.surface);
+  options->AddChoiceOption("VolumeExport.label_grid_type",
+                           &volume->label_grid_type,
+                           {"float", "int32", "both"},
+                           "int32 labels stand in scene_labels_int32.vdb");
   options->AddDefaultOption("VolumeExport.half_float",
                             &volume->half_float,
                             "save density, color and confidence with 16 bits");
   options->AddDefaultOption(
-      "VolumeExport.int32_labels", &volume->int32_labels, "also write scene_labels_int32.vdb");
+      "VolumeExport.nvdb", &volume->nvdb, "also a NanoVDB file beside each volume");
+  options->AddDefaultOption("VolumeExport.points",
+                            &volume->points,
+                            "also scene_points.vdb: every solid cell as a point with attributes");
   options->AddDefaultOption("VolumeExport.max_voxels",
                             &volume->max_voxels,
                             "refuse to make more voxels than this (about 24 bytes of memory each)");
@@ -124,6 +159,23 @@ void RequireOneFrame(const ExportTransform& transform,
   }
 }
 
+void AddVolumeShortNames(OptionManager* options) {
+  for (const char* name : {"voxel_size", "max_resolution", "labels", "crop", "supersample"}) {
+    options->AddShortName(name, std::string("VolumeExport.") + name);
+  }
+}
+
+std::string ModelChecksum(const std::filesystem::path& foam_path) {
+  uint64_t checksum = 0;
+  std::ifstream file(foam_path, std::ios::binary);
+  file.seekg(-static_cast<std::streamoff>(sizeof(checksum)), std::ios::end);
+  file.read(reinterpret_cast<char*>(&checksum), sizeof(checksum));
+  if (!file) throw UserError(foam_path.string(), ": cannot be read.");
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(checksum));
+  return text;
+}
+
 ExportableScene PrepareExport(const Model& model, ExportTransform transform) {
   TurnUpright(model.photos, &transform);
   ExportableSceneOptions options;
@@ -144,7 +196,23 @@ void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume) {
   LOG(INFO) << "Writing volumes";
-  ExportVolumes(scene, output_path, volume, SayWritten);
+  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  const auto begin = std::chrono::steady_clock::now();
+  ExportVolumes(
+      scene,
+      output_path,
+      volume,
+      [&](const WrittenFile& file) {
+        line.Clear();
+        SayWritten(file);
+      },
+      [&](const VolumeProgress& progress) {
+        const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
+        line.Show("  volume " + std::to_string(progress.file) + " of " +
+                      std::to_string(progress.num_files) + ", " + progress.path + ": " +
+                      std::to_string(std::lround(100 * progress.share)) + " %",
+                  since.count());
+      });
 }
 
 void WriteMeshes(const ExportableScene& scene,
@@ -175,11 +243,13 @@ void WriteLabels(const ExportableScene& scene, const std::filesystem::path& outp
     if (std::filesystem::exists(output_path / path)) files.push_back({object_id, format, path, ""});
   };
   add(0, "vdb", "scene.vdb");
+  add(0, "nvdb", "scene.nvdb");
   add(0, "vdb_labels_int32", "scene_labels_int32.vdb");
+  add(0, "vdb_points", "scene_points.vdb");
   add(0, "glb", "scene.glb");
   add(0, "usda", "scene.usda");
   for (const ObjectInfo& object : scene.objects) {
-    for (const std::string format : {"vdb", "om", "ply", "obj", "mtl", "glb"}) {
+    for (const std::string format : {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"}) {
       add(object.id, format, "objects/" + object.file_stem + "." + format);
     }
   }

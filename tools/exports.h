@@ -24,6 +24,14 @@ inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
 // Adds --up_axis, --scale, --transform, --units; ParseExportTransform reads them.
 void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 
+// --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
+// nothing else.
+void AddVolumeShortNames(OptionManager* options);
+
+// The checksum at the end of a model's file (WriteModel), as VolumeExportOptions::source_checksum
+// has it. Throws UserError when it cannot be read.
+std::string ModelChecksum(const std::filesystem::path& foam_path);
+
 // These throw UserError, in the words of the option manager, when an option is out of range. To be
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);

@@ -117,6 +117,20 @@ OptionManager::Option* OptionManager::Find(const std::string& name) {
   return found == options_.end() ? nullptr : &*found;
 }
 
+void OptionManager::AddShortName(const std::string& short_name, const std::string& name) {
+  CHECK(Find(short_name) == nullptr && FullName(short_name) == short_name) << short_name;
+  Option* const option = Find(name);
+  CHECK(option != nullptr) << name;
+  option->short_name = short_name;
+}
+
+std::string OptionManager::FullName(const std::string& name) const {
+  const auto found = std::find_if(options_.begin(), options_.end(), [&](const Option& o) {
+    return !name.empty() && o.short_name == name;
+  });
+  return found == options_.end() ? name : found->name;
+}
+
 bool OptionManager::IsGiven(const std::string& name) const {
   return std::any_of(
       options_.begin(), options_.end(), [&](const Option& o) { return o.name == name && o.given; });
@@ -136,7 +150,10 @@ std::map<std::string, std::string> OptionManager::GroupValues(const std::string&
 std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
                                                                   const char* const* argv) const {
   std::vector<std::string> names;
-  for (const Option& option : options_) names.push_back(option.name);
+  for (const Option& option : options_) {
+    names.push_back(option.name);
+    if (!option.short_name.empty()) names.push_back(option.short_name);
+  }
   const po::options_description description = Describe(names);
   // No guessing: an option that is short for another today is short for two tomorrow.
   const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
@@ -158,7 +175,7 @@ std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
                         option.string_key,
                         "' is missing.");
       }
-      if (!values.emplace(option.string_key, value).second) {
+      if (!values.emplace(FullName(option.string_key), value).second) {
         throw UserError("Failed to parse options - the option '--",
                         option.string_key,
                         "' is given more than once; give it once.");
@@ -194,7 +211,7 @@ std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::str
                       "'#' or ';'.");
     }
     const std::string name = group + Trim(line.substr(0, equals));
-    if (!values.emplace(name, Trim(line.substr(equals + 1))).second) {
+    if (!values.emplace(FullName(name), Trim(line.substr(equals + 1))).second) {
       throw UserError(path, ": gives the option '", name, "' more than once; give it once.");
     }
   }
@@ -283,6 +300,7 @@ std::string OptionManager::Help() const {
     const bool names_default = !option.required && !option.default_text.empty();
     value->value_name(names_default ? "arg (=" + option.default_text + ")" : "arg");
     if (option.required) help = "(required) " + help;
+    if (!option.short_name.empty()) help += "; --" + option.short_name + " is the same";
     description.add_options()(option.name.c_str(), value, help.c_str());
   }
   std::ostringstream text;

@@ -47,6 +47,10 @@ class OptionManager {
     Add(name, help, /*required=*/false, choices, value, then);
   }
 
+  // Another spelling of an option that is there (CHECK): `--labels` for `--VolumeExport.labels`.
+  // Both in one place are the same option given twice.
+  void AddShortName(const std::string& short_name, const std::string& name);
+
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
   // names, sets all values, and applies what all commands have in common: threads and log. Returns
   // false when help was asked for and has been printed to stdout. Throws UserError, one sentence in
@@ -68,6 +72,7 @@ class OptionManager {
  private:
   struct Option {
     std::string name;
+    std::string short_name;  // may be empty
     std::string help;
     bool required = false;
     std::vector<std::string> choices;
@@ -88,6 +93,8 @@ class OptionManager {
            const std::function<void()>& then);
   void AddOption(Option option);
   Option* Find(const std::string& name);
+  // The option's name, whichever of its two spellings is given; an unknown one as it is.
+  std::string FullName(const std::string& name) const;
   std::map<std::string, std::string> ReadCommandLine(int argc, const char* const* argv) const;
   std::map<std::string, std::string> ReadProjectFile(const std::string& path) const;
   void Apply(const std::map<std::string, std::string>& from_file,

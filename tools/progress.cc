@@ -61,8 +61,7 @@ void ProgressLine::Update(const TrainingProgress& progress) {
                      : static_cast<double>(progress.rays) / std::max(progress.seconds, 1e-3);
   const bool is_last = progress.iteration >= progress.num_iterations;
   if (is_terminal_) {
-    out_ << '\r' << FormatProgress(progress, rays_per_second) << "\x1b[K" << std::flush;
-    line_is_open_ = true;
+    Redraw(FormatProgress(progress, rays_per_second));
     previous_ = progress;
     return;
   }
@@ -70,6 +69,30 @@ void ProgressLine::Update(const TrainingProgress& progress) {
   out_ << FormatProgress(progress, rays_per_second) << std::endl;
   seconds_at_last_line_ = progress.seconds;
   previous_ = progress;
+}
+
+void ProgressLine::Show(const std::string& text, double seconds) {
+  constexpr double kSecondsBetweenRedraws = 0.1;
+  if (seconds - seconds_at_last_line_ <
+      (is_terminal_ ? kSecondsBetweenRedraws : seconds_between_lines_)) {
+    return;
+  }
+  seconds_at_last_line_ = seconds;
+  if (is_terminal_) {
+    Redraw(text);
+  } else {
+    out_ << text << std::endl;
+  }
+}
+
+void ProgressLine::Clear() {
+  if (line_is_open_) out_ << "\r\x1b[K" << std::flush;
+  line_is_open_ = false;
+}
+
+void ProgressLine::Redraw(const std::string& text) {
+  out_ << '\r' << text << "\x1b[K" << std::flush;
+  line_is_open_ = true;
 }
 
 }  // namespace semfoam

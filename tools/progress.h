@@ -25,8 +25,15 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void Update(const TrainingProgress& progress);
+  // The same for other work, of which `text` is how far it has come `seconds` after its beginning.
+  // On a terminal it is redrawn ten times a second at most.
+  void Show(const std::string& text, double seconds);
+  // Takes the line off the terminal, where others are to stand.
+  void Clear();
 
  private:
+  void Redraw(const std::string& text);
+
   std::ostream& out_;
   const bool is_terminal_;
   const double seconds_between_lines_;

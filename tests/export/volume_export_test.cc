@@ -2,6 +2,8 @@
 #include "export/volume_export.h"
 
 #include "foam/error.h"
+#include "foam/parallel.h"
+#include "foam/srgb.h"
 
 #include <csignal>
 #include <cstdlib>
@@ -12,8 +14,11 @@
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nanovdb/util/IO.h>
 #include <nlohmann/json.hpp>
 #include <openvdb/openvdb.h>
+#include <openvdb/points/PointCount.h>
+#include <openvdb/points/PointDataGrid.h>
 #include <sys/resource.h>
 
 namespace semfoam {
@@ -160,7 +165,8 @@ TEST_F(VolumeExport, SceneAndObjectsHoldTheirCells) {
 
 TEST_F(VolumeExport, GridsHaveTheirTypesClassesAndMetadata) {
   const ExportableScene scene = MakeExportableScene(TestModel());
-  const VolumeExportOptions options = Coarse();
+  VolumeExportOptions options = Coarse();
+  options.source_checksum = "0123456789abcdef";
   const VolumeFrame frame = MakeVolumeFrame(scene, options);
   WriteSceneVolume(folder_ / "scene.vdb", scene, frame, options);
   const VdbFile file = ReadVdb(folder_ / "scene.vdb");
@@ -185,6 +191,7 @@ TEST_F(VolumeExport, GridsHaveTheirTypesClassesAndMetadata) {
     EXPECT_EQ(metadata->metaValue<std::string>("creator"), "semfoam test");
     EXPECT_EQ(metadata->metaValue<std::string>("frame"), "COLMAP");
     EXPECT_EQ(metadata->metaValue<std::string>("transform"), ExportTransformJson({}));
+    EXPECT_EQ(metadata->metaValue<std::string>("source_model_xxh64"), "0123456789abcdef");
     EXPECT_EQ(metadata->metaValue<double>("world_from_normalized_scale"), 2.5);
     EXPECT_EQ(metadata->metaValue<openvdb::Vec3d>("world_from_normalized_translation"),
               openvdb::Vec3d(10, 20, 30));
@@ -303,17 +310,359 @@ TEST_F(VolumeExport, ATransformTurnsTheVoxelsAndKeepsTheOpticalDepth) {
 TEST_F(VolumeExport, Int32LabelsStandInAFileOfTheirOwn) {
   const ExportableScene scene = MakeExportableScene(TestModel());
   VolumeExportOptions options = Coarse();
-  options.int32_labels = true;
+  options.label_grid_type = "both";
   const auto files = ExportVolumes(scene, folder_, options);
   EXPECT_EQ(files[1].path, "scene_labels_int32.vdb");
   const VdbFile integers = ReadVdb(folder_ / "scene_labels_int32.vdb");
   ASSERT_EQ(integers.names, std::vector<std::string>{"label"});
+  EXPECT_EQ(integers.metadata->metaValue<std::string>("frame"), "COLMAP");
   const auto label = integers.Get<openvdb::Int32Grid>("label");
   const auto as_float = ReadVdb(folder_ / "scene.vdb").Get<openvdb::FloatGrid>("label");
   EXPECT_EQ(label->activeVoxelCount(), as_float->activeVoxelCount());
   EXPECT_EQ(label->transform(), as_float->transform());
   for (auto it = label->cbeginValueOn(); it; ++it) {
     EXPECT_EQ(static_cast<float>(*it), as_float->tree().getValue(it.getCoord()));
+  }
+
+  options.label_grid_type = "int32";
+  ExportVolumes(scene, folder_, options);
+  EXPECT_EQ(ReadVdb(folder_ / "scene.vdb").grids.count("label"), 0u);
+  EXPECT_EQ(ReadVdb(folder_ / "objects/7_mug.vdb").grids.count("label"), 0u);
+  const auto alone = ReadVdb(folder_ / "scene_labels_int32.vdb").Get<openvdb::Int32Grid>("label");
+  EXPECT_EQ(alone->activeVoxelCount(), label->activeVoxelCount());
+}
+
+TEST_F(VolumeExport, LabelsTakeTheseObjectsAlone) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  VolumeExportOptions options = Coarse();
+  ExportVolumes(scene, folder_ / "all", options);
+  for (const char* spelling : {"label_8", "8", " 8 ,8"}) {
+    options.labels = spelling;
+    const auto files = ExportVolumes(scene, folder_ / spelling, options);
+    ASSERT_EQ(files.size(), 2u);
+    EXPECT_EQ(files[1].path, "objects/8_label_8.vdb");
+    const auto all = ReadVdb(folder_ / "all/scene.vdb").Get<openvdb::FloatGrid>("label");
+    const auto one = ReadVdb(folder_ / spelling / "scene.vdb").Get<openvdb::FloatGrid>("label");
+    EXPECT_EQ(one->transform(), all->transform());
+    // The object's voxels, all of them and no others; hidden cells inside of it are its own.
+    uint64_t of_object = 0;
+    for (auto it = one->cbeginValueOn(); it; ++it) EXPECT_EQ(*it, 8);
+    for (auto it = all->cbeginValueOn(); it; ++it) {
+      if (*it != 8) continue;
+      EXPECT_TRUE(one->tree().isValueOn(it.getCoord()));
+      ++of_object;
+    }
+    EXPECT_GT(of_object, 50u);
+    EXPECT_GE(one->activeVoxelCount(), of_object);
+    EXPECT_LT(one->activeVoxelCount(), 1.2 * static_cast<double>(of_object));
+  }
+  options.labels = "mug,teapot";
+  try {
+    ExportVolumes(scene, folder_ / "none", options);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'teapot'"));
+    EXPECT_THAT(error.what(), HasSubstr("the scene has 7 (mug), 8 (label_8)."));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "none"));
+}
+
+TEST_F(VolumeExport, ACropCutsAndMovesNothing) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  VolumeExportOptions options = Coarse();
+  options.voxel_size = 0.1;
+  options.points = true;
+  ExportVolumes(scene, folder_ / "all", options);
+  // World frame: the balls lie around (10, 20, 30) -+ (0.75, 0, 0), with a radius of 0.75.
+  options.crop = "9.5,19,29.5,10.25,20.5,31";
+  const openvdb::BBoxd crop({9.5, 19, 29.5}, {10.25, 20.5, 31});
+  ExportVolumes(scene, folder_ / "crop", options);
+  for (const char* name : {"scene.vdb", "objects/7_mug.vdb", "objects/8_label_8.vdb"}) {
+    const VdbFile all = ReadVdb(folder_ / "all" / name);
+    const VdbFile cut = ReadVdb(folder_ / "crop" / name);
+    const auto whole = all.Get<openvdb::FloatGrid>("density");
+    const auto part = cut.Get<openvdb::FloatGrid>("density");
+    EXPECT_EQ(whole->transform(), part->transform()) << name;
+    uint64_t inside = 0;
+    for (auto it = whole->cbeginValueOn(); it; ++it) {
+      if (!crop.isInside(whole->indexToWorld(it.getCoord()))) continue;
+      EXPECT_EQ(part->tree().getValue(it.getCoord()), *it);
+      ++inside;
+    }
+    EXPECT_GT(inside, 10u);
+    EXPECT_EQ(part->activeVoxelCount(), inside) << name;
+    if (cut.grids.count("surface") == 0) continue;
+    // The surface is closed along the cut: inside exactly where the other grids are.
+    const auto surface = cut.Get<openvdb::FloatGrid>("surface");
+    uint64_t negative = 0;
+    const auto bounds = surface->evalActiveVoxelBoundingBox();
+    for (auto ijk = bounds.begin(); ijk != bounds.end(); ++ijk) {
+      const bool in_cells = part->tree().isValueOn(*ijk);
+      negative += surface->tree().getValue(*ijk) < 0;
+      EXPECT_EQ(surface->tree().getValue(*ijk) <= 0, in_cells) << name << *ijk;
+    }
+    EXPECT_GT(negative, 10u);
+  }
+  const auto points =
+      ReadVdb(folder_ / "crop/scene_points.vdb").Get<openvdb::points::PointDataGrid>("points");
+  uint64_t solid = 0;
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
+    const Eigen::Vector3d x =
+        scene.world_from_normalized.Apply(scene.cell_positions[i].cast<double>());
+    solid += scene.labels.solid[i] && crop.isInside(openvdb::Vec3d(x.x(), x.y(), x.z()));
+  }
+  EXPECT_GT(solid, 5u);
+  EXPECT_EQ(openvdb::points::pointCount(points->tree()), solid);
+
+  // The resolution follows the crop.
+  options.voxel_size = 0;
+  EXPECT_NEAR(MakeVolumeFrame(scene, options).lattice.voxel_size * 2.5, 1.5 / 24, 0.02);
+  options.crop = "100,100,100,101,101,101";
+  for (const WrittenFile& file : ExportVolumes(scene, folder_ / "nothing", options)) {
+    const VdbFile empty = ReadVdb(folder_ / "nothing" / file.path);
+    for (const auto& [name, grid] : empty.grids) EXPECT_EQ(grid->activeVoxelCount(), 0u) << name;
+    if (file.path == "scene_points.vdb") continue;
+    EXPECT_THAT(file.warning, HasSubstr("crop"));
+  }
+}
+
+// What a voxel should hold, by a search for each of its samples through all sites.
+TEST_F(VolumeExport, MoreSamplesAreCoverageAndNeverMixLabels) {
+  Model model = TestModel();
+  // Densities that differ, so that a mean is no constant.
+  for (size_t i = 0; i < model.foam.NumSites(); ++i) {
+    if (model.foam.raw_density[i] > 0) {
+      model.foam.raw_density[i] =
+          static_cast<float>(RawDensity(5e3 * (1.5 + std::sin(static_cast<double>(i)))));
+    }
+  }
+  const ExportableScene scene = MakeExportableScene(model);
+  VolumeExportOptions options = Coarse();
+  options.max_resolution = 14;
+  constexpr int kSamples = 3;
+  options.supersample = kSamples;
+  // Through the balls: the voxels at the cut are whole.
+  options.crop = "9,19,29,10.6,20.31,31";
+  const Eigen::AlignedBox3d crop(Eigen::Vector3d(9, 19, 29), Eigen::Vector3d(10.6, 20.31, 31));
+  const VolumeFrame frame = MakeVolumeFrame(scene, options);
+  WriteSceneVolume(folder_ / "scene.vdb", scene, frame, options);
+  WriteObjectVolume(folder_ / "mug.vdb", scene, scene.objects[0], frame, options);
+  int mixed = 0, partial = 0;
+  for (const bool is_object : {false, true}) {
+    const VdbFile file = ReadVdb(folder_ / (is_object ? "mug.vdb" : "scene.vdb"));
+    const auto density = file.Get<openvdb::FloatGrid>("density");
+    const auto color = file.Get<openvdb::Vec3SGrid>("color");
+    const auto label = file.Get<openvdb::FloatGrid>("label");
+    const auto confidence = file.Get<openvdb::FloatGrid>("confidence");
+    const Eigen::AlignedBox3d box(scene.world_from_normalized.Apply(frame.box.min()),
+                                  scene.world_from_normalized.Apply(frame.box.max()));
+    auto bounds = density->evalActiveVoxelBoundingBox();
+    ASSERT_FALSE(bounds.empty());
+    bounds.expand(1);
+    int compared = 0;
+    for (auto ijk = bounds.begin(); ijk != bounds.end(); ++ijk) {
+      if (is_object && compared > 400) break;  // the search takes its time
+      double mean_density = 0;
+      std::map<int32_t, std::vector<uint32_t>> by_label;
+      for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+        const openvdb::Vec3d offset(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
+        const Eigen::Vector3d x =
+            ToEigen(density->indexToWorld((*ijk).asVec3d() + offset / kSamples));
+        const uint32_t cell = NearestSite(scene, x);
+        if (cell >= scene.NumSites()) continue;
+        if (is_object ? scene.object_of_cell[cell] != 0 : scene.density[cell] < 1) continue;
+        mean_density += scene.density[cell] / 2.5 / 27;
+        by_label[is_object ? 7 : scene.label_id[cell]].push_back(cell);
+      }
+      const Eigen::Vector3d center = ToEigen(density->indexToWorld(*ijk));
+      const bool in_box = is_object ? crop.contains(center) : box.contains(center);
+      ASSERT_EQ(density->tree().isValueOn(*ijk), in_box && !by_label.empty()) << *ijk;
+      if (!in_box) continue;
+      if (by_label.empty()) continue;
+      ++compared;
+      const std::vector<uint32_t>* most = nullptr;
+      size_t covered = 0;
+      for (const auto& [id, cells] : by_label) {
+        if (most == nullptr || cells.size() > most->size()) most = &cells;
+        covered += cells.size();
+      }
+      mixed += by_label.size() > 1;
+      partial += covered < 27;
+      double mean_confidence = 0;
+      Eigen::Vector3d mean_color = Eigen::Vector3d::Zero();
+      for (const uint32_t cell : *most) {
+        mean_confidence += scene.labels.confidence[cell] / static_cast<double>(most->size());
+        for (int c = 0; c < 3; ++c) {
+          mean_color[c] += LinearFromDisplay(static_cast<double>(scene.display_color[cell][c])) /
+                           static_cast<double>(most->size());
+        }
+      }
+      EXPECT_EQ(label->tree().getValue(*ijk),
+                is_object ? 7 : static_cast<float>(scene.label_id[most->front()]));
+      EXPECT_NEAR(density->tree().getValue(*ijk), mean_density, 1e-5 * mean_density);
+      EXPECT_NEAR(confidence->tree().getValue(*ijk), mean_confidence, 1e-5);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(color->tree().getValue(*ijk)[c], mean_color[c], 1e-5);
+      }
+    }
+    EXPECT_GT(compared, 100);
+  }
+  EXPECT_GT(mixed, 5);
+  EXPECT_GT(partial, 50);
+}
+
+TEST_F(VolumeExport, GridsAreCalledAsTheUserLikes) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  VolumeExportOptions options = Coarse();
+  options.grid_names = {"smoke", "Cd", "id", "sureness", "sdf"};
+  ExportVolumes(scene, folder_, options);
+  const VdbFile file = ReadVdb(folder_ / "objects/7_mug.vdb");
+  EXPECT_THAT(file.names, ::testing::UnorderedElementsAre("smoke", "Cd", "id", "sureness", "sdf"));
+  EXPECT_EQ(file.grids.at("Cd")->valueType(), "vec3s");
+  EXPECT_EQ(file.grids.at("smoke")->getGridClass(), openvdb::GRID_FOG_VOLUME);
+  EXPECT_EQ(file.grids.at("sdf")->getGridClass(), openvdb::GRID_LEVEL_SET);
+  EXPECT_EQ(file.Get<openvdb::FloatGrid>("id")->cbeginValueOn().getValue(), 7);
+  EXPECT_LE(file.Get<openvdb::FloatGrid>("sureness")->cbeginValueOn().getValue(), 1);
+}
+
+// Every active voxel of the grids against the same in NanoVDB.
+TEST_F(VolumeExport, NanoVdbFilesHoldTheSameVoxels) {
+  Model model = TestModel();
+  model.world_from_normalized.translation = {5e5, 4.5e6, 250};
+  const ExportableScene scene = MakeExportableScene(model);
+  VolumeExportOptions options = Coarse();
+  options.label_grid_type = "both";
+  options.nvdb = true;
+  const auto files = ExportVolumes(scene, folder_, options);
+  ASSERT_EQ(files.size(), 8u);
+  for (const WrittenFile& written : files) {
+    if (written.format != "nvdb") continue;
+    const VdbFile vdb = ReadVdb((folder_ / written.path).replace_extension(".vdb"));
+    const auto handles = nanovdb::io::readGrids((folder_ / written.path).string());
+    ASSERT_EQ(handles.size(), vdb.grids.size()) << written.path;
+    for (const auto& handle : handles) {
+      const std::string name = handle.gridMetaData()->shortGridName();
+      const openvdb::GridBase::Ptr base = vdb.grids.at(name);
+      EXPECT_EQ(handle.gridMetaData()->activeVoxelCount(), base->activeVoxelCount()) << name;
+      EXPECT_EQ(handle.gridMetaData()->isLevelSet(), name == "surface");
+      EXPECT_EQ(handle.gridMetaData()->isFogVolume(), name == "density");
+      const auto same = [&](const auto& grid, const auto* nano, const auto& equal) {
+        ASSERT_NE(nano, nullptr) << name;
+        auto values = nano->getAccessor();
+        for (auto it = grid->cbeginValueOn(); it; ++it) {
+          const openvdb::Coord ijk = it.getCoord();
+          const nanovdb::Coord at(ijk.x(), ijk.y(), ijk.z());
+          ASSERT_TRUE(values.isActive(at));
+          ASSERT_TRUE(equal(values.getValue(at), it.getValue())) << name;
+          const auto world = nano->indexToWorld(nanovdb::Vec3d(ijk.x(), ijk.y(), ijk.z()));
+          ASSERT_LT(
+              (openvdb::Vec3d(world[0], world[1], world[2]) - grid->indexToWorld(ijk)).length(),
+              1e-6);
+        }
+      };
+      const auto plain = [](const auto& a, const auto& b) { return a == b; };
+      if (base->valueType() == "float") {
+        same(openvdb::gridPtrCast<openvdb::FloatGrid>(base), handle.grid<float>(), plain);
+      } else if (base->valueType() == "int32") {
+        same(openvdb::gridPtrCast<openvdb::Int32Grid>(base), handle.grid<int32_t>(), plain);
+      } else {
+        same(openvdb::gridPtrCast<openvdb::Vec3SGrid>(base),
+             handle.grid<nanovdb::Vec3f>(),
+             [](const auto& a, const auto& b) {
+               return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+             });
+      }
+    }
+  }
+}
+
+TEST_F(VolumeExport, PointsAreTheSolidCells) {
+  Model model = TestModel();
+  model.world_from_normalized.translation = {5e5, 4.5e6, 250};
+  const ExportableScene scene = MakeExportableScene(model);
+  VolumeExportOptions options = Coarse();
+  options.points = true;
+  const auto files = ExportVolumes(scene, folder_, options);
+  EXPECT_EQ(files[1].path, "scene_points.vdb");
+  const VdbFile file = ReadVdb(folder_ / "scene_points.vdb");
+  EXPECT_EQ(file.metadata->metaValue<std::string>("frame"), "COLMAP");
+  const auto grid = file.Get<openvdb::points::PointDataGrid>("points");
+  std::map<uint32_t, int> seen;
+  for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
+    const openvdb::points::AttributeHandle<openvdb::Vec3f> position(leaf->constAttributeArray("P"));
+    const auto number = [&](const char* name, openvdb::Index index) {
+      return openvdb::points::AttributeHandle<float>(leaf->constAttributeArray(name)).get(index);
+    };
+    for (auto it = leaf->beginIndexOn(); it; ++it) {
+      const openvdb::Vec3d index = position.get(*it) + it.getCoord().asVec3d();
+      const Eigen::Vector3d x = ToEigen(grid->indexToWorld(index));
+      const uint32_t cell = NearestSite(scene, x);
+      ASSERT_LT(cell, scene.NumSites());
+      ++seen[cell];
+      const Eigen::Vector3d site =
+          scene.world_from_normalized.Apply(scene.cell_positions[cell].cast<double>());
+      EXPECT_LT((x - site).norm(), 1e-6);
+      EXPECT_FLOAT_EQ(number("density", *it), scene.density[cell] / 2.5f);
+      EXPECT_FLOAT_EQ(number("confidence", *it), scene.labels.confidence[cell]);
+      EXPECT_FLOAT_EQ(number("radius", *it), scene.radius[cell] * 2.5f);
+      EXPECT_EQ(
+          openvdb::points::AttributeHandle<int32_t>(leaf->constAttributeArray("label")).get(*it),
+          scene.label_id[cell]);
+      const openvdb::Vec3f color =
+          openvdb::points::AttributeHandle<openvdb::Vec3f>(leaf->constAttributeArray("color"))
+              .get(*it);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_FLOAT_EQ(color[c], LinearFromDisplay(scene.display_color[cell][c]));
+      }
+    }
+  }
+  size_t solid = 0;
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
+    solid += scene.labels.solid[i];
+    EXPECT_EQ(seen.count(i), scene.labels.solid[i] ? 1u : 0u);
+  }
+  EXPECT_EQ(seen.size(), solid);
+  EXPECT_EQ(files[1].summary, std::to_string(solid) + " points");
+}
+
+TEST_F(VolumeExport, TheSameBytesOnAnyNumberOfThreads) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  VolumeExportOptions options = Coarse();
+  options.max_resolution = 60;
+  options.label_grid_type = "both";
+  options.nvdb = options.points = true;
+  std::vector<WrittenFile> files;
+  for (const int threads : {1, 5}) {
+    SetNumThreads(threads);
+    files = ExportVolumes(scene, folder_ / std::to_string(threads), options);
+  }
+  SetNumThreads(-1);
+  ASSERT_EQ(files.size(), 9u);
+  for (const WrittenFile& file : files) {
+    std::string bytes[2];
+    for (const int k : {0, 1}) {
+      std::ifstream in(folder_ / (k == 0 ? "1" : "5") / file.path, std::ios::binary);
+      bytes[k].assign(std::istreambuf_iterator<char>(in), {});
+    }
+    EXPECT_GT(bytes[0].size(), 100u);
+    EXPECT_TRUE(bytes[0] == bytes[1]) << file.path;
+  }
+}
+
+TEST_F(VolumeExport, ProgressGoesFromNothingToAll) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  std::vector<VolumeProgress> reports;
+  const auto files = ExportVolumes(
+      scene, folder_, Coarse(), nullptr, [&](const VolumeProgress& p) { reports.push_back(p); });
+  ASSERT_GE(reports.size(), files.size());
+  EXPECT_EQ(reports.front().path, "scene.vdb");
+  EXPECT_EQ(reports.front().file, 1);
+  EXPECT_EQ(reports.back().path, "objects/8_label_8.vdb");
+  EXPECT_EQ(reports.back().file, 3);
+  EXPECT_EQ(reports.back().num_files, 3);
+  EXPECT_EQ(reports.back().share, 1);
+  for (size_t k = 1; k < reports.size(); ++k) {
+    EXPECT_LT(reports[k - 1].file + reports[k - 1].share, reports[k].file + reports[k].share);
   }
 }
 
@@ -334,14 +683,79 @@ TEST_F(VolumeExport, HalfFloatsNeverTouchTheLabels) {
   EXPECT_TRUE(found);
 }
 
-TEST_F(VolumeExport, AVoxelLargerThanTheObjectGivesAValidFile) {
+TEST_F(VolumeExport, AVoxelLargerThanTheObjectGivesAWarningAndAValidFile) {
   const ExportableScene scene = MakeExportableScene(TestModel());
   VolumeExportOptions options = Coarse();
   options.voxel_size = 1000;
   const auto files = ExportVolumes(scene, folder_, options);
+  ASSERT_EQ(files.size(), 3u);
   for (const WrittenFile& file : files) {
-    EXPECT_EQ(ReadVdb(folder_ / file.path).grids.size(), 4u) << file.path;
+    const VdbFile vdb = ReadVdb(folder_ / file.path);
+    EXPECT_EQ(vdb.grids.size(), file.object_id == 0 ? 4u : 5u) << file.path;
+    EXPECT_EQ(vdb.grids.at("density")->activeVoxelCount(), 0u);
+    EXPECT_THAT(file.warning, HasSubstr("no voxel"));
   }
+  EXPECT_THAT(files[1].warning, HasSubstr("voxels of 1000"));
+  // The size that the warning names is one that serves.
+  options.voxel_size = std::atof(std::strstr(files[1].warning.c_str(), "voxel_size of ") + 14);
+  EXPECT_EQ(ExportVolumes(scene, folder_, options)[1].warning, "");
+}
+
+TEST_F(VolumeExport, AnObjectOfOneVoxelGivesAWarningAndAValidFile) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  VolumeExportOptions options = Coarse();
+  int with_one = 0, with_larger = 0;
+  for (const double size : {1.2, 1.4, 1.6, 1.7, 1.8, 1.9, 2.0}) {
+    options.voxel_size = size;
+    for (const WrittenFile& file : ExportVolumes(scene, folder_, options)) {
+      if (file.object_id == 0) continue;
+      const VdbFile vdb = ReadVdb(folder_ / file.path);
+      const auto voxels = vdb.grids.at("density")->activeVoxelCount();
+      const double length = scene.objects[file.object_id - 7].bounding_box.sizes().maxCoeff();
+      if (voxels == 1) {
+        ++with_one;
+        EXPECT_THAT(file.warning, HasSubstr("one voxel"));
+        const auto label = vdb.Get<openvdb::FloatGrid>("label");
+        EXPECT_EQ(label->cbeginValueOn().getValue(), static_cast<float>(file.object_id));
+      } else if (voxels > 1 && size > length) {
+        ++with_larger;
+        EXPECT_THAT(file.warning, HasSubstr("larger than the object"));
+      } else if (voxels > 1) {
+        EXPECT_EQ(file.warning, "");
+      }
+      // A level set is one even where no centre lies inside.
+      EXPECT_EQ(vdb.grids.at("surface")->getGridClass(), openvdb::GRID_LEVEL_SET);
+      EXPECT_GT(vdb.grids.at("surface")->activeVoxelCount(), 20u);
+    }
+  }
+  EXPECT_GT(with_one, 0);
+}
+
+TEST_F(VolumeExport, AnObjectOfOneCellIsSeen) {
+  Model model = TestModel();
+  model.labels.push_back({9, 9, "bead"});
+  Foam& foam = model.foam;
+  foam.num_classes = 3;
+  foam.classifier_bias.push_back(0);
+  foam.classifier_weight.resize(3 * kIdentityDim, 0.f);
+  foam.classifier_weight[2 * kIdentityDim + 2] = 1;
+  // The solid cell nearest to the first ball's centre.
+  uint32_t bead = 0;
+  const auto from_center = [&](uint32_t i) {
+    return (foam.positions[i] - Eigen::Vector3f(-0.3f, 0, 0)).norm();
+  };
+  for (uint32_t i = 0; i < foam.NumSites(); ++i) {
+    if (from_center(i) < from_center(bead)) bead = i;
+  }
+  for (int d = 0; d < kIdentityDim; ++d) {
+    foam.identity[bead * kIdentityDim + d] = d == 2 ? 5.f : 0.f;
+  }
+  const ExportableScene scene = MakeExportableScene(model);
+  ASSERT_EQ(scene.objects.size(), 3u);
+  ASSERT_EQ(scene.objects[2].cells, std::vector<uint32_t>{bead});
+  const auto files = ExportVolumes(scene, folder_, Coarse());
+  EXPECT_EQ(files[3].warning, "");
+  EXPECT_GT(ReadVdb(folder_ / files[3].path).grids.at("density")->activeVoxelCount(), 100u);
 }
 
 TEST_F(VolumeExport, ASceneOfAirOrOfNothingGivesAValidFile) {
@@ -384,6 +798,33 @@ TEST_F(VolumeExport, TooManyVoxelsAreRefusedWithAWayOut) {
 TEST_F(VolumeExport, OptionsOutOfRangeAreNamed) {
   VolumeExportOptions options;
   EXPECT_EQ(options.Check(), "");
+  for (const char* crop : {"1,2,3",
+                           "0,0,0,1,1,1,1",
+                           "0,0,0,1,1,0",
+                           "0,0,0,1,1,x",
+                           "0 0 0 1 1 1",
+                           "0,0,0,1,1,nan",
+                           "0,0,0,1,1,1 m"}) {
+    options.crop = crop;
+    EXPECT_THAT(options.Check(), HasSubstr(crop));
+  }
+  options.crop = "-1, -2.5e-1,0, 1,1,1";
+  EXPECT_EQ(options.Check(), "");
+  for (const int samples : {0, -1, 9}) {
+    options.supersample = samples;
+    EXPECT_THAT(options.Check(), HasSubstr("supersample must be 1..8"));
+  }
+  options = {};
+  options.label_grid_type = "int16";
+  EXPECT_THAT(options.Check(), HasSubstr("label_grid_type"));
+  options = {};
+  for (const char* name : {"", "a b", "c/d"}) {
+    options.grid_names.color = name;
+    EXPECT_THAT(options.Check(), HasSubstr(std::string("'") + name + "'"));
+  }
+  options.grid_names.color = "density";
+  EXPECT_THAT(options.Check(), HasSubstr("two are called 'density'"));
+  options = {};
   options.voxel_size = -1;
   EXPECT_THAT(options.Check(), HasSubstr("voxel_size"));
   options = {};
@@ -417,22 +858,62 @@ TEST_F(VolumeExport, AFullDiskIsAUserErrorAndLeavesNothing) {
   }
 }
 
-TEST_F(VolumeExport, VdbPrintListsTheGrids) {
+// What a command says, its exit code checked.
+std::string OutputOf(const std::string& command, const std::filesystem::path& folder) {
+  const auto output = folder / "output.txt";
+  EXPECT_EQ(std::system((command + " > '" + output.string() + "' 2>&1").c_str()), 0) << command;
+  std::ifstream in(output);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST_F(VolumeExport, VdbPrintShowsGridsAndMetadata) {
   if (std::system("command -v vdb_print > /dev/null") != 0) {
     GTEST_SKIP() << "vdb_print (libopenvdb-tools) is not installed";
   }
   const ExportableScene scene = MakeExportableScene(TestModel());
-  ExportVolumes(scene, folder_, Coarse());
+  VolumeExportOptions options = Coarse();
+  options.source_checksum = "0123456789abcdef";
+  ExportVolumes(scene, folder_, options);
   for (const char* name : {"scene.vdb", "objects/7_mug.vdb"}) {
-    const auto listing = folder_ / "listing.txt";
-    const std::string command =
-        "vdb_print -l '" + (folder_ / name).string() + "' > '" + listing.string() + "' 2>&1";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    std::ifstream in(listing);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::string path = "'" + (folder_ / name).string() + "'";
+    const std::string listing = OutputOf("vdb_print -l " + path, folder_);
     for (const char* grid : {"density", "color", "label", "confidence"}) {
-      EXPECT_THAT(text, HasSubstr(grid));
+      EXPECT_THAT(listing, HasSubstr(grid));
     }
+    const std::string metadata = OutputOf("vdb_print -m " + path, folder_);
+    for (const char* text : {"semfoam test",
+                             "0123456789abcdef",
+                             "\"7\":\"mug\"",
+                             "COLMAP",
+                             "world_from_normalized_scale: 2.5",
+                             "[10, 20, 30]"}) {
+      EXPECT_THAT(metadata, HasSubstr(text));
+    }
+  }
+  EXPECT_THAT(OutputOf("vdb_print -l '" + (folder_ / "objects/7_mug.vdb").string() + "'", folder_),
+              HasSubstr("surface"));
+}
+
+// Debian's module is the one of Debian's Python.
+TEST_F(VolumeExport, PythonReadsEveryDefaultFile) {
+  if (std::system("/usr/bin/python3 -c 'import pyopenvdb' 2> /dev/null") != 0) {
+    GTEST_SKIP() << "pyopenvdb (python3-openvdb) is not installed";
+  }
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  for (const WrittenFile& file : ExportVolumes(scene, folder_, Coarse())) {
+    const std::string path = (folder_ / file.path).string();
+    const std::string script =
+        "import pyopenvdb, sys\n"
+        "grids, metadata = pyopenvdb.readAll(sys.argv[1])\n"
+        "print(metadata[\"frame\"], *sorted(g.name for g in grids))\n"
+        "print(*sorted(g.activeVoxelCount() for g in grids if g.name == \"label\"))";
+    const std::string said =
+        OutputOf("/usr/bin/python3 -c '" + script + "' '" + path + "'", folder_);
+    const VdbFile vdb = ReadVdb(path);
+    EXPECT_EQ(said,
+              std::string("COLMAP color confidence density label") +
+                  (file.object_id != 0 ? " surface\n" : "\n") +
+                  std::to_string(vdb.grids.at("label")->activeVoxelCount()) + "\n");
   }
 }
 

@@ -35,6 +35,7 @@ const std::map<std::string, std::set<std::string>> kSubjects = {
     {"render/forward", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
     {"render/backward", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
     {"update", {"sites_per_second", "rays_per_second", "bytes_per_site"}},
+    {"voxelize", {"voxels_per_second", "voxels", "bytes_per_site"}},
 };
 
 // The case's name for 1 thread, and for 2.
@@ -140,7 +141,7 @@ TEST(Benchmark, CastsTheRaysOfATrainedFoam) {
        {std::vector<std::string>{"--foam", path}, {"--foam=" + path}}) {
     std::vector<std::string> arguments = {"--benchmark_filter=/foam"};
     arguments.insert(arguments.end(), spelling.begin(), spelling.end());
-    ExpectCases({"render/forward", "render/backward"}, "foam", arguments);
+    ExpectCases({"render/forward", "render/backward", "voxelize"}, "foam", arguments);
   }
 }
 

@@ -249,5 +249,25 @@ TEST(Presets, GrowFromLowToExtremeAndAreValid) {
   EXPECT_EQ(Qualities().size(), 4u);
 }
 
+TEST(OptionManager, AShortNameIsTheSameOption) {
+  const std::string project = WriteProject("rays = 7\n");
+  Command command;
+  command.options.AddShortName("rays", "FoamTraining.num_rays");
+  EXPECT_TRUE(command.Parse({"--input_path", "x", "--rays", "5"}));
+  EXPECT_EQ(command.num_rays, 5);
+  EXPECT_TRUE(command.options.IsGiven("FoamTraining.num_rays"));
+  EXPECT_TRUE(command.Parse({"--input_path", "x", "--FoamTraining.num_rays", "6"}));
+  EXPECT_EQ(command.num_rays, 6);
+  EXPECT_TRUE(command.Parse({"--input_path", "x", "--project_path", project.c_str()}));
+  EXPECT_EQ(command.num_rays, 7);
+  // The command line wins, whatever the spelling.
+  EXPECT_TRUE(command.Parse(
+      {"--input_path", "x", "--project_path", project.c_str(), "--FoamTraining.num_rays", "8"}));
+  EXPECT_EQ(command.num_rays, 8);
+  EXPECT_THAT(command.Error({"--input_path", "x", "--rays", "1", "--FoamTraining.num_rays", "1"}),
+              HasSubstr("'--FoamTraining.num_rays' is given more than once"));
+  EXPECT_THAT(command.options.Help(), HasSubstr("--rays is the same"));
+}
+
 }  // namespace
 }  // namespace semfoam

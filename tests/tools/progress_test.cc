@@ -71,6 +71,30 @@ TEST(Progress, RedrawsOneLineInPlaceOnATerminal) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
 }
 
+TEST(Progress, ShowsOtherWorkNowAndThen) {
+  std::ostringstream out;
+  {
+    ProgressLine line(out, /*is_terminal=*/false, /*seconds_between_lines=*/10);
+    for (int k = 0; k <= 350; ++k) line.Show("part " + std::to_string(k), 0.1 * k);
+  }
+  const std::string text = out.str();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3) << text;
+  EXPECT_THAT(text, HasSubstr("part 100\n"));
+  EXPECT_THAT(text, Not(HasSubstr("\r")));
+}
+
+TEST(Progress, AClearedLineLeavesTheTerminalToOthers) {
+  std::ostringstream out;
+  {
+    ProgressLine line(out, /*is_terminal=*/true);
+    line.Show("a", 0.2);
+    line.Show("too soon", 0.21);
+    line.Clear();
+    line.Clear();
+  }
+  EXPECT_EQ(out.str(), "\ra\x1b[K\r\x1b[K");
+}
+
 TEST(Progress, WritesNothingForARunThatNeverReports) {
   std::ostringstream out;
   { ProgressLine line(out, /*is_terminal=*/true); }

@@ -16,8 +16,10 @@ void RegisterDelaunayCases(int64_t num_sites);  // delaunay
 void RegisterWalkCases(int64_t num_sites);      // walk/scalar, walk/simd, walk/interleaved
 void RegisterRenderCases(int64_t num_sites);    // render/forward, render/backward
 void RegisterUpdateCases(int64_t num_sites);    // update
+void RegisterVoxelizeCases(int64_t num_sites);  // voxelize
 
-// render/forward/foam and render/backward/foam, on the scene of a trained foam.
+// render/forward/foam, render/backward/foam and voxelize/foam, on the scene of a trained foam.
 void RegisterRenderCases(const std::filesystem::path& foam_file);
+void RegisterVoxelizeCases(const std::filesystem::path& foam_file);
 
 }  // namespace semfoam

@@ -30,6 +30,7 @@ constexpr Subject kSubjects[] = {
     {"render/forward", "rays_per_second", "ray"},
     {"render/backward", "rays_per_second", "ray"},
     {"update", "updates_per_second", "update"},
+    {"voxelize", "voxels_per_second", "voxel"},
 };
 
 double MedianOf(std::vector<double> values) {

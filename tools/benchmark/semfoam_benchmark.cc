@@ -31,13 +31,13 @@ void PrintHelp() {
     std::exit(EXIT_FAILURE);
   }
   std::printf(
-      "semfoam_benchmark: how fast triangulation, ray walk, rendering and update are on this "
-      "machine, on one and\ntwo threads, for scenes of 10000 to 1000000 sites; and how near that "
-      "is to what its memory can do.\n\n"
+      "semfoam_benchmark: how fast triangulation, ray walk, rendering, update and "
+      "voxelization are on this\nmachine, on one and two threads, for scenes of 10000 to 1000000 "
+      "sites; and how near that is to what its memory\ncan do.\n\n"
       "Usage:\n"
       "  semfoam_benchmark [--foam FILE] [--simd NAME] [--benchmark_...]\n\n"
-      "  --foam FILE   also render/forward/foam and render/backward/foam, on this scene.foam and "
-      "from its own photos' cameras\n"
+      "  --foam FILE   also render/forward/foam, render/backward/foam and voxelize/foam, on this "
+      "scene.foam and from its own\n                photos' cameras\n"
       "  --simd NAME   use these vector instructions instead of the best that the machine has: "
       "AVX-512, AVX2, SSE4\n\n"
       "  --benchmark_filter=REGEX, such as walk/.*/100000, takes some of the cases, "
@@ -104,6 +104,7 @@ int Main(int argc, char** argv) {
     // it is kept.
     TrainedScene(foam_file);
     RegisterRenderCases(std::filesystem::path(foam_file));
+    RegisterVoxelizeCases(std::filesystem::path(foam_file));
   }
   for (const int64_t num_sites : kSizes) {
     // Triangulation first, while no scene is in memory.
@@ -111,6 +112,7 @@ int Main(int argc, char** argv) {
     RegisterWalkCases(num_sites);
     RegisterRenderCases(num_sites);
     RegisterUpdateCases(num_sites);
+    RegisterVoxelizeCases(num_sites);
   }
 
   Report report;

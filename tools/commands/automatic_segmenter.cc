@@ -4,6 +4,7 @@
 #include "tools/exports.h"
 #include "tools/training_run.h"
 
+#include <filesystem>
 #include <set>
 #include <string>
 
@@ -42,6 +43,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run), transform);
   RequireOneFrame(scene.transform, output_path, wanted);
+  volume.source_checksum = ModelChecksum(std::filesystem::path(output_path) / "scene.foam");
   if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
   if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted);
   WriteLabels(scene, output_path);

@@ -17,9 +17,10 @@ void RunVolumeExporter(int argc, char** argv) {
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
-      "output_path", &output_path, "folder for scene.vdb, objects/*.vdb and labels.json");
+      "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
   AddVolumeExportOptions(&options, &volume);
   AddFrameOptions(&options, &frame);
+  AddVolumeShortNames(&options);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   const ExportTransform transform = ParseExportTransform(frame);
@@ -27,6 +28,7 @@ void RunVolumeExporter(int argc, char** argv) {
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), transform);
   RequireOneFrame(scene.transform, output_path, {"vdb"});
+  volume.source_checksum = ModelChecksum(foam_path);
   WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path);
 }

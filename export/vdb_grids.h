@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// The one header of export/ that includes OpenVDB: for its own .cc files that make grids.
+
+#include "export/exportable_scene.h"
+#include "export/voxelizer.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/PointDataGrid.h>
+
+namespace semfoam {
+
+// Registers OpenVDB's types; to be called before anything else of it.
+void InitializeOpenVdb();
+
+// What one cell gives to the grids: values of the world (COLMAP) frame, colour in linear light.
+struct CellValues {
+  float density = 0;  // extinction per world unit
+  openvdb::Vec3s color{0.f};
+  float confidence = 0;
+};
+
+// The narrow-band level set of the object's surface (ExtractSurface), cut to `box` (normalised
+// frame) where the object reaches out of it: class level set, half width 3 voxels, distances in
+// world units, negative inside, without a name and a transform. The distance is the one to the
+// nearest triangle, in the whole band, or to the cut; the sign of a voxel is that of the cell that
+// holds its centre, so that the grid agrees with the others of the object's file to the voxel, in
+// sheets and spikes thinner than a voxel, too. Same bytes on any number of threads.
+//
+// Not by openvdb::tools::meshToVolume, which hands nearest triangles from voxel to voxel: its
+// distances beyond the first voxel are up to 0.9 voxels off on surfaces of cells, and where two
+// triangles are equally near, depend on the threads.
+openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
+                                            const ObjectInfo& object,
+                                            const VoxelLattice& lattice,
+                                            const Eigen::AlignedBox3d& box);
+
+// A point for the site of every cell in `cells`, with the float attributes "density",
+// "confidence", "radius" (of the cell, in world units), "color" (vec3s) and "label" (int32, of
+// `labels`, which go with `cells`). `values` is indexed by cell. A position is kept relative to a
+// voxel of `world_from_index`, so that an offset of the world costs it nothing.
+openvdb::points::PointDataGrid::Ptr MakePointGrid(const ExportableScene& scene,
+                                                  const std::vector<uint32_t>& cells,
+                                                  const std::vector<int32_t>& labels,
+                                                  const std::vector<CellValues>& values,
+                                                  const VoxelLattice& lattice,
+                                                  const openvdb::math::Transform& world_from_index);
+
+// Write one file by OutputFile's rules; same grids, same bytes. Throw UserError when it cannot be
+// written completely.
+void WriteVdb(const std::filesystem::path& path,
+              const openvdb::GridPtrVec& grids,
+              const openvdb::MetaMap& metadata);
+void WriteNanoVdb(const std::filesystem::path& path, const openvdb::GridPtrVec& grids);
+
+}  // namespace semfoam

@@ -149,6 +149,8 @@ TEST_F(VolumeExport, SceneAndObjectsHoldTheirCells) {
   for (const ObjectInfo& object : scene.objects) {
     const VdbFile part = ReadVdb(folder_ / "objects" / (object.file_stem + ".vdb"));
     ExpectCells(scene, part, &object);
+    EXPECT_FLOAT_EQ(part.Get<openvdb::FloatGrid>("surface")->background(),
+                    static_cast<float>(3 * part.grids.at("label")->voxelSize().x()));
     EXPECT_EQ(part.metadata->metaValue<int32_t>("object_id"), object.id);
     EXPECT_EQ(part.metadata->metaValue<std::string>("object_name"), object.name);
     const openvdb::math::Transform& of_object = part.grids.at("label")->transform();

@@ -158,10 +158,10 @@ double DistanceToBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& poin
 openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const ObjectInfo& object,
                                             const VoxelLattice& lattice,
-                                            const Eigen::AlignedBox3d& box) {
+                                            const Eigen::AlignedBox3d& box,
+                                            double voxel_size) {
   InitializeOpenVdb();
-  const double world_voxel = lattice.voxel_size * scene.world_from_normalized.scale;
-  const float background = static_cast<float>(kHalfWidth * world_voxel);
+  const float background = static_cast<float>(kHalfWidth * voxel_size);
   const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   if (box.isEmpty()) return grid;
@@ -218,7 +218,7 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
         if (distance <= -kHalfWidth) {
           leaf->setValueOnly(voxel, -background);
         } else if (distance < kHalfWidth) {
-          leaf->setValueOn(voxel, static_cast<float>(distance * world_voxel));
+          leaf->setValueOn(voxel, static_cast<float>(distance * voxel_size));
         }
       }
       leaves[k] = std::move(leaf);

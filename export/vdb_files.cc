@@ -3,7 +3,6 @@
 #include "foam/error.h"
 #include "foam/output_file.h"
 
-#include <array>
 #include <cstdio>
 #include <cstring>
 #include <fstream>

@@ -28,10 +28,11 @@ struct CellValues {
 
 // The narrow-band level set of the object's surface (ExtractSurface), cut to `box` (normalised
 // frame) where the object reaches out of it: class level set, half width 3 voxels, distances in
-// world units, negative inside, without a name and a transform. The distance is the one to the
-// nearest triangle, in the whole band, or to the cut; the sign of a voxel is that of the cell that
-// holds its centre, so that the grid agrees with the others of the object's file to the voxel, in
-// sheets and spikes thinner than a voxel, too. Same bytes on any number of threads.
+// the unit in which a voxel is `voxel_size` long, negative inside, without a name and a transform.
+// The distance is the one to the nearest triangle, in the whole band, or to the cut; the sign of a
+// voxel is that of the cell that holds its centre, so that the grid agrees with the others of the
+// object's file to the voxel, in sheets and spikes thinner than a voxel, too. Same bytes on any
+// number of threads.
 //
 // Not by openvdb::tools::meshToVolume, which hands nearest triangles from voxel to voxel: its
 // distances beyond the first voxel are up to 0.9 voxels off on surfaces of cells, and where two
@@ -39,7 +40,8 @@ struct CellValues {
 openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const ObjectInfo& object,
                                             const VoxelLattice& lattice,
-                                            const Eigen::AlignedBox3d& box);
+                                            const Eigen::AlignedBox3d& box,
+                                            double voxel_size);
 
 // A point for the site of every cell in `cells`, with the float attributes "density",
 // "confidence", "radius" (of the cell, in world units), "color" (vec3s) and "label" (int32, of

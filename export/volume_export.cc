@@ -469,7 +469,9 @@ class VolumeMaker {
       result.label_int32 = label_int32;
     }
     if (!is_scene) {
-      add(names.surface, MakeSurfaceLevelSet(scene_, *volume.object, volume.lattice, volume.box));
+      add(names.surface,
+          MakeSurfaceLevelSet(
+              scene_, *volume.object, volume.lattice, volume.box, VoxelSize(volume)));
     }
     return result;
   }
@@ -522,7 +524,7 @@ class VolumeMaker {
 
   // One sentence for a volume of hardly any voxel; else nothing.
   std::string Warning(const Volume& volume, int64_t voxels) const {
-    const double voxel = volume.lattice.voxel_size * scene_.world_from_normalized.scale;
+    const double voxel = VoxelSize(volume);
     if (volume.box.isEmpty() && !options_.crop.empty()) return "nothing of it lies in the crop";
     if (volume.object == nullptr) {
       return voxels > 0 ? "" : "it has no voxel: nothing in its box is dense enough";
@@ -539,6 +541,11 @@ class VolumeMaker {
   }
 
  private:
+  // Edge of a voxel in the frame of the file.
+  double VoxelSize(const Volume& volume) const {
+    return WorldFromIndex(scene_, volume.lattice)->voxelSize().x();
+  }
+
   std::vector<uint32_t> CellsOfObjects() const {
     std::vector<uint32_t> cells;
     for (const ObjectInfo* object : objects_) {
@@ -569,9 +576,7 @@ class VolumeMaker {
     if (!options_.source_checksum.empty()) {
       add_text("source_model_xxh64", options_.source_checksum);
     }
-    metadata.insertMeta(
-        "voxel_size",
-        openvdb::DoubleMetadata(volume.lattice.voxel_size * scene_.world_from_normalized.scale));
+    metadata.insertMeta("voxel_size", openvdb::DoubleMetadata(VoxelSize(volume)));
     metadata.insertMeta("world_from_normalized_scale", openvdb::DoubleMetadata(similarity.scale));
     metadata.insertMeta("world_from_normalized_translation",
                         openvdb::Vec3DMetadata(openvdb::Vec3d(t.x(), t.y(), t.z())));

@@ -42,10 +42,10 @@ void ExpectLevelSet(const ExportableScene& scene,
                     const ObjectInfo& object,
                     const VoxelLattice& lattice,
                     const Eigen::AlignedBox3d& box) {
-  const openvdb::FloatGrid::Ptr grid = MakeSurfaceLevelSet(scene, object, lattice, box);
+  constexpr double kVoxelSize = 0.125;
+  const openvdb::FloatGrid::Ptr grid = MakeSurfaceLevelSet(scene, object, lattice, box, kVoxelSize);
   EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
-  const double world_voxel = lattice.voxel_size * scene.world_from_normalized.scale;
-  EXPECT_FLOAT_EQ(grid->background(), static_cast<float>(3 * world_voxel));
+  EXPECT_FLOAT_EQ(grid->background(), static_cast<float>(3 * kVoxelSize));
 
   std::map<std::array<int, 3>, bool> inside;
   for (const VoxelBlock& block : VoxelizeCells(scene, object.cells, lattice, box)) {
@@ -83,7 +83,7 @@ void ExpectLevelSet(const ExportableScene& scene,
     nearest /= lattice.voxel_size;
     if (nearest < 3 - 1e-6) {
       EXPECT_TRUE(grid->tree().isValueOn(at)) << at << " " << nearest;
-      EXPECT_NEAR(std::abs(value) / world_voxel, nearest, 1e-5) << at;
+      EXPECT_NEAR(std::abs(value) / kVoxelSize, nearest, 1e-5) << at;
       ++band;
     } else if (nearest > 3 + 1e-6) {
       EXPECT_FALSE(grid->tree().isValueOn(at)) << at << " " << nearest;
@@ -132,7 +132,7 @@ TEST_F(SurfaceLevelSet, SpikesCostWhatIsInTheBox) {
   const ObjectInfo& object = scene.objects[0];
   ASSERT_GT(object.bounding_box.sizes().maxCoeff(), 50);
   const VoxelLattice lattice = Lattice(0.05);
-  const auto grid = MakeSurfaceLevelSet(scene, object, lattice, Cube(1.1));
+  const auto grid = MakeSurfaceLevelSet(scene, object, lattice, Cube(1.1), 0.05);
   // The box's own surface, six sides of 44 x 44 voxels and the band about them, is all there is.
   EXPECT_GT(grid->activeVoxelCount(), 6u * 44 * 44 * 5);
   EXPECT_LT(grid->activeVoxelCount(), 6u * 50 * 50 * 6);
@@ -147,7 +147,7 @@ TEST_F(SurfaceLevelSet, NothingInTheBoxIsAnEmptyLevelSet) {
   for (const Eigen::AlignedBox3d& box :
        {Eigen::AlignedBox3d(),
         Eigen::AlignedBox3d(Eigen::Vector3d(5, 5, 5), Eigen::Vector3d(6, 6, 6))}) {
-    const auto grid = MakeSurfaceLevelSet(scene, scene.objects[0], Lattice(0.05), box);
+    const auto grid = MakeSurfaceLevelSet(scene, scene.objects[0], Lattice(0.05), box, 0.05);
     EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
     EXPECT_EQ(grid->activeVoxelCount(), 0u);
     EXPECT_GT(grid->tree().getValue(openvdb::Coord(0)), 0);

@@ -130,7 +130,8 @@ TEST(Blender, ShowsWhatWeExport) {
               (json{{"density", "FLOAT"},
                     {"color", "VECTOR_FLOAT"},
                     {"label", "FLOAT"},
-                    {"confidence", "FLOAT"}}));
+                    {"confidence", "FLOAT"},
+                    {"surface", "FLOAT"}}));
     // Blender's box is that of whole leaves, of eight voxels.
     const Extent ours = VoxelExtent(folder / "out" / (stem + ".vdb"));
     const double leaf = (ours.high - ours.low).maxCoeff() / 4;

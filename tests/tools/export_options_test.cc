@@ -86,14 +86,20 @@ TEST_F(ExportOptionsTest, FormatsAreThoseAskedFor) {
   // What comes later is added to the list.
   ASSERT_EQ(Run("volume_exporter",
                 "some",
-                {"--VolumeExport.max_resolution", "16", "--VolumeExport.int32_labels", "1"})
+                {"--max_resolution",
+                 "16",
+                 "--VolumeExport.label_grid_type",
+                 "both",
+                 "--VolumeExport.points",
+                 "1"})
                 .exit_code,
             0);
   ExpectListed("some");
   ASSERT_EQ(Run("mesh_exporter", "some").exit_code, 0);
   ExpectListed("some");
-  EXPECT_THAT(FilesBelow(folder_ / "some"), SizeIs(1 + 4 + 2 * 6));
+  EXPECT_THAT(FilesBelow(folder_ / "some"), SizeIs(1 + 5 + 2 * 6));
   EXPECT_EQ(Labels("some")["files"]["vdb_labels_int32"], "scene_labels_int32.vdb");
+  EXPECT_EQ(Labels("some")["files"]["vdb_points"], "scene_points.vdb");
 }
 
 TEST_F(ExportOptionsTest, TheStageNamesTheVolumesThatAreThere) {
@@ -235,6 +241,21 @@ TEST_F(ExportOptionsTest, AFrameReachesEveryFormatAlike) {
   EXPECT_EQ(Labels("y")["frame"]["up_axis"], "y");
   EXPECT_EQ(Labels("moved")["frame"]["file_from_colmap"],
             json({-100., 0., 0., 500., 0., -100., 0., 600., 0., 0., 100., 700., 0., 0., 0., 1.}));
+}
+
+// A crop is of the COLMAP frame, whatever the frame of the files; voxels are of the files.
+TEST_F(ExportOptionsTest, ACropCutsTheSameInEveryFrame) {
+  const auto voxels = [&](const std::string& out, std::vector<std::string> options) {
+    options.insert(options.end(), {"--crop", "9.5,19.5,29.5,10.2,20.5,30.5"});
+    EXPECT_EQ(Run("volume_exporter", out, options).exit_code, 0);
+    return VoxelCenters(folder_ / out / "scene.vdb").size();
+  };
+  const size_t cropped = voxels("colmap", {"--voxel_size", "0.05"});
+  EXPECT_GT(cropped, 100u);
+  EXPECT_EQ(voxels("scaled", {"--voxel_size", "0.1", "--scale", "2"}), cropped);
+  EXPECT_EQ(voxels("turned", {"--voxel_size", "0.05", "--up_axis", "z"}), cropped);
+  ASSERT_EQ(Run("volume_exporter", "whole", {"--voxel_size", "0.05"}).exit_code, 0);
+  EXPECT_GT(VoxelCenters(folder_ / "whole" / "scene.vdb").size(), cropped);
 }
 
 TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {

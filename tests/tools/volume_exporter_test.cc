@@ -137,7 +137,7 @@ TEST_F(VolumeExporter, TheMetadataNameTheModel) {
     const std::string metadata = Print("-m", file);
     EXPECT_THAT(metadata, HasSubstr(std::string("source_model_xxh64: ") + text)) << file;
     EXPECT_THAT(metadata, HasSubstr("creator: semfoam "));
-    EXPECT_THAT(metadata, HasSubstr("units: COLMAP"));
+    EXPECT_THAT(metadata, HasSubstr("frame: COLMAP"));
   }
 }
 

@@ -40,7 +40,7 @@ struct ExportableSceneOptions {
   // Crumbs: connected pieces of an object with fewer cells than this share of its largest piece are
   // left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would otherwise decide
   // an object's box, volume and surface.
-  float min_piece_share = 0.02f;
+  float min_piece_share = 0.1f;
   // Let an object own the hidden space inside it (see MakeExportableScene).
   bool fill_hidden_space = true;
   // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it

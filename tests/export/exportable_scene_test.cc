@@ -283,10 +283,10 @@ TEST(ExportableScene, UnseenMatterCountsOnlyWhereItHangsTogetherWithSeenMatter) 
 }
 
 TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
-  // Two balls of one class, one with a twentieth of the other's cells, and a single cell far off.
+  // Two balls of one class, one with a sixth of the other's cells, and a single cell far off.
   const auto shape = [](const Eigen::Vector3f& p) {
     const bool large = (p + Eigen::Vector3f::Constant(0.3f)).norm() < 0.55f;
-    const bool small = (p - Eigen::Vector3f(0.6f, 0.6f, 0.6f)).norm() < 0.2f;
+    const bool small = (p - Eigen::Vector3f(0.6f, 0.6f, 0.6f)).norm() < 0.3f;
     return large ? 1 : small ? 2 : p.x() > 0.9f && p.y() < -0.9f && p.z() < -0.9f ? 3 : 0;
   };
   const Model model =

@@ -10,21 +10,37 @@
 #include "tools/image_files.h"
 #include "tools/view_images.h"
 
+#include <cmath>
+#include <utility>
+
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string Stem(const std::string& photo_name) { return fs::path(photo_name).stem().string(); }
+// The labels that were rendered of one held-out view.
+struct LabelView {
+  fs::path photo;
+  LabelImage ids;
+};
 
-// Renders one held-out view and scores its colours; keeps its labels for later, by stem.
+Image8 ConfidenceImage(const RenderedView& rendered) {
+  Image8 image{rendered.width, rendered.height, {}};
+  for (const float confidence : rendered.confidence) {
+    image.data.insert(image.data.end(), 3, static_cast<uint8_t>(std::lround(255 * confidence)));
+  }
+  return image;
+}
+
+// Renders one held-out view and scores its colours; adds its labels to those for later.
 ViewScore ScoreView(const PhotoRecord& photo,
                     const fs::path& foam_path,
                     const fs::path& image_path,
                     const Model& model,
                     const ViewRenderer& renderer,
                     bool fit_exposure,
-                    std::map<std::string, LabelImage>* ids_of_stem) {
+                    const OnViewMaps& on_maps,
+                    std::vector<LabelView>* label_views) {
   Image8 truth = ReadPhoto(image_path / photo.name);
   const PhotoSize trained = {photo.width, photo.height};
   // As training reduced it, --FoamTraining.max_image_size.
@@ -46,31 +62,43 @@ ViewScore ScoreView(const PhotoRecord& photo,
   const RenderedView rendered =
       renderer.Render(MakeCameraRays(photo, model.world_from_normalized, foam_path));
   if (model.foam.HasSemantics()) {
-    (*ids_of_stem)[Stem(photo.name)] = IdImage(rendered, model.labels);
+    label_views->push_back({photo.name, IdImage(rendered, model.labels)});
   }
-  const Image8 color = ColorImage(rendered);
-  if (fit_exposure) {
-    const ImagePair right = FitExposure(color, truth);
-    return {photo.name, Psnr(right.render, right.photo), Ssim(right.render, right.photo)};
+  ImagePair pair = {ColorImage(rendered), std::move(truth)};
+  if (fit_exposure) pair = FitExposure(pair.render, pair.photo);
+  if (on_maps) {
+    ViewMaps maps;
+    maps.error = ErrorImage(pair.render, pair.photo);
+    if (model.foam.HasSemantics()) maps.confidence = ConfidenceImage(rendered);
+    on_maps(photo.name, maps);
   }
-  return {photo.name, Psnr(color, truth), Ssim(color, truth)};
+  return {photo.name, Psnr(pair.render, pair.photo), Ssim(pair.render, pair.photo)};
+}
+
+// The exact mask of the view; empty, all 0, where there is none.
+LabelImage MaskOf(const LabelView& view, const fs::path& folder) {
+  const int width = view.ids.width;
+  const int height = view.ids.height;
+  for (const fs::path& name : {view.photo, view.photo.filename()}) {
+    const fs::path mask = (folder / name).replace_extension(".png");
+    if (fs::exists(mask)) return ResizeNearest(ReadForeground(mask), width, height);
+  }
+  return {width, height, std::vector<int32_t>(size_t{1} * width * height, 0)};
 }
 
 // The scores of every folder of masks, by its name.
-std::map<std::string, ObjectScore> ScoreObjects(
-    const fs::path& truth_path,
-    const Model& model,
-    const std::map<std::string, LabelImage>& ids_of_stem) {
+std::map<std::string, ObjectScore> ScoreObjects(const fs::path& truth_path,
+                                                const Model& model,
+                                                const std::vector<LabelView>& label_views) {
   std::map<std::string, int32_t> id_of_name;
   for (const Label& label : model.labels) id_of_name[label.name] = label.id;
   std::map<std::string, ObjectScore> scores;
   for (const fs::directory_entry& folder : fs::directory_iterator(truth_path)) {
     if (!folder.is_directory()) continue;
     std::vector<MaskedView> views;
-    for (const auto& [stem, ids] : ids_of_stem) {
-      const fs::path mask = folder.path() / (stem + ".png");
-      if (!fs::exists(mask)) continue;
-      views.push_back({&ids, ResizeNearest(ReadForeground(mask), ids.width, ids.height)});
+    // A view without a mask stands as one with an empty mask, so that places stay.
+    for (const LabelView& view : label_views) {
+      views.push_back({&view.ids, MaskOf(view, folder.path())});
     }
     const std::string name = folder.path().filename().string();
     const auto id = id_of_name.find(name);
@@ -81,22 +109,30 @@ std::map<std::string, ObjectScore> ScoreObjects(
   return scores;
 }
 
+std::optional<LabelScore> MeanOf(const std::vector<LabelScore>& scores) {
+  if (scores.empty()) return std::nullopt;
+  LabelScore mean;
+  for (const LabelScore& score : scores) mean.Add(score, 1.0 / static_cast<double>(scores.size()));
+  return mean;
+}
+
 }  // namespace
 
 Scores ScoreModel(const Model& model,
                   const fs::path& foam_path,
                   const fs::path& image_path,
                   const fs::path& truth_path,
-                  bool fit_exposure) {
+                  bool fit_exposure,
+                  const OnViewMaps& on_maps) {
   const ViewRenderer renderer(model.foam);
-  std::map<std::string, LabelImage> ids_of_stem;
+  std::vector<LabelView> label_views;
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
     if (!photo.held_out) continue;
-    scores.views.push_back(
-        ScoreView(photo, foam_path, image_path, model, renderer, fit_exposure, &ids_of_stem));
+    scores.views.push_back(ScoreView(
+        photo, foam_path, image_path, model, renderer, fit_exposure, on_maps, &label_views));
   }
-  if (!truth_path.empty()) scores.objects = ScoreObjects(truth_path, model, ids_of_stem);
+  if (!truth_path.empty()) scores.objects = ScoreObjects(truth_path, model, label_views);
   return scores;
 }
 
@@ -109,20 +145,27 @@ ViewScore MeanOf(const std::vector<ViewScore>& views) {
   return mean;
 }
 
-std::optional<LabelScore> MeanOf(const std::map<std::string, ObjectScore>& objects, bool direct) {
-  LabelScore mean;
-  int count = 0;
+std::optional<LabelScore> MeanOfView(const std::map<std::string, ObjectScore>& objects,
+                                     size_t view) {
+  std::vector<LabelScore> scores;
   for (const auto& [name, object] : objects) {
-    if (direct && !object.direct.has_value()) continue;
-    const LabelScore& score = direct ? *object.direct : object.prompt;
-    mean.iou += score.iou;
-    mean.recall += score.recall;
-    ++count;
+    for (const ViewLabelScore& score : object.views) {
+      if (score.view == view) scores.push_back(score.prompt);
+    }
   }
-  if (count == 0) return std::nullopt;
-  mean.iou /= count;
-  mean.recall /= count;
-  return mean;
+  return MeanOf(scores);
+}
+
+std::optional<LabelScore> MeanOf(const std::map<std::string, ObjectScore>& objects, bool direct) {
+  std::vector<LabelScore> scores;
+  for (const auto& [name, object] : objects) {
+    if (!direct) {
+      scores.push_back(object.prompt);
+    } else if (object.direct.has_value()) {
+      scores.push_back(*object.direct);
+    }
+  }
+  return MeanOf(scores);
 }
 
 fs::path FindTruth(const fs::path& truth_path, const fs::path& image_path) {

@@ -2,6 +2,7 @@
 #include "tools/label_scores.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <glog/logging.h>
@@ -35,45 +36,102 @@ std::vector<int32_t> PromptLabels(const MaskedView& view) {
   return {most->first};
 }
 
-// Mean over views none of whose masks is empty.
-LabelScore Score(const std::vector<const MaskedView*>& views, const std::vector<int32_t>& labels) {
-  LabelScore mean;
-  for (const MaskedView* view : views) {
-    int64_t both = 0;
-    int64_t either = 0;
-    int64_t in_mask = 0;
-    for (size_t i = 0; i < view->mask.data.size(); ++i) {
-      const bool is_object = view->mask.data[i] != 0;
-      const bool is_rendered =
-          std::find(labels.begin(), labels.end(), view->rendered->data[i]) != labels.end();
-      both += is_object && is_rendered;
-      either += is_object || is_rendered;
-      in_mask += is_object;
-    }
-    mean.iou += static_cast<double>(both) / static_cast<double>(either);
-    mean.recall += static_cast<double>(both) / static_cast<double>(in_mask);
+// The labels' pixels as a mask, 1 or 0.
+LabelImage MaskOf(const LabelImage& rendered, const std::vector<int32_t>& labels) {
+  LabelImage mask{rendered.width, rendered.height, {}};
+  mask.data.reserve(rendered.data.size());
+  for (const int32_t id : rendered.data) {
+    mask.data.push_back(std::find(labels.begin(), labels.end(), id) != labels.end());
   }
-  mean.iou /= static_cast<double>(views.size());
-  mean.recall /= static_cast<double>(views.size());
-  return mean;
+  return mask;
+}
+
+struct Overlap {
+  int64_t both = 0;
+  int64_t either = 0;
+  int64_t in_truth = 0;
+
+  double Iou() const { return static_cast<double>(both) / static_cast<double>(either); }
+  double Recall() const { return static_cast<double>(both) / static_cast<double>(in_truth); }
+};
+
+Overlap OverlapOf(const LabelImage& shown, const LabelImage& truth) {
+  Overlap overlap;
+  for (size_t i = 0; i < truth.data.size(); ++i) {
+    const bool is_truth = truth.data[i] != 0;
+    const bool is_shown = shown.data[i] != 0;
+    overlap.both += is_truth && is_shown;
+    overlap.either += is_truth || is_shown;
+    overlap.in_truth += is_truth;
+  }
+  return overlap;
+}
+
+// Of a view whose mask is not empty; `boundary` is that of its mask.
+LabelScore ScoreView(const MaskedView& view,
+                     const LabelImage& boundary,
+                     const std::vector<int32_t>& labels) {
+  const LabelImage shown = MaskOf(*view.rendered, labels);
+  const Overlap overlap = OverlapOf(shown, view.mask);
+  return {overlap.Iou(), overlap.Recall(), OverlapOf(BoundaryOf(shown), boundary).Iou()};
 }
 
 }  // namespace
 
+LabelImage BoundaryOf(const LabelImage& mask) {
+  const double diagonal = std::hypot(mask.width, mask.height);
+  const int reach = std::max(1, static_cast<int>(std::lround(0.02 * diagonal)));
+  // sums[y][x]: pixels of the mask in the rows above y and the columns before x.
+  const size_t stride = mask.width + 1;
+  std::vector<int32_t> sums(stride * (mask.height + 1), 0);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      sums[(y + 1) * stride + x + 1] = (mask.data[size_t{1} * y * mask.width + x] != 0) +
+                                       sums[y * stride + x + 1] + sums[(y + 1) * stride + x] -
+                                       sums[y * stride + x];
+    }
+  }
+  const int window = (2 * reach + 1) * (2 * reach + 1);
+  LabelImage boundary{mask.width, mask.height, {}};
+  boundary.data.reserve(mask.data.size());
+  for (int y = 0; y < mask.height; ++y) {
+    const size_t top = std::max(y - reach, 0);
+    const size_t bottom = std::min(y + reach + 1, mask.height);
+    for (int x = 0; x < mask.width; ++x) {
+      const size_t left = std::max(x - reach, 0);
+      const size_t right = std::min(x + reach + 1, mask.width);
+      const int inside = sums[bottom * stride + right] - sums[top * stride + right] -
+                         sums[bottom * stride + left] + sums[top * stride + left];
+      const bool in_mask = mask.data[size_t{1} * y * mask.width + x] != 0;
+      // A window that the image cuts has fewer pixels than `window`: beyond is outside.
+      boundary.data.push_back(in_mask && inside < window);
+    }
+  }
+  return boundary;
+}
+
 std::optional<ObjectScore> ScoreObject(const std::vector<MaskedView>& views,
                                        const std::optional<int32_t>& id) {
-  std::vector<const MaskedView*> seen;
-  for (const MaskedView& view : views) {
+  ObjectScore score;
+  for (size_t i = 0; i < views.size(); ++i) {
+    const MaskedView& view = views[i];
     CHECK_EQ(view.rendered->width, view.mask.width);
     CHECK_EQ(view.rendered->height, view.mask.height);
-    if (!IsEmpty(view.mask)) seen.push_back(&view);
+    if (IsEmpty(view.mask)) continue;
+    if (score.views.empty()) score.prompt_labels = PromptLabels(view);
+    const LabelImage boundary = BoundaryOf(view.mask);
+    ViewLabelScore& of_view = score.views.emplace_back();
+    of_view.view = i;
+    of_view.prompt = ScoreView(view, boundary, score.prompt_labels);
+    if (id.has_value()) of_view.direct = ScoreView(view, boundary, {*id});
   }
-  if (seen.empty()) return std::nullopt;
-  ObjectScore score;
-  score.num_views = static_cast<int>(seen.size());
-  score.prompt_labels = PromptLabels(*seen.front());
-  score.prompt = Score(seen, score.prompt_labels);
-  if (id.has_value()) score.direct = Score(seen, {*id});
+  if (score.views.empty()) return std::nullopt;
+  if (id.has_value()) score.direct.emplace();
+  const double share = 1.0 / static_cast<double>(score.views.size());
+  for (const ViewLabelScore& view : score.views) {
+    score.prompt.Add(view.prompt, share);
+    if (id.has_value()) score.direct->Add(*view.direct, share);
+  }
   return score;
 }
 

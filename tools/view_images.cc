@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 
@@ -56,6 +57,28 @@ Image8 PaletteImage(const LabelImage& ids) {
     const auto [entry, is_new] = palette.try_emplace(id);
     if (is_new) entry->second = LabelColor(id);
     image.data.insert(image.data.end(), entry->second.begin(), entry->second.end());
+  }
+  return image;
+}
+
+Image8 ErrorImage(const Image8& render, const Image8& photo) {
+  CHECK_EQ(render.width, photo.width);
+  CHECK_EQ(render.height, photo.height);
+  constexpr std::array<std::array<double, 3>, 5> kColors = {
+      {{0, 0, 0}, {80, 15, 110}, {190, 55, 85}, {250, 150, 40}, {255, 255, 255}}};
+  Image8 image{render.width, render.height, {}};
+  image.data.reserve(render.data.size());
+  for (size_t i = 0; i < render.data.size(); i += 3) {
+    int sum = 0;
+    for (size_t c = i; c < i + 3; ++c) sum += std::abs(render.data[c] - photo.data[c]);
+    const double place =
+        std::min(sum / (3.0 * kWhiteError), 1.0) * static_cast<double>(kColors.size() - 1);
+    const size_t below = std::min(static_cast<size_t>(place), kColors.size() - 2);
+    const double share = place - static_cast<double>(below);
+    for (int c = 0; c < 3; ++c) {
+      const double value = (1 - share) * kColors[below][c] + share * kColors[below + 1][c];
+      image.data.push_back(static_cast<uint8_t>(std::lround(value)));
+    }
   }
   return image;
 }

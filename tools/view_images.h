@@ -31,6 +31,12 @@ std::vector<float> DepthImage(const RenderedView& view,
 // The ids in the colours that labels.json gives them; black for 0.
 Image8 PaletteImage(const LabelImage& ids);
 
+// Where a render is wrong: per pixel the mean absolute difference of the channels, in colours that
+// go from black (equal) over violet and orange to white (kWhiteError of 255, or more) and grow
+// brighter all the way. CHECKs equal sizes.
+inline constexpr int kWhiteError = 64;
+Image8 ErrorImage(const Image8& render, const Image8& photo);
+
 // Side by side, from left to right. CHECKs equal heights.
 Image8 SideBySide(const std::vector<Image8>& images);
 

@@ -382,7 +382,9 @@ TEST_F(EndToEndTest, ScoresTheHeldOutViews) {
                                       "--image_path",
                                       (kTabletop / "images").string(),
                                       "--json_path",
-                                      scores_path.string()});
+                                      scores_path.string(),
+                                      "--maps_path",
+                                      (*folder_ / "maps").string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("PSNR"));
   EXPECT_THAT(outcome.out, HasSubstr("mean"));
@@ -397,6 +399,16 @@ TEST_F(EndToEndTest, ScoresTheHeldOutViews) {
     EXPECT_LE(iou, 1) << reading;
   }
   EXPECT_GT(scores["prompt"]["mIoU"].get<double>(), 0.05);
+  // An object's score is the mean over the views that see it.
+  const json& mug = scores["objects"]["mug"];
+  EXPECT_THAT(mug["views"], SizeIs(8));
+  double sum = 0;
+  for (const json& view : mug["views"]) sum += view["direct"]["boundary_iou"].get<double>();
+  EXPECT_NEAR(sum / 8, mug["direct"]["boundary_iou"].get<double>(), 1e-12);
+
+  const std::vector<std::string> maps = FilesBelow(*folder_ / "maps");
+  EXPECT_THAT(maps, SizeIs(16));
+  EXPECT_THAT(maps, IsSupersetOf({"error/0008.png", "confidence/0008.png"}));
 }
 
 TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {

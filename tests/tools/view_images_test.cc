@@ -75,6 +75,32 @@ TEST(ViewImages, NearestResizingKeepsIdsAndEdges) {
   EXPECT_THAT(ResizeNearest(image, 2, 1).data, ElementsAre(9, 8, 7, 9, 8, 7));
 }
 
+TEST(ViewImages, ErrorsGrowBrighterFromBlackToWhite) {
+  const int steps = kWhiteError + 10;
+  Image8 render{steps, 1, {}};
+  Image8 photo{steps, 1, {}};
+  for (int error = 0; error < steps; ++error) {
+    // Either sign, and shared unevenly among the channels.
+    const auto by = static_cast<uint8_t>(error);
+    for (const int value : {100 + by, 100 - by, 100 + by}) render.data.push_back(value);
+    photo.data.insert(photo.data.end(), 3, 100);
+  }
+  const Image8 image = ErrorImage(render, photo);
+  double last = -1;
+  for (int x = 0; x < steps; ++x) {
+    const uint8_t* color = &image.data[3 * x];
+    const double luminance = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+    if (x <= kWhiteError) {
+      EXPECT_GT(luminance, last) << x;
+    } else {
+      EXPECT_DOUBLE_EQ(luminance, 255) << x;
+    }
+    last = luminance;
+  }
+  EXPECT_THAT(std::vector<uint8_t>(image.data.begin(), image.data.begin() + 3),
+              ElementsAre(0, 0, 0));
+}
+
 TEST(ImageFiles, LabelsKeepAllSixteenBits) {
   const TempFolder folder;
   const LabelImage ids{3, 1, {0, 256, 65535}};

@@ -4,6 +4,7 @@
 #include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/evaluation.h"
+#include "tools/image_files.h"
 #include "tools/option_manager.h"
 
 #include <cstdio>
@@ -19,35 +20,55 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-void Print(const ViewScore& view) {
-  std::printf("%-32s %8.2f %8.4f\n", view.name.c_str(), view.psnr, view.ssim);
+void Print(const ViewScore& view, const std::optional<LabelScore>& labels) {
+  std::printf("%-32s %8.2f %8.4f", view.name.c_str(), view.psnr, view.ssim);
+  if (labels.has_value()) std::printf(" %8.3f", labels->iou);
+  std::printf("\n");
+}
+
+void Print(const std::optional<LabelScore>& score) {
+  if (score.has_value()) {
+    std::printf(" %8.3f %8.3f %8.3f", score->iou, score->recall, score->boundary_iou);
+  } else {
+    std::printf(" %8s %8s %8s", "-", "-", "-");
+  }
 }
 
 void Print(const std::string& name,
            const std::optional<LabelScore>& direct,
            const LabelScore& prompt) {
-  std::printf("%-32s ", name.c_str());
-  if (direct.has_value()) {
-    std::printf("%10.3f %8.3f", direct->iou, direct->recall);
-  } else {
-    std::printf("%10s %8s", "-", "-");
-  }
-  std::printf(" %10.3f %8.3f\n", prompt.iou, prompt.recall);
+  std::printf("%-24s", name.c_str());
+  Print(direct);
+  Print(std::optional<LabelScore>(prompt));
+  std::printf("\n");
 }
 
 void Print(const Scores& scores) {
-  std::printf("%-32s %8s %8s\n", "held-out view", "PSNR", "SSIM");
-  for (const ViewScore& view : scores.views) Print(view);
-  Print(MeanOf(scores.views));
-  if (scores.objects.empty()) return;
-  std::printf(
-      "\n%-32s %10s %8s %10s %8s\n", "object", "direct IoU", "recall", "prompt IoU", "recall");
+  const bool has_labels = !scores.objects.empty();
+  std::printf("%-32s %8s %8s%s\n", "held-out view", "PSNR", "SSIM", has_labels ? "     mIoU" : "");
+  for (size_t i = 0; i < scores.views.size(); ++i) {
+    Print(scores.views[i], MeanOfView(scores.objects, i));
+  }
+  Print(MeanOf(scores.views), std::nullopt);
+  if (!has_labels) return;
+  std::printf("\n%-24s %-26s %-26s\n", "", "  label of that id", "  label by the prompt");
+  std::printf("%-24s %8s %8s %8s %8s %8s %8s\n",
+              "object",
+              "IoU",
+              "recall",
+              "boundary",
+              "IoU",
+              "recall",
+              "boundary");
   for (const auto& [name, score] : scores.objects) Print(name, score.direct, score.prompt);
   Print("mean", MeanOf(scores.objects, true), *MeanOf(scores.objects, false));
 }
 
-ordered_json ToJson(const LabelScore& score, const char* iou, const char* recall) {
-  return {{iou, score.iou}, {recall, score.recall}};
+// "iou" or "mIoU", ...: the same names as means have.
+ordered_json ToJson(const LabelScore& score, bool is_mean = false) {
+  return {{is_mean ? "mIoU" : "iou", score.iou},
+          {is_mean ? "mAcc" : "recall", score.recall},
+          {is_mean ? "boundary_mIoU" : "boundary_iou", score.boundary_iou}};
 }
 
 ordered_json ToJson(const Scores& scores) {
@@ -55,7 +76,7 @@ ordered_json ToJson(const Scores& scores) {
   ordered_json json = {{"frames", scores.views.size()}, {"psnr", mean.psnr}, {"ssim", mean.ssim}};
   for (const bool direct : {false, true}) {
     if (const std::optional<LabelScore> labels = MeanOf(scores.objects, direct)) {
-      json[direct ? "direct" : "prompt"] = ToJson(*labels, "mIoU", "mAcc");
+      json[direct ? "direct" : "prompt"] = ToJson(*labels, /*is_mean=*/true);
     }
   }
   for (const ViewScore& view : scores.views) {
@@ -63,10 +84,15 @@ ordered_json ToJson(const Scores& scores) {
   }
   for (const auto& [name, score] : scores.objects) {
     ordered_json& object = json["objects"][name];
-    object["views"] = score.num_views;
     object["prompt_labels"] = score.prompt_labels;
-    object["prompt"] = ToJson(score.prompt, "iou", "recall");
-    if (score.direct.has_value()) object["direct"] = ToJson(*score.direct, "iou", "recall");
+    object["prompt"] = ToJson(score.prompt);
+    if (score.direct.has_value()) object["direct"] = ToJson(*score.direct);
+    for (const ViewLabelScore& view : score.views) {
+      ordered_json of_view = {{"name", scores.views[view.view].name},
+                              {"prompt", ToJson(view.prompt)}};
+      if (view.direct.has_value()) of_view["direct"] = ToJson(*view.direct);
+      object["views"].push_back(of_view);
+    }
   }
   return json;
 }
@@ -78,10 +104,12 @@ void RunFoamEvaluator(int argc, char** argv) {
   std::string image_path;
   std::string truth_path;
   std::string json_path;
+  std::string maps_path;
   std::string fit_exposure = "auto";
   OptionManager options("foam_evaluator",
                         "Scores a foam on the photos that its training held out: PSNR and SSIM, "
-                        "and where there are exact masks, IoU and recall of every object.");
+                        "and where there are exact masks, IoU, recall and boundary IoU of every "
+                        "object.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption("image_path", &image_path, "folder of the photos");
   options.AddDefaultOption(
@@ -96,13 +124,30 @@ void RunFoamEvaluator(int argc, char** argv) {
       "colour: fit each photo's exposure on its left half and score the right one; auto = where "
       "the foam was trained with exposure on");
   options.AddDefaultOption("json_path", &json_path, "also write the scores to this file");
+  options.AddDefaultOption(
+      "maps_path",
+      &maps_path,
+      "also write maps of every view into this folder: error/*.png (black = "
+      "none, white = a quarter of the range) and confidence/*.png (white = 1)");
   if (!options.Parse(argc, argv)) return;
 
+  if (!maps_path.empty()) RequireWritableFolder(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
   const Model model = ReadModel(foam_path);
   const bool fits_exposure =
       fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
-  const Scores scores = ScoreModel(model, foam_path, image_path, truth, fits_exposure);
+  const auto write_maps = [&](const std::string& name, const ViewMaps& maps) {
+    const fs::path file = fs::path(name).replace_extension(".png");
+    WriteRgbPng(fs::path(maps_path) / "error" / file, maps.error);
+    if (maps.confidence.width == 0) return;
+    WriteRgbPng(fs::path(maps_path) / "confidence" / file, maps.confidence);
+  };
+  const Scores scores = ScoreModel(model,
+                                   foam_path,
+                                   image_path,
+                                   truth,
+                                   fits_exposure,
+                                   maps_path.empty() ? OnViewMaps() : OnViewMaps(write_maps));
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

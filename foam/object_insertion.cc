@@ -2,7 +2,6 @@
 #include "foam/object_insertion.h"
 
 #include "foam/activation.h"
-#include "foam/cell_labels.h"
 #include "foam/class_table.h"
 #include "foam/error.h"
 #include "foam/guard_sites.h"
@@ -13,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -28,10 +26,6 @@ constexpr float kCellReach = 3;
 // A site of the scene does the work of a ring site if it is so near to it, as a share of the
 // distance from that to the object.
 constexpr float kStandInShare = 0.1f;
-// Half the distance of the pair of sites that hold a face, as a share of the distance of its cells.
-constexpr float kPairShare = 0.05f;
-// A face whose middle is farther from its cells than this, in their distance, belongs to a spike.
-constexpr float kFaceReach = 3;
 
 // The placed objects among their ring, as cells.
 class ObjectSpace {
@@ -105,55 +99,6 @@ struct NewSites {
     positions.push_back(position);
   }
 };
-
-// The middle of the face between two neighbours: the mean of its corners.
-Eigen::Vector3d FaceMiddle(const Delaunay& delaunay,
-                           const TetsOfCells& tets,
-                           const std::vector<Eigen::Vector3d>& voronoi_vertices,
-                           uint32_t cell,
-                           uint32_t neighbor) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int corners = 0;
-  for (const uint32_t tet : tets.Of(cell)) {
-    const auto& sites = delaunay.tets[tet];
-    if (std::find(sites.begin(), sites.end(), neighbor) == sites.end()) continue;
-    sum += voronoi_vertices[tet];
-    ++corners;
-  }
-  return sum / corners;
-}
-
-// Pairs of sites that hold the faces which the removed cells had with matter, if they were air, or
-// with air, if they were matter.
-size_t HoldFaces(const Model& scene,
-                 const Delaunay& delaunay,
-                 const std::vector<uint8_t>& is_removed,
-                 ObjectSpace* objects,
-                 NewSites* sites) {
-  const std::vector<Eigen::Vector3f> cells = WithGuardSites(scene.foam.positions);
-  const std::vector<Eigen::Vector3d> voronoi_vertices = VoronoiVertices(cells, delaunay);
-  const TetsOfCells tets = ListTetsOfCells(delaunay);
-  const CellLabels labels = LabelCells(scene.foam, delaunay);
-  size_t count = 0;
-  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
-    if (!is_removed[i]) continue;
-    for (const uint32_t j : delaunay.Neighbors(i)) {
-      if (j >= delaunay.num_sites || is_removed[j] || labels.solid[i] == labels.solid[j]) continue;
-      const Eigen::Vector3f to_neighbor = cells[j] - cells[i];
-      const Eigen::Vector3f middle =
-          FaceMiddle(delaunay, tets, voronoi_vertices, i, j).cast<float>();
-      if ((middle - cells[i]).norm() > kFaceReach * to_neighbor.norm()) continue;
-      const Eigen::Vector3f step = kPairShare * to_neighbor;
-      const Eigen::Vector3f near_i = middle - step, near_j = middle + step;
-      if (near_i.norm() > kFarRadius || near_j.norm() > kFarRadius) continue;
-      if (objects->IsTaken(near_i) || objects->IsTaken(near_j)) continue;
-      sites->Add(i, near_i);
-      sites->Add(j, near_j);
-      count += 2;
-    }
-  }
-  return count;
-}
 
 // The ring sites that the scene needs, with what the scene has at their places. Where it has
 // nothing, beyond all its sites, the ring site itself: `own_sites`.
@@ -268,7 +213,6 @@ Insertion InsertObjects(const Model& scene,
     insertion.num_removed += is_removed[i];
     if (!is_removed[i]) sites.Add(i, scene.foam.positions[i]);
   }
-  insertion.num_guard_sites = HoldFaces(scene, delaunay, is_removed, &objects, &sites);
   std::vector<uint32_t> own_ring;
   insertion.num_ring_sites = AddRing(scene, delaunay, is_removed, objects, &sites, &own_ring);
 

@@ -34,22 +34,19 @@ ExtractedObjects PlaceObjects(ExtractedObjects objects,
 
 struct Insertion {
   Model model;
-  std::vector<Label> labels;   // of the objects, in their order, as they are in the model
-  size_t num_removed = 0;      // cells of the scene that were where an object is now
-  size_t num_ring_sites = 0;   // sites that now bound the objects, with the scene's matter or air
-  size_t num_guard_sites = 0;  // sites that keep the scene's surfaces where they were
+  std::vector<Label> labels;  // of the objects, in their order, as they are in the model
+  size_t num_removed = 0;     // cells of the scene that were where an object is now
+  size_t num_ring_sites = 0;  // sites that now bound the objects, with the scene's matter or air
 };
 
 // Puts objects that PlaceObjects has placed into a scene. `delaunay` is the scene's.
 //
 // A cell of the scene goes if its site lies in a cell of an object, or so near that it would cut
 // into one. No convex hull: what stands in the hole of a ring stays. The object's ring says where
-// the object ends and what begins there is the scene's: each ring site takes all that the scene's
-// cell has at its place, unless that has a site hard by. Where a cell goes that lay between matter
-// and air, a pair of sites, one with either's contents, holds the middle of the face that they had,
-// so that nothing grows into its place.
-// So objects that are inserted where they were taken from leave the scene as it was, and objects
-// that are put on a table leave the table whole.
+// the object ends, and what begins there is the scene's: each ring site takes all that the scene's
+// cell has at its place, unless that has a site hard by. So objects that are inserted where they
+// were taken from leave the scene as it was, objects that are put on a table leave the table whole,
+// and nothing grows into the place of the cells that went, because the ring lies before it.
 //
 // Each object becomes a class of its own (AddClass, WithFreeId), and all its cells get that
 // class's feature; the scene's cells keep theirs. Frame, photos and options are the scene's.

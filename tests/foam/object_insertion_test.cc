@@ -61,7 +61,6 @@ TEST(InsertObjects, WhereItWasTakenFromEverythingIsAsItWas) {
   for (const Model& target : {scene, Remove(scene, kRing)}) {
     const Insertion insertion = Insert(target, ring);
     EXPECT_EQ(insertion.num_ring_sites, 0u);  // the scene has them
-    EXPECT_EQ(insertion.num_guard_sites, 0u);
     EXPECT_EQ(Places(insertion.model), Places(scene));
     EXPECT_EQ(insertion.model.foam.NumSites(), scene.foam.NumSites());
     for (const CameraRays& view : SomeViews()) {
@@ -175,9 +174,8 @@ TEST(InsertObjects, WhatStandsInItsHoleStays) {
     return k == kRing ? kAir : k;
   });
   const Insertion around = Insert(other, ring);
-  // Sites that hold its surface may come to it, but none goes.
-  const std::set<Place> ball = SolidPlaces(other, 12), still = SolidPlaces(around.model, 12);
-  EXPECT_TRUE(std::includes(still.begin(), still.end(), ball.begin(), ball.end()));
+  const std::set<Place> ball = SolidPlaces(other, 12);
+  EXPECT_EQ(SolidPlaces(around.model, 12), ball);
   EXPECT_EQ(SolidPlaces(around.model, 10).size(), 0u);
   EXPECT_EQ(around.labels[0].id, 1);
   const size_t ring_cells = CellsOf(scene, kRing).cells.size();
@@ -204,40 +202,60 @@ TEST(InsertObjects, AmongOtherCellsItLooksTheSame) {
     const RenderedView a = Render(alone, view), b = Render(inserted, view);
     double squared = 0;
     for (size_t i = 0; i < a.color.size(); ++i) squared += (a.color[i] - b.color[i]).squaredNorm();
-    EXPECT_GT(-10 * std::log10(squared / (3.0 * a.color.size())), 38);  // PSNR
+    EXPECT_GT(-10 * std::log10(squared / (3.0 * a.color.size())), 33);  // PSNR
   }
 }
 
-// A table of fine cells under air of a few large ones. An object in the middle of the air takes
-// the place of a site that kept the table's surface down.
+// The number of pixels that do not show label `id` after, and are not as before.
+int NumChanged(
+    const Model& before, const Model& after, int32_t id, const CameraRays& view, int* num_showing) {
+  const RenderedView was = Render(before, view), is = Render(after, view);
+  const std::vector<int32_t> ids = Ids(after, is);
+  int changed = 0;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    *num_showing += ids[i] == id;
+    changed += ids[i] != id && (is.color[i] - was.color[i]).cwiseAbs().maxCoeff() > 0.05f;
+  }
+  return changed;
+}
+
+TEST(InsertObjects, ATableStaysWholeUnderAnObject) {
+  const Model scene = RingTableBallModel();
+  const Model other = ModelOf(RingTableBallSites(8), 3, 2, [](const Eigen::Vector3f& x) {
+    return RingTableBall(x) == kTable ? kTable : kAir;
+  });
+  const Model laid = Insert(other, Extract(scene, kRing)).model;
+  int showing = 0;
+  for (const CameraRays& view : SomeViews()) {
+    EXPECT_LT(NumChanged(other, laid, 1, view, &showing), 100);  // edges, of 6400 pixels
+  }
+  EXPECT_GT(showing, 3000);
+}
+
+// A table of fine cells under air of large ones, of which an object takes some away.
 TEST(InsertObjects, SurfacesDoNotGrowIntoWhereAirWas) {
-  std::vector<Eigen::Vector3f> sites;
+  std::vector<Eigen::Vector3f> sites = FarSites();
   for (const Eigen::Vector3f& x : RandomSites(9000, 3)) {
     if (x.z() < -0.4f) sites.push_back(x);
   }
-  for (const float x : {-0.7f, 0.f, 0.7f}) {
-    for (const float y : {-0.7f, 0.f, 0.7f}) sites.emplace_back(x, y, 0.3f);
+  for (const Eigen::Vector3f& x : RandomSites(500, 5)) {
+    if (x.z() >= -0.4f) sites.push_back(x);
   }
   const Model table = ModelOf(sites, 1, 0, [](const Eigen::Vector3f& x) {
     const bool is_inside = x.head<2>().cwiseAbs().maxCoeff() < 0.8f && x.z() > -0.9f;
     return x.z() < -0.4f && is_inside ? 0 : kAir;
   });
-  ExtractedObjects ball = Extract(RingTableBallModel(0), kBall);
-  const ObjectPlacement placement{0.8, Eigen::Matrix3d::Identity(), {0, 0, 0.3}};
+  const ExtractedObjects ball = Extract(RingTableBallModel(0), kBall);
+  const ObjectPlacement placement{0.8, Eigen::Matrix3d::Identity(), {0, 0, 0.25}};
   const Insertion insertion = Insert(table, ball, placement);
   EXPECT_GE(insertion.num_removed, 1u);
-  EXPECT_GT(insertion.num_guard_sites, 10u);
-  const CameraRays side = LookAt({2.5, 0, 0.3}, {0, 0, -0.1}, {0, 1, 0}, 120);
-  const RenderedView before = Render(table, side), after = Render(insertion.model, side);
-  int changed = 0, object = 0;
-  for (size_t i = 0; i < before.color.size(); ++i) {
-    const bool shows_object =
-        after.class_index[i] >= 0 && insertion.model.labels[after.class_index[i]].id == 12;
-    object += shows_object;
-    if (!shows_object && std::abs(after.opacity[i] - before.opacity[i]) > 0.1f) ++changed;
+  EXPECT_GT(insertion.num_ring_sites, 50u);
+  int showing = 0;
+  for (const CameraRays& view : {LookAt({2.5, 0, 0.3}, {0, 0, -0.1}, {0, 1, 0}, 120),
+                                 LookAt({1, 1, 1.5}, {0, 0, -0.1}, {0, 1, 0}, 120)}) {
+    EXPECT_LT(NumChanged(table, insertion.model, 12, view, &showing), 20);
   }
-  EXPECT_GT(object, 100);
-  EXPECT_LT(changed, 30);
+  EXPECT_GT(showing, 300);
 }
 
 TEST(InsertObjects, StatisticsAreAsTheSceneHasThem) {

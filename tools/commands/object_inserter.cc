@@ -59,10 +59,9 @@ void RunObjectInserter(int argc, char** argv) {
       names.back() += " as " + std::to_string(id);
     }
   }
-  LOG(INFO) << "Inserted " << Joined(names) << ": " << chosen.num_cells << " cells, with "
-            << insertion.num_ring_sites << " sites around them and " << insertion.num_guard_sites
-            << " that hold the scene's surfaces, instead of " << insertion.num_removed << ", in "
-            << target.string();
+  LOG(INFO) << "Inserted " << Joined(names) << ": " << chosen.num_cells << " cells and "
+            << insertion.num_ring_sites << " around them instead of " << insertion.num_removed
+            << " of the scene's, in " << target.string();
 }
 
 }  // namespace semfoam

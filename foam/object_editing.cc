@@ -96,22 +96,25 @@ ExtractedObjects ExtractObjects(const Model& model,
 Model RemoveObjects(const Model& model,
                     const Delaunay& delaunay,
                     const CellLabels& cell_labels,
+                    const std::vector<uint8_t>& is_in_object,
                     const std::vector<ObjectCells>& objects) {
   const std::vector<int32_t> object_of_site = ObjectOfSite(model, objects);
-  // The haze of each object's class, from cell to cell.
+  const CellStatistics& statistics = model.statistics;
   Model edited = model;
-  std::vector<uint8_t> is_haze(delaunay.num_sites, 0);
   for (const ObjectCells& object : objects) {
+    std::vector<uint8_t> is_reached(delaunay.num_sites, 0);
     std::vector<uint32_t> reached = object.cells;
     for (size_t k = 0; k < reached.size(); ++k) {
+      const bool is_first_ring = k < object.cells.size();
       for (const uint32_t next : delaunay.Neighbors(reached[k])) {
-        if (next >= delaunay.num_sites || object_of_site[next] >= 0 || is_haze[next] ||
-            cell_labels.solid[next] || cell_labels.class_index[next] != object.class_index) {
-          continue;
-        }
-        is_haze[next] = 1;
+        if (next >= delaunay.num_sites || is_reached[next] || is_in_object[next]) continue;
+        if (!is_first_ring && cell_labels.class_index[next] != object.class_index) continue;
+        const bool lets_light_pass =
+            !statistics.passed.empty() && statistics.passed[next] > statistics.stopped[next];
+        if (cell_labels.solid[next] && !lets_light_pass) continue;
+        is_reached[next] = 1;
         edited.foam.raw_density[next] = kTransparentRawDensity;
-        reached.push_back(next);
+        if (cell_labels.class_index[next] == object.class_index) reached.push_back(next);
       }
     }
   }

@@ -36,12 +36,17 @@ ExtractedObjects ExtractObjects(const Model& model,
 
 // The model without these objects. Their outermost cells stay as guards, made empty, and the inner
 // ones go: as no neighbour of a cell of anything else is missing, each keeps exactly the shape that
-// it had, and nothing grows into the hole. Thin haze around an object that is of its class (cells
-// that are not solid, and hang together with it) is made empty, too. The labels are gone from the
-// table, and what crumbs still had them falls to the next likely one.
+// it had, and nothing grows into the hole. The labels are gone from the table, and what crumbs
+// still had them falls to the next likely one.
+//
+// The haze around an object shows its colours and would stay as dust. It is made empty, too: cells
+// around the object, and from there on cells of its class, that are not solid, or that more of the
+// light passes than ends in (CellStatistics). `is_in_object` [sites] is 1 for the cells of any
+// object, these or others: what is another's is no haze of this one.
 Model RemoveObjects(const Model& model,
                     const Delaunay& delaunay,
                     const CellLabels& cell_labels,
+                    const std::vector<uint8_t>& is_in_object,
                     const std::vector<ObjectCells>& objects);
 
 }  // namespace semfoam

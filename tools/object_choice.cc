@@ -177,6 +177,7 @@ ChosenObjects ChooseObjects(const Model& model,
     chosen.names.push_back(object->name + " (" + std::to_string(object->id) + ")");
     chosen.num_cells += object->cells.size();
   }
+  for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
   chosen.delaunay = std::move(scene.delaunay);
   chosen.cell_labels = std::move(scene.labels);
   return chosen;

@@ -57,6 +57,7 @@ void RequireValid(const ObjectSelection& selection);
 struct ChosenObjects {
   Delaunay delaunay;  // of the model, and what its cells are
   CellLabels cell_labels;
+  std::vector<uint8_t> is_in_object;  // [sites] of any object, chosen or not
   std::vector<ObjectCells> objects;
   std::vector<std::string> names;  // "mug (6)", one per object
   size_t num_cells = 0;            // of all of them

@@ -120,10 +120,14 @@ inline ExtractedObjects Extract(const Model& model, int32_t class_index) {
   return ExtractObjects(model, TriangulateModel(model), {CellsOf(model, class_index)});
 }
 
-inline Model Remove(const Model& model, int32_t class_index) {
+// Objects are the solid cells, each of its class.
+inline Model Remove(const Model& model, const ObjectCells& object) {
   const Delaunay delaunay = TriangulateModel(model);
-  return RemoveObjects(
-      model, delaunay, LabelCells(model.foam, delaunay), {CellsOf(model, class_index)});
+  const CellLabels labels = LabelCells(model.foam, delaunay);
+  return RemoveObjects(model, delaunay, labels, labels.solid, {object});
+}
+inline Model Remove(const Model& model, int32_t class_index) {
+  return Remove(model, CellsOf(model, class_index));
 }
 
 // A pinhole camera at `origin` that looks at `target`, its picture's columns along `right`.

@@ -29,7 +29,8 @@ void RunObjectRemover(int argc, char** argv) {
   const Model model = ReadModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
   const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
-  const Model edited = RemoveObjects(model, chosen.delaunay, chosen.cell_labels, chosen.objects);
+  const Model edited = RemoveObjects(
+      model, chosen.delaunay, chosen.cell_labels, chosen.is_in_object, chosen.objects);
   WriteModel(target, edited);
   const size_t num_gone = model.foam.NumSites() - edited.foam.NumSites();
   LOG(INFO) << "Removed " << Joined(chosen.names) << ": " << chosen.num_cells << " cells, "

@@ -22,6 +22,11 @@ using Matrix = Eigen::Matrix<double, kIdentityDim, kIdentityDim>;
 constexpr double kMargin = 8;
 // A new feature is at least so many times as long as any other reaches in its direction.
 constexpr double kReach = 4;
+// Features that reach farther than this share of all are limited, see LimitReach.
+constexpr double kUsualShare = 0.999;
+// And so many times as long as the others are: the shorter it is, the less it shifts the logits of
+// the other classes where a ray sees both.
+constexpr double kShortest = 0.05;
 // The share of a ray's weight from which on the new class shows: above 1 / kReach, so that no
 // cell of the model reaches it, and below a half.
 constexpr double kThreshold = 0.45;
@@ -80,15 +85,9 @@ Vector LeastUsedDirection(const KnownClasses& known) {
   for (size_t k = 0; k < of_class.size(); ++k) {
     if (count[k] > 0) of_features += of_class[k] / static_cast<double>(count[k]);
   }
-  // What is common to all rows decides nothing.
-  Vector mean = Vector::Zero();
-  for (const Vector& weight : known.weights) {
-    mean += weight / static_cast<double>(known.weights.size());
-  }
   Matrix of_weights = Matrix::Zero();
-  for (const Vector& weight : known.weights) {
-    of_weights += (weight - mean) * (weight - mean).transpose();
-  }
+  for (const Vector& weight : known.weights)
+    AddNormalized(weight * weight.transpose(), &of_weights);
   Matrix moments = Matrix::Zero();
   AddNormalized(of_features, &moments);
   AddNormalized(of_weights, &moments);
@@ -96,6 +95,35 @@ Vector LeastUsedDirection(const KnownClasses& known) {
   int largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   return direction[largest] > 0 ? direction : Vector(-direction);
+}
+
+// How far the features reach in a direction of unit length. Few that reach far would make the new
+// feature long: those beyond the 99.9 % quantile are brought back to it, in this one direction,
+// where they keep their class.
+double LimitReach(const Vector& direction, KnownClasses* known, Foam* foam) {
+  if (known->features.empty()) return 0;
+  std::vector<double> reaches;
+  for (const Vector& f : known->features) reaches.push_back(std::abs(direction.dot(f)));
+  const auto limit = reaches.begin() + static_cast<ptrdiff_t>(kUsualShare * (reaches.size() - 1));
+  std::nth_element(reaches.begin(), limit, reaches.end());
+  double reach = *limit;
+  for (size_t i = 0; i < known->features.size(); ++i) {
+    Vector& f = known->features[i];
+    const double along = direction.dot(f);
+    if (std::abs(along) <= *limit) continue;
+    const Vector limited = f + (std::copysign(*limit, along) - along) * direction;
+    int was = 0, is = 0;
+    known->LargestLogit(f, &was);
+    known->LargestLogit(limited, &is);
+    if (was != is) {
+      reach = std::max(reach, std::abs(along));
+      continue;
+    }
+    f = limited;
+    Eigen::Map<Eigen::Matrix<float, kIdentityDim, 1>>(&foam->identity[i * kIdentityDim]) =
+        limited.cast<float>();
+  }
+  return reach;
 }
 
 }  // namespace
@@ -127,16 +155,14 @@ IdentityFeature AddClass(const Label& label, Model* model) {
     foam.classifier_weight.assign(kIdentityDim, 0.f);
     foam.classifier_bias.assign(1, 0.f);
   }
-  const KnownClasses known(foam);
+  KnownClasses known(foam);
   const Vector direction = LeastUsedDirection(known);
-  double reach = 0, squared_norms = 0;
-  for (const Vector& feature : known.features) {
-    reach = std::max(reach, std::abs(direction.dot(feature)));
-    squared_norms += feature.squaredNorm();
-  }
+  const double reach = LimitReach(direction, &known, &foam);
+  double squared_norms = 0;
+  for (const Vector& feature : known.features) squared_norms += feature.squaredNorm();
   const double typical_norm =
       known.features.empty() ? 0 : std::sqrt(squared_norms / known.features.size());
-  double length = std::max(kReach * reach, typical_norm);
+  double length = std::max(kReach * reach, kShortest * typical_norm);
   if (!(length > 0)) length = 1;
   const Vector feature = length * direction;
 

@@ -93,6 +93,28 @@ TEST(AddClass, ARayShowsTheNewClassWhereItHasMostOfTheWeight) {
   EXPECT_NE(Classify(model.foam, std::vector<float>(kIdentityDim).data()).class_index, 14);
 }
 
+// A cell far off along every direction neither makes the new feature as long, nor loses its class.
+TEST(AddClass, AnOutlierIsShortened) {
+  Model model = RandomClasses(14, 5000);
+  for (int c = 0; c < kIdentityDim; ++c) {
+    model.foam.identity[c] = 40 * model.foam.classifier_weight[c];
+  }
+  const Foam before = model.foam;
+  const IdentityFeature added = AddClass({99, 99, "new"}, &model);
+  float squared = 0;
+  for (const float value : added) squared += value * value;
+  EXPECT_LT(squared, 15 * 15);
+  int changed = 0;
+  for (size_t i = 0; i < before.NumSites(); ++i) {
+    const float* old_feature = &before.identity[i * kIdentityDim];
+    const float* feature = &model.foam.identity[i * kIdentityDim];
+    changed += !std::equal(feature, feature + kIdentityDim, old_feature);
+    ASSERT_EQ(Classify(model.foam, feature).class_index, Classify(before, old_feature).class_index);
+  }
+  EXPECT_GE(changed, 1);
+  EXPECT_LE(changed, 5);
+}
+
 TEST(AddClass, WithoutSemanticsWhatWasThereIsUnlabelled) {
   Model model = ModelOf(RandomSites(50, 1), 0, 0, [](const Eigen::Vector3f&) { return 0; });
   ASSERT_FALSE(model.foam.HasSemantics());

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/model.h"
+#include "foam/object_insertion.h"
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/object_choice.h"
+#include "tools/object_placement_options.h"
+#include "tools/option_manager.h"
+
+#include <string>
+#include <vector>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+
+void RunObjectInserter(int argc, char** argv) {
+  std::string foam_path;
+  std::string object_path;
+  std::string output_path;
+  std::string labels;
+  PlacementOptions placement_options;
+  OptionManager options("object_inserter",
+                        "Puts the objects of one foam into another: where they were in their own "
+                        "COLMAP model, or turned, scaled, moved, or stood on a surface. What they "
+                        "overlap with goes; what they do not touch stays.");
+  options.AddRequiredOption("foam_path", &foam_path, "the scene to put them into, scene.foam");
+  options.AddRequiredOption(
+      "object_path", &object_path, "the foam that has them: any, or one by object_extractor");
+  options.AddRequiredOption("output_path", &output_path, "folder for the scene.foam with them");
+  options.AddDefaultOption(
+      "labels", &labels, "which objects: ids or names, apart by commas; empty = all");
+  AddPlacementOptions(&options, &placement_options);
+  if (!options.Parse(argc, argv)) return;
+  const ParsedPlacement parsed = ParsePlacement(placement_options);
+
+  const Model scene = ReadModel(foam_path);
+  const Model source = ReadModel(object_path);
+  const std::filesystem::path target = EditedFoamPath(output_path, {foam_path, object_path});
+  const ChosenObjects chosen = ChooseObjects(source, labels, object_path);
+  const ExtractedObjects objects = ExtractObjects(source, chosen.delaunay, chosen.objects);
+  const ViewRenderer renderer(scene.foam);
+  ObjectPlacement placement;
+  if (placement_options.align_to.empty()) {
+    placement = PlaceAboutMiddle(objects, parsed);
+  } else {
+    const PhotoPixel pixel = ParsePhotoPixel("align_to", placement_options.align_to);
+    placement =
+        PlaceOnSurface(objects, parsed, SurfaceAt(scene, renderer, pixel, foam_path), object_path);
+  }
+  const Insertion insertion =
+      InsertObjects(scene, renderer.delaunay(), PlaceObjects(objects, placement, scene));
+  WriteModel(target, insertion.model);
+  std::vector<std::string> names;
+  for (size_t k = 0; k < chosen.names.size(); ++k) {
+    names.push_back(chosen.names[k]);
+    const int32_t id = insertion.labels[k].id;
+    if (id != source.labels[chosen.objects[k].class_index].id) {
+      names.back() += " as " + std::to_string(id);
+    }
+  }
+  LOG(INFO) << "Inserted " << Joined(names) << ": " << chosen.num_cells << " cells and "
+            << insertion.num_ring_sites << " around them instead of " << insertion.num_removed
+            << " of the scene's, in " << target.string();
+}
+
+}  // namespace semfoam

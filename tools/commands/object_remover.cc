@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/model.h"
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/object_choice.h"
+#include "tools/option_manager.h"
+
+#include <string>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+
+void RunObjectRemover(int argc, char** argv) {
+  std::string foam_path;
+  std::string output_path;
+  ObjectSelection selection;
+  OptionManager options("object_remover",
+                        "Takes one or more objects out of a foam. All else stays as it is: empty "
+                        "cells where they ended keep their surroundings from growing into the "
+                        "hole. What the photos never showed, behind and under them, is a hole or "
+                        "a guess.");
+  options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
+  options.AddRequiredOption("output_path", &output_path, "folder for the scene.foam without them");
+  AddSelectionOptions(&options, &selection);
+  if (!options.Parse(argc, argv)) return;
+  RequireValid(selection);
+
+  const Model model = ReadModel(foam_path);
+  const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
+  const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
+  const Model edited = RemoveObjects(
+      model, chosen.delaunay, chosen.cell_labels, chosen.is_in_object, chosen.objects);
+  WriteModel(target, edited);
+  const size_t num_gone = model.foam.NumSites() - edited.foam.NumSites();
+  LOG(INFO) << "Removed " << Joined(chosen.names) << ": " << chosen.num_cells << " cells, "
+            << chosen.num_cells - num_gone << " of which stay as empty guards, in "
+            << target.string();
+}
+
+}  // namespace semfoam

@@ -12,6 +12,7 @@ void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunMaskCorrupter(int argc, char** argv);
+void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);

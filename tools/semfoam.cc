@@ -31,6 +31,7 @@ constexpr Command kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
+    {"mesh_evaluator", "scores meshes against reference meshes", RunMeshEvaluator},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},

@@ -16,7 +16,8 @@ std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path) {
   try {
     openvdb::io::File file(path.string());
     file.open(/*delayLoad=*/false);
-    for (const openvdb::GridBase::Ptr& grid : *file.readAllGridMetadata()) {
+    const openvdb::GridPtrVecPtr grids = file.readAllGridMetadata();
+    for (const openvdb::GridBase::Ptr& grid : *grids) {
       const auto quantity = grid->getMetadata<openvdb::StringMetadata>(kQuantityKey);
       // Volumes of before there was the key may have names of their own, and tell nothing then.
       name_of[quantity ? quantity->value() : grid->getName()] = grid->getName();

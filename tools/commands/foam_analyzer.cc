@@ -47,18 +47,16 @@ void PrintPhotos(const std::vector<PhotoRecord>& photos) {
   for (const std::string& camera : cameras) std::printf("  %s\n", camera.c_str());
 }
 
-// As many decimals as tell a thousandth of the scene's size.
-int DecimalsFor(const ExportableScene& scene) {
-  Eigen::AlignedBox3d box;
-  for (const ObjectInfo& object : scene.objects) box.extend(object.centroid);
-  const double size = scene.objects.empty() ? 0 : box.sizes().maxCoeff();
-  return size > 0 ? std::clamp(3 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 3;
+// As many decimals as tell a hundredth of an object's size.
+int DecimalsFor(const ObjectInfo& object) {
+  const double size = object.bounding_box.sizes().maxCoeff();
+  return size > 0 ? std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 0;
 }
 
 // One row for each object, 120 columns wide for names and numbers of common length.
 void PrintObjects(const ExportableScene& scene) {
   std::printf("Objects (lengths of the COLMAP model)\n");
-  std::printf("  %5s  %-18s %7s %6s %9s %9s %5s %6s  %-29s  %s\n",
+  std::printf("  %5s  %-14s %7s %6s %8s %8s %5s %6s  %-22s  %s\n",
               "id",
               "name",
               "cells",
@@ -69,8 +67,8 @@ void PrintObjects(const ExportableScene& scene) {
               "photos",
               "centroid",
               "size");
-  const int decimals = DecimalsFor(scene);
   for (const ObjectInfo& object : scene.objects) {
+    const int decimals = DecimalsFor(object);
     const Eigen::Vector3d& at = object.centroid;
     const Eigen::Vector3d size = object.bounding_box.sizes();
     char centroid[128];
@@ -83,7 +81,7 @@ void PrintObjects(const ExportableScene& scene) {
                   at.y(),
                   decimals,
                   at.z());
-    std::printf("  %5d  %-18s %7zu %6d %9.3g %9.3g %5.3f %6zu  %-29s  %.3g x %.3g x %.3g\n",
+    std::printf("  %5d  %-14s %7zu %6d %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
                 object.id,
                 object.name.c_str(),
                 object.cells.size(),
@@ -98,7 +96,7 @@ void PrintObjects(const ExportableScene& scene) {
                 size.z());
   }
   for (const Label& label : scene.labels_without_cells) {
-    std::printf("  %5d  %-18s has no solid cells\n", label.id, label.name.c_str());
+    std::printf("  %5d  %-14s has no solid cells\n", label.id, label.name.c_str());
   }
 }
 

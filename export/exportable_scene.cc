@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/exportable_scene.h"
 
+#include "export/cell_colors.h"
 #include "export/names.h"
+#include "export/object_description.h"
+#include "export/object_pieces.h"
 #include "export/unseen_space.h"
 #include "foam/activation.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
-#include "foam/spherical_harmonics.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
@@ -31,21 +33,6 @@ void CheckModel(const Model& model) {
   CHECK(statistics.mean_color.empty() || statistics.mean_color.size() == n);
   CHECK(statistics.passed.empty() || statistics.passed.size() == n);
   CHECK_EQ(statistics.stopped.size(), statistics.passed.size());
-}
-
-std::vector<Eigen::Vector3f> DisplayColors(const Model& model) {
-  const Foam& foam = model.foam;
-  std::vector<Eigen::Vector3f> colors = model.statistics.mean_color;
-  if (colors.empty()) {
-    colors.resize(foam.NumSites());
-    for (size_t i = 0; i < colors.size(); ++i) {
-      colors[i] = Eigen::Vector3f::Constant(0.5f) +
-                  static_cast<float>(kShDc) *
-                      Eigen::Map<const Eigen::Vector3f>(&foam.sh[i * foam.ShStride()]);
-    }
-  }
-  for (Eigen::Vector3f& color : colors) color = color.cwiseMax(0.f).cwiseMin(1.f);
-  return colors;
 }
 
 std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene& scene) {
@@ -93,7 +80,8 @@ std::vector<std::vector<uint32_t>> PhotographedPieces(const ExportableScene& sce
 
 // Moves the cells of the large pieces into the object and takes those of the crumbs out of
 // `object_of_cell`.
-void GatherPieces(const std::vector<std::vector<uint32_t>>& pieces,
+void GatherPieces(const ExportableScene& scene,
+                  const std::vector<std::vector<uint32_t>>& pieces,
                   float min_piece_share,
                   ObjectInfo* object,
                   std::vector<int32_t>* object_of_cell) {
@@ -104,7 +92,7 @@ void GatherPieces(const std::vector<std::vector<uint32_t>>& pieces,
       object->cells.insert(object->cells.end(), piece.begin(), piece.end());
       continue;
     }
-    object->cells_in_crumbs += static_cast<int64_t>(piece.size());
+    LeaveOut(scene, piece, &object->left_out);
     for (const uint32_t cell : piece) (*object_of_cell)[cell] = -1;
   }
 }
@@ -163,24 +151,6 @@ class CavityFinder {
   const std::vector<uint8_t>& has_camera_;
   std::vector<uint32_t> mark_;
 };
-
-void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
-  const double scale = scene.world_from_normalized.scale;
-  double confidence = 0;
-  int64_t of_own_class = 0;
-  for (const uint32_t cell : object->cells) {
-    object->volume += scene.volume[cell];
-    if (scene.label_id[cell] == object->id) {
-      confidence += scene.labels.confidence[cell];
-      ++of_own_class;
-    }
-    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
-      object->bounding_box.extend(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
-    }
-  }
-  object->volume *= scale * scale * scale;
-  object->confidence = confidence / of_own_class;
-}
 
 // Of the light that meets haze, less than one part in so many ends there.
 constexpr float kHazeRatio = 30;
@@ -254,8 +224,9 @@ void FindObjects(const Model& model,
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
     GatherPieces(
+        *scene,
         PhotographedPieces(*scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
-        options.min_piece_share,
+        options.pieces.min_cells > 0 ? 0 : options.min_piece_share,
         &object,
         &scene->object_of_cell);
     if (object.cells.empty()) {
@@ -287,10 +258,11 @@ void FindObjects(const Model& model,
       object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
     }
   }
-  for (ObjectInfo& object : scene->objects) {
-    std::sort(object.cells.begin(), object.cells.end());
-    DescribeObject(*scene, &object);
-  }
+  for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
+  KeepPieces(options.pieces, scene);
+  ParallelForBlocks(std::ssize(scene->objects), 1, [&](int64_t index, int64_t) {
+    DescribeObject(*scene, &scene->objects[index]);
+  });
 }
 
 }  // namespace
@@ -325,7 +297,9 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
       scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
     }
   }
+  scene.color_weight = ColorWeights(model, scene.photographed);
   FindObjects(model, options, face_areas, &scene);
+  SpreadColors(&scene);
   return scene;
 }
 

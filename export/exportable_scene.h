@@ -17,18 +17,55 @@
 
 namespace semfoam {
 
+// Pieces that the rules leave out of an object.
+struct LeftOutPieces {
+  int64_t pieces = 0;
+  int64_t cells = 0;
+  double volume = 0;
+  // Of the largest by volume; where there is any.
+  int64_t largest_cells = 0;
+  double largest_volume = 0;
+  Eigen::Vector3d largest_center = Eigen::Vector3d::Zero();  // its sites' mean, by volume
+};
+
+// A photo that shows an object.
+struct PhotoSighting {
+  std::string photo;   // the photo's name
+  int64_t pixels = 0;  // that show the object, estimated from a grid of them; at least 1
+};
+
 // One segmented thing: the cells that carry its label, and what is known of it. Lengths, volumes
 // and boxes are of the frame of the files: COLMAP's, unless a transform was asked for.
 struct ObjectInfo {
   int32_t id = 0;         // the label's id, 1..65535
   std::string name;       // as people see it: "label_<id>" where the label has no name
   std::string file_stem;  // "<id>_<sanitised name>"
-  std::array<uint8_t, 3> color = {0, 0, 0};  // LabelColor(id), display values
-  std::vector<uint32_t> cells;               // ascending
-  double volume = 0;                         // of all cells together, exact
-  Eigen::AlignedBox3d bounding_box;          // of all cells together, corners included
-  double confidence = 0;                     // mean over the cells of the object's own class
-  int64_t cells_in_crumbs = 0;               // left out, see ExportableSceneOptions
+  std::array<uint8_t, 3> color = {0, 0, 0};            // LabelColor(id), display values
+  std::vector<uint32_t> cells;                         // ascending
+  double volume = 0;                                   // of all cells together, exact
+  double area = 0;                                     // of their boundary, exact
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of their volume, exact
+  Eigen::AlignedBox3d bounding_box;                    // of all cells together, corners included
+  double confidence = 0;   // mean over the cells of the object's own class
+  int pieces = 0;          // connected
+  LeftOutPieces left_out;  // see ExportableSceneOptions
+  // The photos that show the object, by pixels, most first; empty until somebody has looked.
+  std::vector<PhotoSighting> photos;
+};
+
+// A label that has lost all pieces of its object to PieceOptions.
+struct LeftOutLabel {
+  int32_t id = 0;
+  std::string name;  // as ObjectInfo's
+  LeftOutPieces pieces;
+};
+
+// Which connected pieces of an object are kept, once it owns the hidden space inside it.
+struct PieceOptions {
+  // Those with at least so many cells; 0 = crumbs are left out by ExportableSceneOptions'
+  // min_piece_share instead, which does not count otherwise.
+  int64_t min_cells = 0;
+  int keep_largest = 0;  // of these the largest so many, by volume; 0 = all
 };
 
 struct ExportableSceneOptions {
@@ -41,6 +78,7 @@ struct ExportableSceneOptions {
   // left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would otherwise decide
   // an object's box, volume and surface.
   float min_piece_share = 0.1f;
+  PieceOptions pieces;
   // Let an object own the hidden space inside it (see MakeExportableScene).
   bool fill_hidden_space = true;
   // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it
@@ -64,6 +102,7 @@ struct ExportableScene {
   CellLabels labels;                           // [N]
   std::vector<int32_t> label_id;               // [N] id of the cell's class; 0 = none
   std::vector<Eigen::Vector3f> display_color;  // [N] what photos show: sRGB values in 0..1
+  std::vector<float> color_weight;             // [N] how surely: see ColorWeights
   std::vector<uint8_t> photographed;           // [N]
   std::vector<int32_t> object_of_cell;         // [N] index into `objects`; -1 = none
 
@@ -75,8 +114,9 @@ struct ExportableScene {
   Similarity colmap_from_normalized;  // the model's own
 
   std::vector<Label> label_table;
-  std::vector<ObjectInfo> objects;          // those with cells, by ascending id
-  std::vector<Label> labels_without_cells;  // ids other than 0 for which no object was found
+  std::vector<ObjectInfo> objects;            // those with cells, by ascending id
+  std::vector<Label> labels_without_cells;    // ids other than 0 for which no object was found
+  std::vector<LeftOutLabel> labels_left_out;  // those whose objects lost all their pieces
 
   uint32_t NumSites() const { return delaunay.num_sites; }
 
@@ -103,8 +143,11 @@ struct ExportableScene {
 // `fill_hidden_space` switches the last two; the first and the fourth need a model that knows what
 // rays passed and what stopped them. No cell belongs to two objects. The label of id 0 makes none.
 //
+// Then PieceOptions may leave out more; the rest is measured (DescribeObject).
+//
 // The display colour of a cell is CellStatistics::mean_color where the model has statistics, else
-// the view-independent part of its spherical harmonics, cut to 0..1.
+// the view-independent part of its spherical harmonics, cut to 0..1. Cells of objects that are not
+// photographed take theirs from those that are (SpreadColors).
 //
 // CHECKs that the model's arrays have the sizes that they promise.
 ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOptions& options = {});

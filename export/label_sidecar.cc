@@ -39,6 +39,25 @@ Json FilesOf(int32_t object_id, const std::vector<WrittenFile>& files) {
   return paths;
 }
 
+Json Triple(const Eigen::Vector3d& x) { return Json::array({x.x(), x.y(), x.z()}); }
+
+Json LeftOut(const LeftOutPieces& left_out) {
+  Json json = {{"pieces", left_out.pieces}, {"cells", left_out.cells}, {"volume", left_out.volume}};
+  if (left_out.pieces > 0) {
+    json["largest"] = {{"cells", left_out.largest_cells},
+                       {"volume", left_out.largest_volume},
+                       {"center", Triple(left_out.largest_center)}};
+  }
+  return json;
+}
+
+// {name: pixels}, most first.
+Json Photos(const ObjectInfo& object) {
+  Json photos = Json::object();
+  for (const PhotoSighting& sighting : object.photos) photos[sighting.photo] = sighting.pixels;
+  return photos;
+}
+
 }  // namespace
 
 std::string LabelTableJson(const std::vector<Label>& labels) {
@@ -53,20 +72,29 @@ void WriteLabelSidecar(const std::filesystem::path& path,
   sidecar["files"] = FilesOf(0, files);
   Json objects = Json::array();
   for (const ObjectInfo& object : scene.objects) {
-    const auto& low = object.bounding_box.min();
-    const auto& high = object.bounding_box.max();
-    objects.push_back({{"id", object.id},
-                       {"name", object.name},
-                       {"color", object.color},
-                       {"cells", object.cells.size()},
-                       {"volume", object.volume},
-                       {"bounding_box",
-                        Json::array({Json::array({low.x(), low.y(), low.z()}),
-                                     Json::array({high.x(), high.y(), high.z()})})},
-                       {"confidence", object.confidence},
-                       {"files", FilesOf(object.id, files)}});
+    objects.push_back(
+        {{"id", object.id},
+         {"name", object.name},
+         {"color", object.color},
+         {"cells", object.cells.size()},
+         {"pieces", object.pieces},
+         {"volume", object.volume},
+         {"area", object.area},
+         {"centroid", Triple(object.centroid)},
+         {"bounding_box",
+          Json::array({Triple(object.bounding_box.min()), Triple(object.bounding_box.max())})},
+         {"confidence", object.confidence},
+         {"left_out", LeftOut(object.left_out)},
+         {"photos", Photos(object)},
+         {"files", FilesOf(object.id, files)}});
   }
   sidecar["objects"] = objects;
+  Json left_out = Json::array();
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    left_out.push_back(
+        {{"id", label.id}, {"name", label.name}, {"left_out", LeftOut(label.pieces)}});
+  }
+  if (!left_out.empty()) sidecar["labels_left_out"] = left_out;
   WriteTextFile(path, Text(sidecar, 2) + "\n");
 }
 

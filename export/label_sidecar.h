@@ -14,12 +14,12 @@ namespace semfoam {
 // masks' own ids were renumbered, "source_ids": {"7": 81234} keeps them.
 std::string LabelTableJson(const std::vector<Label>& labels);
 
-// Writes labels.json: the label table; "frame", as in ExportTransformJson; under "files" those of
-// `files` that belong to the whole scene, {"glb": "scene.glb", ...}; and under "objects" every
-// object of the scene with id, name, color (8-bit display values), cells, volume, bounding_box and
-// confidence (as in ObjectInfo), and its own "files": {"ply": "objects/7_mug.ply", ...}. An output
-// is a valid input for labels.json: readers look at "labels" alone. Throws UserError when the file
-// cannot be written.
+// Writes labels.json, whose schema is in export/README.md: the label table; "frame", as in
+// ExportTransformJson; under "files" those of `files` that belong to the whole scene, {"glb":
+// "scene.glb", ...}; under "objects" every object of the scene with what ObjectInfo says of it and
+// its own "files": {"ply": "objects/7_mug.ply", ...}; and under "labels_left_out" the labels that
+// have lost all their pieces, if any. An output is a valid input for labels.json: readers look at
+// "labels" alone. Throws UserError when the file cannot be written.
 void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,
                        const std::vector<WrittenFile>& files);

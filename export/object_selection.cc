@@ -47,9 +47,15 @@ std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
         scene.labels_without_cells.begin(),
         scene.labels_without_cells.end(),
         [&](const Label& label) { return is_meant(label.id, DisplayName(label.id, label.name)); });
+    const bool is_left_out = std::any_of(
+        scene.labels_left_out.begin(), scene.labels_left_out.end(), [&](const LeftOutLabel& label) {
+          return is_meant(label.id, label.name);
+        });
     throw UserError("The labels to export name '",
                     part,
-                    is_label ? "', a label without solid cells; " : "', which is no object; ",
+                    is_label      ? "', a label without solid cells; "
+                    : is_left_out ? "', all of whose pieces are left out; "
+                                  : "', which is no object; ",
                     Listed(scene.objects),
                     ".");
   }

@@ -6,6 +6,8 @@
 #include "export/mesh_files.h"
 #include "export/semantic_mesh.h"
 #include "export/usd_file.h"
+#include "export/volume_fields.h"
+#include "foam/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,15 +103,16 @@ ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& obj
   for (const uint32_t tet : tets) {
     surface.vertices.push_back(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
     Eigen::Vector3f color = Eigen::Vector3f::Zero();
-    float confidence = 0;
+    float confidence = 0, weight = 0;
     int count = 0;
     for (const uint32_t cell : delaunay.tets[tet]) {
       if (!inside[cell]) continue;
-      color += scene.display_color[cell];
+      color += scene.color_weight[cell] * scene.display_color[cell];
+      weight += scene.color_weight[cell];
       confidence += scene.labels.confidence[cell];
       ++count;
     }
-    surface.vertex_color.push_back(ToColor8(color / static_cast<float>(count)));
+    surface.vertex_color.push_back(ToColor8(color / weight));
     surface.vertex_confidence.push_back(confidence / static_cast<float>(count));
   }
 
@@ -161,12 +164,16 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
                                         const std::function<void(const WrittenFile&)>& on_written) {
   std::vector<WrittenFile> files;
   if (scene.objects.empty()) return files;
-  const auto written = [&](int32_t id, const std::string& path, const std::string& summary) {
-    files.push_back({id, path.substr(path.rfind('.') + 1), path, summary});
+  const auto written = [&](int32_t id,
+                           const std::string& path,
+                           const std::string& summary,
+                           const std::string& warning = "") {
+    files.push_back({id, path.substr(path.rfind('.') + 1), path, summary, warning});
     if (on_written) on_written(files.back());
   };
   GlbFile scene_glb(scene.transform, options.creator);
   std::optional<UsdFile> scene_usda;
+  std::string usda_warning;
   if (options.usda)
     scene_usda.emplace(output_path / "scene.usda", scene.transform, options.creator);
 
@@ -196,8 +203,14 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
     });
     if (options.glb) scene_glb.Add(object, surface, mesh);
     if (options.usda) {
-      const bool has_volume = std::filesystem::exists(output_path / (stem + ".vdb"));
-      scene_usda->Add(object, surface, mesh, has_volume ? stem + ".vdb" : "");
+      std::vector<VolumeField> volume_fields;
+      try {
+        volume_fields = ReadVolumeFields(output_path / (stem + ".vdb"));
+      } catch (const UserError& error) {
+        // The surfaces are no worse for it.
+        usda_warning += (usda_warning.empty() ? "does without " : " ") + std::string(error.what());
+      }
+      scene_usda->Add(object, surface, mesh, stem + ".vdb", volume_fields);
     }
   }
   const std::string summary =
@@ -208,7 +221,7 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
   }
   if (options.usda) {
     scene_usda->Finish();
-    written(0, "scene.usda", summary);
+    written(0, "scene.usda", summary, usda_warning);
   }
   return files;
 }

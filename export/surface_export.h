@@ -25,7 +25,7 @@ struct ObjectSurface {
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 
   // What a face shows is what the object's cell behind it is; what a vertex shows is the mean of
-  // the object's cells that meet there.
+  // the object's cells that meet there, colours by how well the photos saw them (color_weight).
   std::vector<Color8> face_color;
   std::vector<float> face_confidence;
   std::vector<Color8> vertex_color;

@@ -42,32 +42,42 @@ void WriteArray(size_t count, const Write& write, ByteWriter* out) {
   out->Text("]");
 }
 
-struct VolumeField {
-  const char* name;
+// What USD wants to know of a field beside its name; empty: not to be said.
+struct FieldTraits {
+  const char* field_class;
   const char* data_type;
-  const char* field_class;  // empty: none
+  const char* vector_role;
 };
-constexpr VolumeField kVolumeFields[] = {{"density", "float", "fogVolume"},
-                                         {"color", "float3", ""},
-                                         {"label", "float", ""},
-                                         {"confidence", "float", ""}};
 
-void WriteVolume(const std::string& prim, const std::string& volume_path, ByteWriter* out) {
+FieldTraits TraitsOf(const std::string& quantity) {
+  if (quantity == "density") return {"fogVolume", "float", ""};
+  if (quantity == "surface") return {"levelSet", "float", ""};
+  if (quantity == "color") return {"", "float3", "Color"};
+  return {"", "float", ""};
+}
+
+void WriteVolume(const std::string& prim,
+                 const std::string& volume_path,
+                 const std::vector<VolumeField>& fields,
+                 ByteWriter* out) {
   out->Text("\n        def Volume \"volume\"\n        {\n");
-  for (const VolumeField& field : kVolumeFields) {
-    out->Text("            rel field:" + std::string(field.name) + " = </scene/" + prim +
-              "/volume/" + field.name + ">\n");
+  for (const VolumeField& field : fields) {
+    out->Text("            rel field:" + field.quantity + " = </scene/" + prim + "/volume/" +
+              field.quantity + ">\n");
   }
   out->Text("            token visibility = \"invisible\"\n");
-  for (const VolumeField& field : kVolumeFields) {
-    const std::string name = field.name;
-    out->Text("\n            def OpenVDBAsset \"" + name + "\"\n            {\n");
-    if (*field.field_class != '\0') {
-      out->Text("                token fieldClass = \"" + std::string(field.field_class) + "\"\n");
-    }
-    out->Text("                token fieldDataType = \"" + std::string(field.data_type) + "\"\n");
-    out->Text("                token fieldName = \"" + name + "\"\n");
-    out->Text("                asset filePath = @./" + volume_path + "@\n            }\n");
+  for (const VolumeField& field : fields) {
+    const auto write_token = [&](const std::string& name, const std::string& value) {
+      if (!value.empty()) out->Text("                token " + name + " = \"" + value + "\"\n");
+    };
+    const FieldTraits traits = TraitsOf(field.quantity);
+    out->Text("\n            def OpenVDBAsset \"" + field.quantity + "\"\n            {\n");
+    write_token("fieldClass", traits.field_class);
+    write_token("fieldDataType", traits.data_type);
+    write_token("fieldName", field.grid_name);
+    out->Text("                asset filePath = @./" + volume_path + "@\n");
+    write_token("vectorDataRoleHint", traits.vector_role);
+    out->Text("            }\n");
   }
   out->Text("        }\n");
 }
@@ -90,7 +100,8 @@ UsdFile::UsdFile(const std::filesystem::path& path,
 void UsdFile::Add(const ObjectInfo& object,
                   const ObjectSurface& surface,
                   const LocalMesh& mesh,
-                  const std::string& volume_path) {
+                  const std::string& volume_path,
+                  const std::vector<VolumeField>& volume_fields) {
   const std::string prim = PrimName(object);
   const size_t num_vertices = surface.vertices.size();
   const size_t num_triangles = surface.triangles.size();
@@ -143,7 +154,7 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text("            double3 xformOp:translate = ");
   WriteTuple(mesh.origin, &out);
   out.Text("\n            uniform token[] xformOpOrder = [\"xformOp:translate\"]\n        }\n");
-  if (!volume_path.empty()) WriteVolume(prim, volume_path, &out);
+  if (!volume_fields.empty()) WriteVolume(prim, volume_path, volume_fields, &out);
   out.Text("    }\n");
 }
 

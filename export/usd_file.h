@@ -4,10 +4,12 @@
 #include "export/byte_writer.h"
 #include "export/local_mesh.h"
 #include "export/surface_export.h"
+#include "export/volume_fields.h"
 
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
@@ -20,8 +22,9 @@ namespace semfoam {
 //       surface         Mesh: points (float) near an origin of its own, which xformOp:translate
 //                       keeps in double; normals, displayColor in linear light and confidence per
 //                       vertex, label; drawn as it is (no subdivision)
-//       volume          Volume, only where the object's .vdb is there: fields density, color,
-//                       label, confidence. Invisible, so that it does not cover the surface
+//       volume          Volume, only where the object's .vdb is there: the fields that it has of
+//                       density, color, label, confidence and surface, whatever its grids are
+//                       called. Invisible, so that it does not cover the surface
 //
 // Prims are named after the labels, as USD allows it: [A-Za-z0-9_], no digit first, unique.
 class UsdFile {
@@ -32,12 +35,13 @@ class UsdFile {
           const ExportTransform& transform,
           const std::string& creator);
 
-  // The surface must be `object`'s. `volume_path`: its .vdb, relative to the stage, with '/'; empty
-  // for none.
+  // The surface must be `object`'s. `volume_path`: its .vdb, relative to the stage, with '/';
+  // `volume_fields`: what is in that, nothing where there is none.
   void Add(const ObjectInfo& object,
            const ObjectSurface& surface,
            const LocalMesh& mesh,
-           const std::string& volume_path);
+           const std::string& volume_path,
+           const std::vector<VolumeField>& volume_fields);
 
   // Ends the file. Throws UserError when it cannot be written completely.
   void Finish();

@@ -4,6 +4,7 @@
 #include "export/label_sidecar.h"
 #include "export/object_selection.h"
 #include "export/vdb_grids.h"
+#include "export/volume_fields.h"
 #include "foam/error.h"
 #include "foam/parallel.h"
 #include "foam/srgb.h"
@@ -424,11 +425,12 @@ class VolumeMaker {
     result.voxels = std::accumulate(voxels.begin(), voxels.end(), int64_t{0});
     result.metadata = Metadata(volume);
     const GridNames& names = options_.grid_names;
-    const auto add = [&](const std::string& name, const openvdb::GridBase::Ptr& grid) {
-      Finish(name, volume, result.metadata, grid.get());
-      result.grids.push_back(grid);
-      return grid;
-    };
+    const auto add =
+        [&](const char* quantity, const std::string& name, const openvdb::GridBase::Ptr& grid) {
+          Finish(quantity, name, volume, result.metadata, grid.get());
+          result.grids.push_back(grid);
+          return grid;
+        };
     openvdb::GridBase::Ptr density, color, label, confidence;
     openvdb::Int32Grid::Ptr label_int32;
     // One grid's leaves are put together by one thread.
@@ -460,16 +462,17 @@ class VolumeMaker {
     for (const auto& grid : {density, color, confidence}) {
       grid->setSaveFloatAsHalf(options_.half_float);
     }
-    add(names.density, density);
-    add(names.color, color);
-    if (wants_label) add(names.label, label);
-    add(names.confidence, confidence);
+    add("density", names.density, density);
+    add("color", names.color, color);
+    if (wants_label) add("label", names.label, label);
+    add("confidence", names.confidence, confidence);
     if (wants_int32) {
-      Finish(names.label, volume, result.metadata, label_int32.get());
+      Finish("label", names.label, volume, result.metadata, label_int32.get());
       result.label_int32 = label_int32;
     }
     if (!is_scene) {
-      add(names.surface,
+      add("surface",
+          names.surface,
           MakeSurfaceLevelSet(
               scene_, *volume.object, volume.lattice, volume.box, VoxelSize(volume)));
     }
@@ -517,7 +520,7 @@ class VolumeMaker {
     const auto transform = WorldFromIndex(scene_, volume.lattice);
     const auto grid = MakePointGrid(scene_, cells, labels, values_, volume.lattice, *transform);
     const openvdb::MetaMap metadata = Metadata(volume);
-    Finish("points", volume, metadata, grid.get());
+    Finish("points", "points", volume, metadata, grid.get());
     WriteVdb(path, {grid}, metadata);
     return std::ssize(cells);
   }
@@ -587,13 +590,15 @@ class VolumeMaker {
     return metadata;
   }
 
-  void Finish(const std::string& name,
+  void Finish(const std::string& quantity,
+              const std::string& name,
               const Volume& volume,
               const openvdb::MetaMap& metadata,
               openvdb::GridBase* grid) const {
     for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it) {
       grid->insertMeta(it->first, *it->second);
     }
+    grid->insertMeta(kQuantityKey, openvdb::StringMetadata(quantity));
     grid->setName(name);
     grid->setTransform(WorldFromIndex(scene_, volume.lattice));
   }

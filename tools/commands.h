@@ -12,6 +12,7 @@ void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunMaskCorrupter(int argc, char** argv);
+void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunObjectExtractor(int argc, char** argv);
 void RunObjectInserter(int argc, char** argv);

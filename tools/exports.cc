@@ -5,6 +5,7 @@
 #include "export/names.h"
 #include "export/surface_export.h"
 #include "foam/error.h"
+#include "tools/object_photos.h"
 #include "tools/progress.h"
 
 #include <algorithm>
@@ -12,7 +13,9 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <iomanip>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -35,6 +38,20 @@ std::vector<std::string> Split(const std::string& list) {
     }
   }
   return items;
+}
+
+// "3 pieces of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
+std::string Describe(const LeftOutPieces& left_out) {
+  const auto plural = [](int64_t count, const char* noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+  };
+  const Eigen::Vector3d& at = left_out.largest_center;
+  std::ostringstream text;
+  text << plural(left_out.pieces, "piece") << " of " << plural(left_out.cells, "cell")
+       << ", volume " << left_out.volume << "; the largest, of "
+       << plural(left_out.largest_cells, "cell") << ", at (" << std::setprecision(9) << at.x()
+       << ", " << at.y() << ", " << at.z() << ")";
+  return text.str();
 }
 
 void SayWritten(const WrittenFile& file) {
@@ -112,6 +129,30 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
                            "what one unit of the files is then; changes no number");
 }
 
+void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {
+  options->AddDefaultOption("keep_largest",
+                            &pieces->keep_largest,
+                            "of each object's connected pieces the largest so many alone, by "
+                            "volume; 0 = all");
+  options->AddDefaultOption("min_cells",
+                            &pieces->min_cells,
+                            "no pieces with fewer cells; 0 = none with fewer than a tenth of those "
+                            "of the object's largest");
+}
+
+void RequireValid(const PieceOptions& pieces) {
+  const auto require = [](const char* name, int64_t value) {
+    if (value >= 0) return;
+    throw UserError("Failed to parse options - the argument ('",
+                    value,
+                    "') for option '--",
+                    name,
+                    "' is invalid; it takes a number from 0 on.");
+  };
+  require("keep_largest", pieces.keep_largest);
+  require("min_cells", pieces.min_cells);
+}
+
 void RequireValid(const VolumeExportOptions& volume) {
   if (const std::string wrong = volume.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
@@ -176,18 +217,32 @@ std::string ModelChecksum(const std::filesystem::path& foam_path) {
   return text;
 }
 
-ExportableScene PrepareExport(const Model& model, ExportTransform transform) {
+ExportableScene PrepareExport(const Model& model,
+                              const std::filesystem::path& foam_path,
+                              ExportTransform transform,
+                              const PieceOptions& pieces) {
   TurnUpright(model.photos, &transform);
   ExportableSceneOptions options;
   options.transform = transform;
+  options.pieces = pieces;
   ExportableScene scene = MakeExportableScene(model, options);
-  std::string left_out;
-  for (const Label& label : scene.labels_without_cells) {
-    left_out += (left_out.empty() ? "" : ", ") + DisplayName(label.id, label.name) + " (" +
-                std::to_string(label.id) + ")";
+  FindPhotosOfObjects(model, foam_path, &scene);
+  for (const ObjectInfo& object : scene.objects) {
+    if (object.left_out.pieces == 0) continue;
+    LOG(INFO) << "Left out of " << object.name << " (" << object.id
+              << "): " << Describe(object.left_out);
   }
-  if (!left_out.empty()) {
-    LOG(INFO) << "Labels without solid cells, for which there will be no object: " << left_out;
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    LOG(INFO) << "No object " << label.name << " (" << label.id
+              << "), all of it is left out: " << Describe(label.pieces);
+  }
+  std::string without_cells;
+  for (const Label& label : scene.labels_without_cells) {
+    without_cells += (without_cells.empty() ? "" : ", ") + DisplayName(label.id, label.name) +
+                     " (" + std::to_string(label.id) + ")";
+  }
+  if (!without_cells.empty()) {
+    LOG(INFO) << "Labels without solid cells, for which there will be no object: " << without_cells;
   }
   return scene;
 }

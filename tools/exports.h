@@ -24,6 +24,9 @@ inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
 // Adds --up_axis, --scale, --transform, --units; ParseExportTransform reads them.
 void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 
+// Adds --keep_largest and --min_cells.
+void AddPieceOptions(OptionManager* options, PieceOptions* pieces);
+
 // --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
 // nothing else.
 void AddVolumeShortNames(OptionManager* options);
@@ -35,6 +38,7 @@ std::string ModelChecksum(const std::filesystem::path& foam_path);
 // These throw UserError, in the words of the option manager, when an option is out of range. To be
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);
+void RequireValid(const PieceOptions& pieces);
 // The formats of a comma list, each of which `allowed` must have.
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
 
@@ -44,9 +48,13 @@ void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats);
 
-// Finds the model's objects, and says which labels have none because no cell of theirs is solid.
-// Turns `transform` upright where it asks for that.
-ExportableScene PrepareExport(const Model& model, ExportTransform transform = {});
+// Finds the model's objects and the photos that show them, and says what is left out of them, and
+// which labels have none. Turns `transform` upright where it asks for that. `foam_path` is where
+// the model is.
+ExportableScene PrepareExport(const Model& model,
+                              const std::filesystem::path& foam_path,
+                              ExportTransform transform = {},
+                              const PieceOptions& pieces = {});
 
 // Write the files and say what was written.
 void WriteVolumes(const ExportableScene& scene,

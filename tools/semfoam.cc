@@ -34,6 +34,7 @@ constexpr Command kCommands[] = {
     {"object_extractor", "makes a foam of its own of objects", RunObjectExtractor},
     {"object_remover", "takes objects out of a foam", RunObjectRemover},
     {"object_inserter", "puts objects into another foam", RunObjectInserter},
+    {"mesh_evaluator", "scores meshes against reference meshes", RunMeshEvaluator},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},

@@ -302,7 +302,7 @@ TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
           std::binary_search(Object(scene, 7).cells.begin(), Object(scene, 7).cells.end(), i);
       EXPECT_EQ(scene.object_of_cell[i] == 0, listed);
     }
-    cells[0] = static_cast<size_t>(Object(scene, 7).cells_in_crumbs);
+    cells[0] = static_cast<size_t>(Object(scene, 7).left_out.cells);
     return cells;
   };
   const auto all = pieces_left(0);

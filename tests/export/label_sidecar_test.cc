@@ -21,7 +21,9 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
   Model model = TouchingBalls(1000);
   model.world_from_normalized = {2, {5e5, 4.5e6, 0.1}};
   model.labels[1].name = "M\xC3\xBCtze \"blue\"";
-  const ExportableScene scene = MakeExportableScene(model);
+  ExportableScene scene = MakeExportableScene(model);
+  scene.objects[0].photos = {{"b.jpg", 300}, {"a/c.jpg", 20}};
+  scene.objects[1].left_out = {2, 5, 0.25, 4, 0.125, {1, 2, 3}};
   const auto path = folder_ / "labels.json";
   WriteLabelSidecar(path,
                     scene,
@@ -40,9 +42,12 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
     EXPECT_EQ(object["name"], info.name);
     EXPECT_EQ(object["color"], json(info.color));
     EXPECT_EQ(object["cells"], info.cells.size());
+    EXPECT_EQ(object["pieces"], info.pieces);
+    EXPECT_EQ(object["area"].get<double>(), info.area);
     EXPECT_EQ(object["volume"].get<double>(), info.volume) << "doubles survive";
     EXPECT_EQ(object["confidence"].get<double>(), info.confidence);
     for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(object["centroid"][a].get<double>(), info.centroid[a]);
       EXPECT_EQ(object["bounding_box"][0][a].get<double>(), info.bounding_box.min()[a]);
       EXPECT_EQ(object["bounding_box"][1][a].get<double>(), info.bounding_box.max()[a]);
     }
@@ -52,6 +57,33 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
   EXPECT_EQ(sidecar["objects"][1]["files"], json::object());
   EXPECT_EQ(sidecar["files"], (json{{"vdb", "scene.vdb"}}));
   EXPECT_EQ(sidecar["frame"], json::parse(ExportTransformJson({})));
+  EXPECT_EQ(sidecar["objects"][0]["photos"], (json{{"b.jpg", 300}, {"a/c.jpg", 20}}));
+  const std::string text{std::istreambuf_iterator<char>(std::ifstream(path).rdbuf()), {}};
+  EXPECT_LT(text.find("b.jpg"), text.find("a/c.jpg")) << "by pixels";
+  EXPECT_EQ(sidecar["objects"][1]["photos"], json::object());
+  EXPECT_EQ(sidecar["objects"][0]["left_out"],
+            (json{{"pieces", 0}, {"cells", 0}, {"volume", 0.0}}));
+  EXPECT_EQ(sidecar["objects"][1]["left_out"],
+            (json{{"pieces", 2},
+                  {"cells", 5},
+                  {"volume", 0.25},
+                  {"largest", {{"cells", 4}, {"volume", 0.125}, {"center", {1.0, 2.0, 3.0}}}}}));
+  EXPECT_FALSE(sidecar.contains("labels_left_out"));
+}
+
+TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {
+  ExportableSceneOptions options;
+  options.pieces.min_cells = 1000;
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(1000), options);
+  WriteLabelSidecar(folder_ / "labels.json", scene, {});
+  const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
+  EXPECT_EQ(sidecar["objects"], json::array());
+  ASSERT_EQ(sidecar["labels_left_out"].size(), 2u);
+  EXPECT_EQ(sidecar["labels_left_out"][0]["id"], 7);
+  EXPECT_EQ(sidecar["labels_left_out"][0]["name"], "mug");
+  EXPECT_EQ(sidecar["labels_left_out"][0]["left_out"]["cells"],
+            scene.labels_left_out[0].pieces.cells);
+  EXPECT_GT(scene.labels_left_out[0].pieces.cells, 0);
 }
 
 TEST_F(LabelSidecar, SaysTheFrame) {

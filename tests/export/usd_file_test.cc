@@ -2,10 +2,13 @@
 #include "export/usd_file.h"
 
 #include "export/surface_export.h"
+#include "export/volume_export.h"
 #include "foam/srgb.h"
 
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include "tests/export/read_usda.h"
 #include "tests/export/test_foams.h"
@@ -16,6 +19,7 @@ namespace semfoam {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
 class UsdFiles : public TemporaryFolderTest {
@@ -142,26 +146,65 @@ TEST_F(UsdFiles, MeshesHoldTheSurface) {
   }
 }
 
-TEST_F(UsdFiles, AVolumeThatIsThereIsNamed) {
-  std::filesystem::create_directories(folder_ / "objects");
-  std::ofstream(folder_ / "objects/7_mug.vdb") << "a volume";
-  const json stage = Export(Scene({"mug", "hat"}));
-  const json& objects = stage["children"]["scene"]["children"];
-  EXPECT_FALSE(objects["hat"]["children"].contains("volume"));
-  const json& volume = objects["mug"]["children"]["volume"];
+// The fields of a prim's volume: name -> {grid, type, class}, "" where there is none.
+using Fields = std::map<std::string, std::array<std::string, 3>>;
+Fields FieldsOf(const json& object) {
+  Fields fields;
+  const json& volume = object["children"]["volume"];
   EXPECT_EQ(volume["type"], "Volume");
   EXPECT_EQ(volume["properties"]["visibility"]["value"], "invisible");
-  const std::map<std::string, std::string> types = {
-      {"density", "float"}, {"color", "float3"}, {"label", "float"}, {"confidence", "float"}};
-  for (const auto& [field, type] : types) {
-    EXPECT_EQ(volume["properties"]["field:" + field]["value"], "/scene/mug/volume/" + field);
-    const json& asset = volume["children"][field];
+  for (const auto& [name, asset] : volume["children"].items()) {
+    EXPECT_EQ(volume["properties"]["field:" + name]["value"], "/scene/mug/volume/" + name);
     EXPECT_EQ(asset["type"], "OpenVDBAsset");
-    EXPECT_EQ(asset["properties"]["filePath"]["value"], "./objects/7_mug.vdb");
-    EXPECT_EQ(asset["properties"]["fieldName"]["value"], field);
-    EXPECT_EQ(asset["properties"]["fieldDataType"]["value"], type);
+    const json& p = asset["properties"];
+    EXPECT_EQ(p["filePath"]["value"], "./objects/7_mug.vdb");
+    fields[name] = {p["fieldName"]["value"],
+                    p["fieldDataType"]["value"],
+                    p.contains("fieldClass") ? p["fieldClass"]["value"] : ""};
   }
-  EXPECT_EQ(volume["children"]["density"]["properties"]["fieldClass"]["value"], "fogVolume");
+  EXPECT_EQ(volume["properties"].size(), fields.size() + 1);
+  return fields;
+}
+
+TEST_F(UsdFiles, AVolumeThatIsThereIsNamedWithAllItsFields) {
+  const ExportableScene scene = Scene({"mug", "hat"});
+  VolumeExportOptions options;
+  options.max_resolution = 16;
+  options.labels = "mug";
+  ExportVolumes(scene, folder_, options);
+  json objects = Export(scene)["children"]["scene"]["children"];
+  EXPECT_FALSE(objects["hat"]["children"].contains("volume"));
+  const Fields plain = {{"density", {"density", "float", "fogVolume"}},
+                        {"color", {"color", "float3", ""}},
+                        {"label", {"label", "float", ""}},
+                        {"confidence", {"confidence", "float", ""}},
+                        {"surface", {"surface", "float", "levelSet"}}};
+  EXPECT_EQ(FieldsOf(objects["mug"]), plain);
+  const json& color = objects["mug"]["children"]["volume"]["children"]["color"];
+  EXPECT_EQ(color["properties"]["vectorDataRoleHint"]["value"], "Color");
+
+  // Other names, even misleading ones, and no grid of labels.
+  options.grid_names = {"surface", "Cd", "id", "sure", "density"};
+  options.label_grid_type = "int32";
+  ExportVolumes(scene, folder_, options);
+  objects = Export(scene)["children"]["scene"]["children"];
+  EXPECT_EQ(FieldsOf(objects["mug"]),
+            (Fields{{"density", {"surface", "float", "fogVolume"}},
+                    {"color", {"Cd", "float3", ""}},
+                    {"confidence", {"sure", "float", ""}},
+                    {"surface", {"density", "float", "levelSet"}}}));
+}
+
+TEST_F(UsdFiles, AVolumeThatCannotBeReadIsLeftOutWithAWarning) {
+  std::filesystem::create_directories(folder_ / "objects");
+  std::ofstream(folder_ / "objects/7_mug.vdb") << "no volume at all";
+  SurfaceExportOptions options;
+  options.om = options.ply = options.obj = options.glb = false;
+  const std::vector<WrittenFile> files = ExportSurfaces(Scene({"mug", "hat"}), folder_, options);
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_THAT(files[0].warning, HasSubstr("7_mug.vdb: is no volume that can be read"));
+  const json stage = UsdaReader::Read(folder_ / "scene.usda");
+  EXPECT_FALSE(stage["children"]["scene"]["children"]["mug"]["children"].contains("volume"));
 }
 
 TEST_F(UsdFiles, PrimNamesAreIdentifiersAndUnique) {

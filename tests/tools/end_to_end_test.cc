@@ -231,7 +231,20 @@ TEST_F(EndToEndTest, LabelsAreCompleteAndBelievable) {
     EXPECT_GT(object["confidence"].get<double>(), 0);
     EXPECT_LE(object["confidence"].get<double>(), 1);
     EXPECT_THAT(object["color"], SizeIs(3));
+    EXPECT_GT(object["area"].get<double>(), 0);
+    EXPECT_GE(object["pieces"].get<int>(), 1);
+    // 64 photos of 320x240 look at the table from all sides.
+    EXPECT_LE(object["photos"].size(), 64u);
+    for (const auto& [photo, pixels] : object["photos"].items()) {
+      EXPECT_TRUE(fs::exists(kTabletop / "images" / photo)) << photo;
+      EXPECT_GT(pixels.get<int>(), 0);
+      EXPECT_LE(pixels.get<int>(), 320 * 240);
+    }
     for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LT(object["bounding_box"][0][axis].get<double>(),
+                object["centroid"][axis].get<double>());
+      EXPECT_LT(object["centroid"][axis].get<double>(),
+                object["bounding_box"][1][axis].get<double>());
       EXPECT_LT(object["bounding_box"][0][axis].get<double>(),
                 object["bounding_box"][1][axis].get<double>());
     }
@@ -421,6 +434,39 @@ TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {
                            "num_rays = 300000"}) {
     EXPECT_THAT(outcome.out, HasSubstr(text));
   }
+  // What labels.json says, a row for each object.
+  std::istringstream lines(outcome.out);
+  std::map<int, std::string> rows;
+  bool in_table = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("Options", 0) == 0) in_table = false;
+    if (in_table) {
+      EXPECT_LE(line.size(), 120u) << line;
+      if (std::isdigit(static_cast<unsigned char>(line[6]))) rows[std::stoi(line)] = line;
+    }
+    if (line.rfind("Objects", 0) == 0) in_table = true;
+  }
+  const json labels = Labels();
+  ASSERT_GE(rows.size(), labels["objects"].size());
+  for (const json& object : labels["objects"]) {
+    std::istringstream words(rows.at(object["id"].get<int>()));
+    std::string id, name, cells, pieces, volume, area, confidence, photos, x;
+    words >> id >> name >> cells >> pieces >> volume >> area >> confidence >> photos >> x;
+    EXPECT_EQ(name, object["name"]);
+    EXPECT_EQ(std::stoll(cells), object["cells"].get<int64_t>());
+    EXPECT_EQ(std::stoi(pieces), object["pieces"].get<int>());
+    EXPECT_NEAR(std::stod(volume) / object["volume"].get<double>(), 1, 0.01);
+    EXPECT_NEAR(std::stod(area) / object["area"].get<double>(), 1, 0.01);
+    EXPECT_NEAR(std::stod(confidence), object["confidence"].get<double>(), 0.001);
+    EXPECT_EQ(std::stoul(photos), object["photos"].size());
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      size = std::max(size,
+                      object["bounding_box"][1][axis].get<double>() -
+                          object["bounding_box"][0][axis].get<double>());
+    }
+    EXPECT_NEAR(std::stod(x), object["centroid"][0].get<double>(), 0.006 * size);
+  }
 }
 
 TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
@@ -549,6 +595,7 @@ TEST(Program, HelpAndVersion) {
                                 "foam_analyzer",
                                 "volume_exporter",
                                 "mesh_exporter",
+                                "mesh_evaluator",
                                 "accuracy_profiler",
                                 "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));

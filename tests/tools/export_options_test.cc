@@ -12,6 +12,7 @@
 #include "tests/export/read_usda.h"
 #include "tests/export/test_foams.h"
 #include "tests/tools/program.h"
+#include "tests/tools/read_obj.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -113,19 +114,6 @@ TEST_F(ExportOptionsTest, TheStageNamesTheVolumesThatAreThere) {
         object["children"]["volume"]["children"]["density"]["properties"]["filePath"]["value"];
     EXPECT_TRUE(fs::exists(folder_ / "out" / path)) << path;
   }
-}
-
-std::vector<Eigen::Vector3d> ObjVertices(const fs::path& path) {
-  std::istringstream lines(ReadFile(path));
-  std::vector<Eigen::Vector3d> vertices;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string kind;
-    if (!(words >> kind) || kind != "v") continue;
-    Eigen::Vector3d& v = vertices.emplace_back();
-    words >> v.x() >> v.y() >> v.z();
-  }
-  return vertices;
 }
 
 std::vector<Eigen::Vector3d> UsdaVertices(const fs::path& path, const std::string& prim) {
@@ -256,6 +244,77 @@ TEST_F(ExportOptionsTest, ACropCutsTheSameInEveryFrame) {
   EXPECT_EQ(voxels("turned", {"--voxel_size", "0.05", "--up_axis", "z"}), cropped);
   ASSERT_EQ(Run("volume_exporter", "whole", {"--voxel_size", "0.05"}).exit_code, 0);
   EXPECT_GT(VoxelCenters(folder_ / "whole" / "scene.vdb").size(), cropped);
+}
+
+// Renamed grids, and the options of a later export, do not confuse the stage.
+TEST_F(ExportOptionsTest, TheStageNamesTheGridsAsTheVolumesDo) {
+  ASSERT_EQ(Run("volume_exporter",
+                "out",
+                {"--max_resolution", "16", "--VolumeExport.color_grid_name", "Cd"})
+                .exit_code,
+            0);
+  ASSERT_EQ(Run("mesh_exporter", "out", {"--formats", "usda"}).exit_code, 0);
+  const json stage = UsdaReader::Read(folder_ / "out/scene.usda");
+  const json& volume =
+      stage["children"]["scene"]["children"]["mug"]["children"]["volume"]["children"];
+  EXPECT_EQ(volume["color"]["properties"]["fieldName"]["value"], "Cd");
+  EXPECT_EQ(volume["surface"]["properties"]["fieldName"]["value"], "surface");
+}
+
+// Both exporters take them, and both say what is left out.
+TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
+  // A second ball of the mug's, with a quarter of its cells.
+  Model model = MakeModel(RandomSites(3000, 1), 2, [](const Eigen::Vector3f& p) {
+    if ((p - Eigen::Vector3f(-0.4f, 0, 0)).norm() < 0.4f) return 0;
+    if ((p - Eigen::Vector3f(0.45f, 0.4f, 0)).norm() < 0.25f) return 0;
+    return (p - Eigen::Vector3f(0.45f, -0.45f, 0)).norm() < 0.2f ? 1 : kAir;
+  });
+  WriteModel(folder_ / "scene.foam", model);
+  const auto all = [](std::vector<std::string> options) {
+    options.insert(options.end(), {"--formats", "ply"});
+    return options;
+  };
+  ASSERT_EQ(Run("mesh_exporter", "all", all({})).exit_code, 0);
+  const json whole = Labels("all")["objects"];
+  ASSERT_EQ(whole.size(), 2u);
+  EXPECT_EQ(whole[0]["pieces"], 2);
+
+  const Outcome largest = Run("mesh_exporter", "largest", all({"--keep_largest", "1"}));
+  ASSERT_EQ(largest.exit_code, 0) << largest.err;
+  EXPECT_THAT(largest.err, HasSubstr("Left out of mug (7): 1 piece of "));
+  const json kept = Labels("largest")["objects"];
+  EXPECT_EQ(kept[0]["pieces"], 1);
+  EXPECT_EQ(kept[0]["left_out"]["pieces"], 1);
+  EXPECT_NEAR(kept[0]["left_out"]["largest"]["center"][0].get<double>(), 0.45, 0.1);
+  EXPECT_EQ(kept[0]["cells"].get<int>() + kept[0]["left_out"]["cells"].get<int>(),
+            whole[0]["cells"].get<int>());
+  EXPECT_LT(kept[0]["bounding_box"][1][0].get<double>(), 0.3);
+  EXPECT_EQ(kept[1], whole[1]);
+
+  const int few = whole[1]["cells"].get<int>();
+  ASSERT_LT(few, kept[0]["left_out"]["cells"].get<int>());
+  const Outcome large = Run("volume_exporter",
+                            "large",
+                            {"--max_resolution", "16", "--min_cells", std::to_string(few + 1)});
+  ASSERT_EQ(large.exit_code, 0) << large.err;
+  EXPECT_THAT(large.err, HasSubstr("No object label_8 (8), all of it is left out: 1 piece of "));
+  EXPECT_THAT(FilesBelow(folder_ / "large"),
+              UnorderedElementsAre("labels.json", "scene.vdb", "objects/7_mug.vdb"));
+  EXPECT_EQ(Labels("large")["objects"][0]["pieces"], 2);
+  EXPECT_EQ(Labels("large")["labels_left_out"][0]["id"], 8);
+  EXPECT_EQ(Labels("large")["labels"]["8"], "label_8");
+
+  for (const std::string command : {"mesh_exporter", "volume_exporter"}) {
+    for (const std::string option : {"--keep_largest", "--min_cells"}) {
+      for (const std::string value : {"-1", "many"}) {
+        const Outcome refused = Run(command, "refused", {option, value});
+        EXPECT_EQ(refused.exit_code, 1) << command << option << value;
+        ASSERT_THAT(refused.Errors(), SizeIs(1)) << refused.err;
+        EXPECT_THAT(refused.Errors()[0], HasSubstr("for option '" + option + "' is invalid"));
+      }
+    }
+  }
+  EXPECT_THAT(FilesBelow(folder_ / "refused"), IsEmpty());
 }
 
 TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {

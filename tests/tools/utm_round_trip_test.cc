@@ -16,6 +16,7 @@
 #include "tests/export/read_usda.h"
 #include "tests/export/test_foams.h"
 #include "tests/tools/program.h"
+#include "tests/tools/read_obj.h"
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 
@@ -91,19 +92,6 @@ std::vector<Eigen::Vector3d> PlyVertices(const fs::path& path) {
   for (Eigen::Vector3d& vertex : vertices) {
     std::memcpy(vertex.data(), bytes.data() + at, 3 * sizeof(double));
     at += kStride;
-  }
-  return vertices;
-}
-
-std::vector<Eigen::Vector3d> ObjVertices(const fs::path& path) {
-  std::istringstream lines(ReadFile(path));
-  std::vector<Eigen::Vector3d> vertices;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string kind;
-    if (!(words >> kind) || kind != "v") continue;
-    Eigen::Vector3d& v = vertices.emplace_back();
-    words >> v.x() >> v.y() >> v.z();
   }
   return vertices;
 }

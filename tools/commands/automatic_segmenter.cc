@@ -41,9 +41,11 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(TrainAndWrite(options, output_path, &run), transform);
+  const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
+  const ExportableScene scene =
+      PrepareExport(TrainAndWrite(options, output_path, &run), foam_path, transform);
   RequireOneFrame(scene.transform, output_path, wanted);
-  volume.source_checksum = ModelChecksum(std::filesystem::path(output_path) / "scene.foam");
+  volume.source_checksum = ModelChecksum(foam_path);
   if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
   if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted);
   WriteLabels(scene, output_path);

@@ -2,9 +2,11 @@
 #include "export/exportable_scene.h"
 #include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/exports.h"
 #include "tools/option_manager.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <set>
 #include <string>
@@ -45,33 +47,56 @@ void PrintPhotos(const std::vector<PhotoRecord>& photos) {
   for (const std::string& camera : cameras) std::printf("  %s\n", camera.c_str());
 }
 
+// As many decimals as tell a hundredth of an object's size.
+int DecimalsFor(const ObjectInfo& object) {
+  const double size = object.bounding_box.sizes().maxCoeff();
+  return size > 0 ? std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 0;
+}
+
+// One row for each object, 120 columns wide for names and numbers of common length.
 void PrintObjects(const ExportableScene& scene) {
   std::printf("Objects (lengths of the COLMAP model)\n");
-  std::printf("  %5s  %-20s %8s %12s %10s  %s\n",
+  std::printf("  %5s  %-14s %7s %6s %8s %8s %5s %6s  %-22s  %s\n",
               "id",
               "name",
               "cells",
+              "pieces",
               "volume",
-              "confidence",
-              "bounding box");
+              "area",
+              "conf.",
+              "photos",
+              "centroid",
+              "size");
   for (const ObjectInfo& object : scene.objects) {
-    const Eigen::Vector3d& low = object.bounding_box.min();
-    const Eigen::Vector3d& high = object.bounding_box.max();
-    std::printf("  %5d  %-20s %8zu %12.6g %10.3f  (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n",
+    const int decimals = DecimalsFor(object);
+    const Eigen::Vector3d& at = object.centroid;
+    const Eigen::Vector3d size = object.bounding_box.sizes();
+    char centroid[128];
+    std::snprintf(centroid,
+                  sizeof(centroid),
+                  "%.*f %.*f %.*f",
+                  decimals,
+                  at.x(),
+                  decimals,
+                  at.y(),
+                  decimals,
+                  at.z());
+    std::printf("  %5d  %-14s %7zu %6d %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
                 object.id,
                 object.name.c_str(),
                 object.cells.size(),
+                object.pieces,
                 object.volume,
+                object.area,
                 object.confidence,
-                low.x(),
-                low.y(),
-                low.z(),
-                high.x(),
-                high.y(),
-                high.z());
+                object.photos.size(),
+                centroid,
+                size.x(),
+                size.y(),
+                size.z());
   }
   for (const Label& label : scene.labels_without_cells) {
-    std::printf("  %5d  %-20s has no solid cells\n", label.id, label.name.c_str());
+    std::printf("  %5d  %-14s has no solid cells\n", label.id, label.name.c_str());
   }
 }
 
@@ -87,7 +112,7 @@ void RunFoamAnalyzer(int argc, char** argv) {
   const Model model = ReadModel(foam_path);
   PrintModel(model);
   PrintPhotos(model.photos);
-  PrintObjects(MakeExportableScene(model));
+  PrintObjects(PrepareExport(model, foam_path));
   std::printf("Options of the training\n");
   for (const auto& [name, value] : model.options) {
     std::printf("  %s = %s\n", name.c_str(), value.c_str());

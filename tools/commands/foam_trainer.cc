@@ -4,6 +4,7 @@
 #include "tools/exports.h"
 #include "tools/training_run.h"
 
+#include <filesystem>
 #include <string>
 
 namespace semfoam {
@@ -26,7 +27,7 @@ void RunFoamTrainer(int argc, char** argv) {
   RequireWritableFolder(output_path);
   RequireOneFrame({}, output_path, {});
   const Model model = TrainAndWrite(options, output_path, &run);
-  WriteLabels(PrepareExport(model), output_path);
+  WriteLabels(PrepareExport(model, std::filesystem::path(output_path) / "scene.foam"), output_path);
 }
 
 }  // namespace semfoam

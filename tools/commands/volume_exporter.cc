@@ -12,6 +12,7 @@ void RunVolumeExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
   VolumeExportOptions volume;
+  PieceOptions pieces;
   ExportTransformOptions frame;
   OptionManager options("volume_exporter",
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
@@ -19,14 +20,16 @@ void RunVolumeExporter(int argc, char** argv) {
   options.AddRequiredOption(
       "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
   AddVolumeExportOptions(&options, &volume);
+  AddPieceOptions(&options, &pieces);
   AddFrameOptions(&options, &frame);
   AddVolumeShortNames(&options);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
+  RequireValid(pieces);
   const ExportTransform transform = ParseExportTransform(frame);
 
   RequireWritableFolder(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path), transform);
+  const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, {"vdb"});
   volume.source_checksum = ModelChecksum(foam_path);
   WriteVolumes(scene, output_path, volume);

@@ -13,6 +13,7 @@ void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
   std::string formats = kMeshFormats;
+  SurfaceExportOptions surface;
   ExportTransformOptions frame;
   OptionManager options("mesh_exporter", "Writes the closed surface of every object of a foam.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
@@ -21,15 +22,17 @@ void RunMeshExporter(int argc, char** argv) {
       &output_path,
       "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
   AddFormatsOption(&options, &formats);
+  AddMeshExportOptions(&options, &surface);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
+  RequireValid(surface);
   const std::set<std::string> wanted = ParseFormats(formats, kMeshFormats);
   const ExportTransform transform = ParseExportTransform(frame);
 
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), transform);
   RequireOneFrame(scene.transform, output_path, wanted);
-  WriteMeshes(scene, output_path, wanted);
+  WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
 }
 

@@ -107,14 +107,20 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   if (options.method == "smooth") {
     const ObjectSurface cells = std::move(made.surface);
     made.surface = ExtractSmoothSurface(scene, object, cells);
-    const int64_t target = options.target_faces;
-    if (target > 0) made.surface = Decimate(made.surface, target);
-    const int64_t faces = static_cast<int64_t>(made.surface.triangles.size());
-    if (target > 0 && faces > target) {
-      made.warning = std::to_string(faces) + " faces instead of " + std::to_string(target) +
-                     ", because fewer would tear the surface or fold it.";
+    if (const int64_t target = options.target_faces; target > 0) {
+      made.surface = Decimate(made.surface, target);
+      const Triangles& triangles = made.surface.triangles;
+      if (const size_t faces = SelfIntersections(made.surface.vertices, triangles).size();
+          faces > 0) {
+        more = ", " + std::to_string(faces) + " of which intersect";
+      }
+      if (static_cast<int64_t>(triangles.size()) > target) {
+        made.warning = std::to_string(triangles.size()) + " faces instead of " +
+                       std::to_string(target) +
+                       ", because fewer would tear the surface or fold it.";
+      }
     }
-    more = DistanceSummary(made.surface, cells);
+    more += DistanceSummary(made.surface, cells);
   } else if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
     more = ", " + std::to_string(far) + " vertices stick out into empty space";
   }

@@ -92,9 +92,9 @@ struct SurfaceExportOptions {
 // Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object, and `scene.{glb,usda}` where
 // there is one, into `output_path`. The stage names those objects' volumes that lie in
 // `output_path` already. Calls `on_written` (if any) after each. What the files hold is said in the
-// summaries: for `smooth` also how far the surface is from the `cells` one, and in a warning where
-// it has more triangles than asked for. CHECKs that the options are in range; throws UserError when
-// a file cannot be written.
+// summaries: for `smooth` also how far the surface is from the `cells` one and how many triangles
+// intersect (after a decimation), and in a warning where it has more triangles than asked for.
+// CHECKs that the options are in range; throws UserError when a file cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

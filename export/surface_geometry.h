@@ -23,7 +23,8 @@ struct SurfaceDistance {
 };
 
 // From points of the first surface, 20 000 evenly over its area and all of its vertices (these for
-// the maximum alone), to the nearest point of the second. Same input, same result on any number of
+// the maximum alone), to the nearest point of the second. A first surface without area has the mean
+// 0. Same input, same result on any number of
 // threads. Both must have triangles (CHECK).
 SurfaceDistance DistanceTo(const std::vector<Eigen::Vector3d>& from_positions,
                            const Triangles& from_triangles,

@@ -117,21 +117,19 @@ class Smoother {
   }
 
   // Along the normals, all by the same length, by which the enclosed volume comes closer to
-  // `volume`.
+  // `volume`: a step of Newton's method.
   void Grow(double volume) {
-    std::vector<Vector3d> area(triangles_.size());
-    double sum = 0;
-    for (size_t f = 0; f < triangles_.size(); ++f) {
-      area[f] = AreaVector(x_, triangles_[f]) / 2;
-      sum += area[f].norm();
+    // The derivative of the volume by a vertex is a third of the area of its faces, as a vector.
+    std::vector<Vector3d> slopes(x_.size(), Vector3d::Zero());
+    for (const auto& triangle : triangles_) {
+      const Vector3d slope = AreaVector(x_, triangle) / 6;
+      for (const uint32_t v : triangle) slopes[v] += slope;
     }
-    if (!(sum > 0)) return;
-    const double length = (volume - EnclosedVolume(x_, triangles_)) / sum;
-    ForVertices([&](uint32_t, std::span<const uint32_t> faces) -> Vector3d {
-      Vector3d normal = Vector3d::Zero();
-      for (const uint32_t f : faces) normal += area[f];
-      return length * UnitOrZero(normal);
-    });
+    double slope = 0;
+    for (const Vector3d& of_vertex : slopes) slope += of_vertex.norm();
+    if (!(slope > 0)) return;
+    const double length = (volume - EnclosedVolume(x_, triangles_)) / slope;
+    for (size_t v = 0; v < x_.size(); ++v) x_[v] += length * UnitOrZero(slopes[v]);
   }
 
  private:

@@ -43,16 +43,22 @@ class Builder {
 
   Vector3d Site(uint32_t cell) const { return scene_.cell_positions[cell].cast<double>(); }
 
-  std::vector<Vector3d> Middles() const {
-    std::vector<Vector3d> middles;
-    middles.reserve(edges_.size());
-    for (const auto& [i, j] : edges_) middles.push_back((Site(i) + Site(j)) / 2);
-    return middles;
+  // The on_edges of the edges, or nearer to the object's site, where the other is so far off that
+  // the middle would be a spike.
+  std::vector<Vector3d> PointsOnEdges() const {
+    std::vector<Vector3d> points;
+    points.reserve(edges_.size());
+    for (const auto& [i, j] : edges_) {
+      const Vector3d half_edge = (Site(j) - Site(i)) / 2;
+      points.push_back(Site(i) +
+                       std::min(1.0, kSpikeRadii * Radius(i, j) / half_edge.norm()) * half_edge);
+    }
+    return points;
   }
 
   // `tets`: those with corners on both sides. A quadrangle is cut along the diagonal that is the
-  // shorter one where the vertices are at `middles`.
-  Triangles March(const std::vector<uint32_t>& tets, const std::vector<Vector3d>& middles) const {
+  // shorter one where the vertices are at `on_edges`.
+  Triangles March(const std::vector<uint32_t>& tets, const std::vector<Vector3d>& on_edges) const {
     Triangles triangles;
     for (const uint32_t tet : tets) {
       const auto& corners = scene_.delaunay.tets[tet];
@@ -85,7 +91,7 @@ class Builder {
       } else {
         const uint32_t ac = VertexOf(a, c), ad = VertexOf(a, d), bd = VertexOf(b, d),
                        bc = VertexOf(b, c);
-        if ((middles[ac] - middles[bd]).norm() <= (middles[ad] - middles[bc]).norm()) {
+        if ((on_edges[ac] - on_edges[bd]).norm() <= (on_edges[ad] - on_edges[bc]).norm()) {
           triangles.push_back({ac, ad, bd});
           triangles.push_back({ac, bd, bc});
         } else {
@@ -121,11 +127,11 @@ class Builder {
     return corners;
   }
 
-  // The centroids of the Voronoi faces, `cells` with its corners at `corners`; the middle of the
-  // edge where a face has no area.
+  // The centroids of the Voronoi faces, `cells` with its corners at `corners`; the
+  // point on the edge where a face has no area.
   std::vector<Vector3d> FaceCentroids(const ObjectSurface& cells,
                                       const std::vector<Vector3d>& corners,
-                                      const std::vector<Vector3d>& middles) const {
+                                      const std::vector<Vector3d>& on_edges) const {
     std::vector<Vector3d> moments(edges_.size(), Vector3d::Zero());
     std::vector<double> areas(edges_.size(), 0);
     for (size_t f = 0; f < cells.triangles.size(); ++f) {
@@ -133,11 +139,11 @@ class Builder {
       const uint32_t v = VertexOf(i, j);
       const auto& [a, b, c] = cells.triangles[f];
       const double area = (corners[b] - corners[a]).cross(corners[c] - corners[a]).norm();
-      // From the middle, so that a face of next to no area is not lost to rounding.
-      moments[v] += area * ((corners[a] + corners[b] + corners[c]) / 3 - middles[v]);
+      // From a point near by, so that a face of next to no area is not lost to rounding.
+      moments[v] += area * ((corners[a] + corners[b] + corners[c]) / 3 - on_edges[v]);
       areas[v] += area;
     }
-    std::vector<Vector3d> centroids = middles;
+    std::vector<Vector3d> centroids = on_edges;
     for (size_t v = 0; v < edges_.size(); ++v) {
       if (areas[v] > 0) centroids[v] += moments[v] / areas[v];
     }
@@ -148,15 +154,17 @@ class Builder {
     std::vector<double> moves;
     moves.reserve(edges_.size());
     for (const auto& [i, j] : edges_) {
-      const double half_edge = (Site(j) - Site(i)).norm() / 2;
-      // A cell without real neighbours has no radius.
-      const double radius = scene_.radius[i] > 0 ? scene_.radius[i] : half_edge;
-      moves.push_back(kMaxMove * std::min(radius, half_edge));
+      moves.push_back(kMaxMove * std::min(Radius(i, j), (Site(j) - Site(i)).norm() / 2));
     }
     return moves;
   }
 
  private:
+  // Of cell i, on its edge to j: a cell without real neighbours has none of its own.
+  double Radius(uint32_t i, uint32_t j) const {
+    return scene_.radius[i] > 0 ? scene_.radius[i] : (Site(j) - Site(i)).norm() / 2;
+  }
+
   uint32_t VertexOf(uint32_t inner, uint32_t outer) const {
     const auto edge = std::lower_bound(edges_.begin(), edges_.end(), CutEdge(inner, outer));
     return static_cast<uint32_t>(edge - edges_.begin());
@@ -168,14 +176,14 @@ class Builder {
 };
 
 void Untangle(const Triangles& triangles,
-              const std::vector<Vector3d>& middles,
+              const std::vector<Vector3d>& on_edges,
               std::vector<Vector3d>* positions) {
   for (bool moved = true; moved;) {
     moved = false;
     for (const uint32_t f : SelfIntersections(*positions, triangles)) {
       for (const uint32_t v : triangles[f]) {
-        moved |= (*positions)[v] != middles[v];
-        (*positions)[v] = middles[v];
+        moved |= (*positions)[v] != on_edges[v];
+        (*positions)[v] = on_edges[v];
       }
     }
   }
@@ -187,17 +195,17 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells) {
   const Builder builder(scene, object);
-  const std::vector<Vector3d> middles = builder.Middles();
+  const std::vector<Vector3d> on_edges = builder.PointsOnEdges();
   const std::vector<Vector3d> corners = builder.TrimmedCorners(cells.vertex_tet);
 
   ObjectSurface surface;
   surface.object_id = object.id;
   surface.object_name = object.name;
-  surface.triangles = builder.March(cells.vertex_tet, middles);
-  std::vector<Vector3d> positions = builder.FaceCentroids(cells, corners, middles);
+  surface.triangles = builder.March(cells.vertex_tet, on_edges);
+  std::vector<Vector3d> positions = builder.FaceCentroids(cells, corners, on_edges);
   SmoothKeepingEdges(
       surface.triangles, builder.MaxMoves(), EnclosedVolume(corners, cells.triangles), &positions);
-  Untangle(surface.triangles, middles, &positions);
+  Untangle(surface.triangles, on_edges, &positions);
 
   surface.vertices.reserve(positions.size());
   for (size_t v = 0; v < positions.size(); ++v) {

@@ -33,8 +33,9 @@ namespace semfoam {
 //   around a vertex: one fan.
 //
 // With every vertex on its edge, each triangle would lie in its tetrahedron and none could meet
-// another. So where faces intersect, their vertices are put onto the middle of their edges, until
-// none do but those that have no freedom left (tetrahedra without volume, from cospherical sites).
+// another. So where faces intersect, their vertices are put onto their edges (in the middle, or
+// where a spike would end), until none do but those that have no freedom left (tetrahedra without
+// volume, from cospherical sites).
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells);

@@ -4,7 +4,7 @@
 #include "export/surface_geometry.h"
 
 #include <cmath>
-#include <map>
+#include <random>
 
 #include "tests/export/surface_checks.h"
 #include <gtest/gtest.h>
@@ -99,6 +99,26 @@ TEST(SurfaceDecimation, ItEndsWhereFewerWouldTearOrFold) {
   ExpectClosedManifold(least);
   EXPECT_EQ(EulerCharacteristic(least), 4);
   EXPECT_GT(EnclosedVolume(least), 0);
+}
+
+TEST(SurfaceDecimation, FacesAreNotFoldedOver) {
+  // Where faces lie in one plane no collapse has an error, whatever it turns over.
+  ObjectSurface box = BoxSurface(12);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> move(-0.07, 0.07);
+  for (Vector3d& x : box.vertices) {
+    for (double& coordinate : x) {
+      const double by = move(random);
+      if (std::abs(coordinate) < 1) coordinate += by;
+    }
+  }
+  const ObjectSurface small = Decimate(box, 200);
+  ASSERT_LE(small.triangles.size(), 200u);
+  for (const auto& [a, b, c] : small.triangles) {
+    const Vector3d& x = small.vertices[a];
+    const Vector3d area = (small.vertices[b] - x).cross(small.vertices[c] - x);
+    EXPECT_GT(area.dot(x + small.vertices[b] + small.vertices[c]), 0);
+  }
 }
 
 TEST(SurfaceDecimation, AFarOffsetChangesNothing) {

@@ -5,26 +5,22 @@
 #include "export/local_mesh.h"
 #include "export/mesh_files.h"
 #include "export/semantic_mesh.h"
+#include "export/smooth_surface.h"
+#include "export/surface_decimation.h"
+#include "export/surface_geometry.h"
 #include "export/usd_file.h"
 #include "export/volume_fields.h"
 #include "foam/error.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 
 #include <glog/logging.h>
 
 namespace semfoam {
 namespace {
-
-Color8 ToColor8(const Eigen::Vector3f& display) {
-  Color8 color;
-  for (int c = 0; c < 3; ++c) {
-    color[c] = static_cast<uint8_t>(std::lround(255 * std::clamp(display[c], 0.f, 1.f)));
-  }
-  return color;
-}
 
 // Which corner of the tetrahedron comes next when turning counter-clockwise around its edge i -> j,
 // seen from j: of the other two corners k and l, the tetrahedron (i, j, k, l) is positively
@@ -74,7 +70,93 @@ bool Contains(const std::array<uint32_t, 4>& tet, uint32_t cell) {
   return std::find(tet.begin(), tet.end(), cell) != tet.end();
 }
 
+// How far the surface is from the cells' one: in the files' unit and of the length of its diagonal.
+std::string DistanceSummary(const ObjectSurface& surface, const ObjectSurface& cells) {
+  const SurfaceDistance there =
+      DistanceTo(surface.vertices, surface.triangles, cells.vertices, cells.triangles);
+  const SurfaceDistance back =
+      DistanceTo(cells.vertices, cells.triangles, surface.vertices, surface.triangles);
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : surface.vertices) box.extend(vertex);
+  const double percent = 100 / box.diagonal().norm();
+  const double hausdorff = std::max(there.max, back.max);
+  char text[200];
+  std::snprintf(text,
+                sizeof(text),
+                ", from the cells %.3g in the mean (%.2g %% of the diagonal) and %.3g at most "
+                "(%.2g %%), Hausdorff distance %.3g (%.2g %%)",
+                there.mean,
+                percent * there.mean,
+                there.max,
+                percent * there.max,
+                hausdorff,
+                percent * hausdorff);
+  return text;
+}
+
+struct MadeSurface {
+  ObjectSurface surface;
+  std::string summary;
+  std::string warning;
+};
+
+MadeSurface MakeSurface(const ExportableScene& scene,
+                        const ObjectInfo& object,
+                        const SurfaceExportOptions& options) {
+  MadeSurface made;
+  made.surface = ExtractSurface(scene, object);
+  std::string more;
+  if (options.method == "smooth") {
+    const ObjectSurface cells = std::move(made.surface);
+    made.surface = ExtractSmoothSurface(scene, object, cells);
+    if (const int64_t target = options.target_faces; target > 0) {
+      made.surface = Decimate(made.surface, target);
+      const Triangles& triangles = made.surface.triangles;
+      if (const size_t faces = SelfIntersections(made.surface.vertices, triangles).size();
+          faces > 0) {
+        more = ", " + std::to_string(faces) + " of which intersect";
+      }
+      if (static_cast<int64_t>(triangles.size()) > target) {
+        made.warning = std::to_string(triangles.size()) + " faces instead of " +
+                       std::to_string(target) +
+                       ", because fewer would tear the surface or fold it.";
+      }
+    }
+    more += DistanceSummary(made.surface, cells);
+  } else if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
+    more = ", " + std::to_string(far) + " vertices stick out into empty space";
+  }
+  made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
+                 std::to_string(made.surface.triangles.size()) + " faces" + more;
+  return made;
+}
+
 }  // namespace
+
+Color8 ToColor8(const Eigen::Vector3f& display) {
+  Color8 color;
+  for (int c = 0; c < 3; ++c) {
+    color[c] = static_cast<uint8_t>(std::lround(255 * std::clamp(display[c], 0.f, 1.f)));
+  }
+  return color;
+}
+
+void ShowVerticesOnFaces(ObjectSurface* surface) {
+  surface->face_color.clear();
+  surface->face_confidence.clear();
+  for (const auto& [a, b, c] : surface->triangles) {
+    Color8& color = surface->face_color.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const int sum =
+          surface->vertex_color[a][k] + surface->vertex_color[b][k] + surface->vertex_color[c][k];
+      color[k] = static_cast<uint8_t>((sum + 1) / 3);
+    }
+    surface->face_confidence.push_back((surface->vertex_confidence[a] +
+                                        surface->vertex_confidence[b] +
+                                        surface->vertex_confidence[c]) /
+                                       3);
+  }
+}
 
 ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& object) {
   const Delaunay& delaunay = scene.delaunay;
@@ -158,16 +240,28 @@ int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surf
       distances.begin(), distances.end(), [&](double distance) { return distance > limit; });
 }
 
+std::string SurfaceExportOptions::Check() const {
+  if (method != "cells" && method != "smooth") return "method must be cells or smooth.";
+  if (target_faces != 0 && target_faces < 4) {
+    return "target_faces must be at least 4, the faces of a tetrahedron, or 0 for all there are.";
+  }
+  if (target_faces != 0 && method != "smooth") {
+    return "target_faces needs the method smooth; cells are exact and keep all their faces.";
+  }
+  return "";
+}
+
 std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
                                         const std::filesystem::path& output_path,
                                         const SurfaceExportOptions& options,
                                         const std::function<void(const WrittenFile&)>& on_written) {
+  CHECK_EQ(options.Check(), "");
   std::vector<WrittenFile> files;
   if (scene.objects.empty()) return files;
   const auto written = [&](int32_t id,
                            const std::string& path,
                            const std::string& summary,
-                           const std::string& warning = "") {
+                           const std::string& warning = {}) {
     files.push_back({id, path.substr(path.rfind('.') + 1), path, summary, warning});
     if (on_written) on_written(files.back());
   };
@@ -178,16 +272,13 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
     scene_usda.emplace(output_path / "scene.usda", scene.transform, options.creator);
 
   for (const ObjectInfo& object : scene.objects) {
-    const ObjectSurface surface = ExtractSurface(scene, object);
-    std::string summary = std::to_string(surface.vertices.size()) + " vertices, " +
-                          std::to_string(surface.triangles.size()) + " faces";
-    const int64_t far = CountFarVertices(scene, surface);
-    if (far > 0) summary += ", " + std::to_string(far) + " vertices stick out into empty space";
+    const MadeSurface made = MakeSurface(scene, object, options);
+    const ObjectSurface& surface = made.surface;
     const std::string stem = "objects/" + object.file_stem;
     const auto write = [&](bool wanted, const char* extension, const auto& writer) {
       if (!wanted) return;
       writer(output_path / (stem + extension), surface);
-      written(object.id, stem + extension, summary);
+      written(object.id, stem + extension, made.summary, made.warning);
     };
     write(options.om, ".om", WriteOm);
     write(options.ply, ".ply", WritePly);

@@ -15,6 +15,8 @@
 namespace semfoam {
 
 using Color8 = std::array<uint8_t, 3>;  // display values
+// From 0..1; what is outside is cut.
+Color8 ToColor8(const Eigen::Vector3f& display);
 
 // The closed surface of one object, as triangles in the world (COLMAP) frame.
 struct ObjectSurface {
@@ -24,15 +26,17 @@ struct ObjectSurface {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 
-  // What a face shows is what the object's cell behind it is; what a vertex shows is the mean of
-  // the object's cells that meet there, colours by how well the photos saw them (color_weight).
+  // `cells`: what a face shows is what the object's cell behind it is; what a vertex shows is the
+  // mean of the object's cells that meet there, colours by how well the photos saw them
+  // (color_weight). `smooth`: what a vertex shows is what the object's cell behind it is; what a
+  // face shows is the mean of its corners.
   std::vector<Color8> face_color;
   std::vector<float> face_confidence;
   std::vector<Color8> vertex_color;
   std::vector<float> vertex_confidence;
 
-  // Where it comes from: the tetrahedron whose circumcentre the vertex is, and the cells on the
-  // inner and the outer side of the triangle (the outer one may be a guard).
+  // `cells` alone, where it comes from: the tetrahedron whose circumcentre the vertex is, and the
+  // cells on the inner and the outer side of the triangle (the outer one may be a guard).
   std::vector<uint32_t> vertex_tet;
   std::vector<std::array<uint32_t, 2>> triangle_cells;
 };
@@ -57,12 +61,21 @@ struct ObjectSurface {
 // Two neighbouring objects share the very same triangles, with opposite orientation.
 ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& object);
 
-// Vertices that stick out: farther than eight times the median from the sites whose cells meet
-// there. They belong to cells that border on wide empty space. Reported, never moved, so that the
-// surface stays what it is.
+// Gives every face of the surface the mean colour and confidence of its corners.
+void ShowVerticesOnFaces(ObjectSurface* surface);
+
+// Vertices of a `cells` surface that stick out: farther than eight times the median from the sites
+// whose cells meet there. They belong to cells that border on wide empty space. Reported, never
+// moved, so that the surface stays what it is.
 int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surface);
 
 struct SurfaceExportOptions {
+  // "cells": the faces between the object's cells and all others, exact (ExtractSurface).
+  // "smooth": an iso-surface on the Delaunay tetrahedra, smoothed (ExtractSmoothSurface).
+  std::string method = "cells";
+  // `smooth` only: at most so many triangles for each object (Decimate); 0 = all there are.
+  int64_t target_faces = 0;
+
   bool om = true;   // OpenMesh: everything, lossless, in double
   bool ply = true;  // binary, positions in double, label and confidence on vertices and faces
   bool obj =
@@ -72,12 +85,17 @@ struct SurfaceExportOptions {
 
   // The "creator" that glTF and USD name: program and version.
   std::string creator = "Semantic Foam";
+
+  // Returns an empty string, or one sentence that names the option out of range.
+  std::string Check() const;
 };
 
 // Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object, and `scene.{glb,usda}` where
 // there is one, into `output_path`. The stage names those objects' volumes that lie in
-// `output_path` already. Calls `on_written` (if any) after each. Throws UserError when a file
-// cannot be written.
+// `output_path` already. Calls `on_written` (if any) after each. What the files hold is said in the
+// summaries: for `smooth` also how far the surface is from the `cells` one and how many triangles
+// intersect (after a decimation), and in a warning where it has more triangles than asked for.
+// CHECKs that the options are in range; throws UserError when a file cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

@@ -3,7 +3,6 @@
 
 #include "export/label_sidecar.h"
 #include "export/names.h"
-#include "export/surface_export.h"
 #include "foam/error.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
@@ -108,6 +107,20 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
                             "refuse to make more voxels than this (about 24 bytes of memory each)");
 }
 
+void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface) {
+  options->AddChoiceOption("MeshExport.method",
+                           &surface->method,
+                           {"cells", "smooth"},
+                           "cells = the exact faces of the cells; smooth = an iso-surface through "
+                           "them, smoothed, with the same volume");
+  options->AddDefaultOption("MeshExport.target_faces",
+                            &surface->target_faces,
+                            "smooth only: at most so many triangles for each object; 0 = all");
+  for (const char* name : {"method", "target_faces"}) {
+    options->AddShortName(name, std::string("MeshExport.") + name);
+  }
+}
+
 void AddFormatsOption(OptionManager* options, std::string* formats) {
   options->AddDefaultOption("formats", formats, "what to write, apart by commas");
 }
@@ -155,6 +168,12 @@ void RequireValid(const PieceOptions& pieces) {
 
 void RequireValid(const VolumeExportOptions& volume) {
   if (const std::string wrong = volume.Check(); !wrong.empty()) {
+    throw UserError("Failed to parse options - ", wrong);
+  }
+}
+
+void RequireValid(const SurfaceExportOptions& surface) {
+  if (const std::string wrong = surface.Check(); !wrong.empty()) {
     throw UserError("Failed to parse options - ", wrong);
   }
 }
@@ -272,8 +291,8 @@ void WriteVolumes(const ExportableScene& scene,
 
 void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
-                 const std::set<std::string>& formats) {
-  SurfaceExportOptions surface;
+                 const std::set<std::string>& formats,
+                 SurfaceExportOptions surface) {
   surface.om = formats.count("om") != 0;
   surface.ply = formats.count("ply") != 0;
   surface.obj = formats.count("obj") != 0;

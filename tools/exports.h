@@ -3,6 +3,7 @@
 
 #include "export/export_transform.h"
 #include "export/exportable_scene.h"
+#include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/model.h"
 #include "tools/option_manager.h"
@@ -15,6 +16,9 @@ namespace semfoam {
 
 // Adds --VolumeExport.*.
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume);
+
+// Adds --MeshExport.*, and --method and --target_faces for the same.
+void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
 
 // Adds --formats. `*formats` lists what the command can write, all of which is the default.
 void AddFormatsOption(OptionManager* options, std::string* formats);
@@ -39,6 +43,7 @@ std::string ModelChecksum(const std::filesystem::path& foam_path);
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);
 void RequireValid(const PieceOptions& pieces);
+void RequireValid(const SurfaceExportOptions& surface);
 // The formats of a comma list, each of which `allowed` must have.
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
 
@@ -56,13 +61,14 @@ ExportableScene PrepareExport(const Model& model,
                               ExportTransform transform = {},
                               const PieceOptions& pieces = {});
 
-// Write the files and say what was written.
+// Write the files and say what was written. `surface` says all but the formats.
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume);
 void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
-                 const std::set<std::string>& formats);
+                 const std::set<std::string>& formats,
+                 SurfaceExportOptions surface = {});
 
 // Writes labels.json; its "files" are those that lie under their names in `output_path`.
 void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path);

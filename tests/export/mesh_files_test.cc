@@ -2,11 +2,15 @@
 #include "export/mesh_files.h"
 
 #include "export/semantic_mesh.h"
+#include "export/smooth_surface.h"
+#include "export/surface_decimation.h"
+#include "export/surface_geometry.h"
 #include "foam/error.h"
 
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <random>
 #include <set>
 #include <sstream>
 
@@ -346,6 +350,72 @@ TEST_F(MeshFiles, ExportWritesNoFormatButThoseAskedFor) {
     }
     EXPECT_EQ(written, expected);
   }
+}
+
+TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(800));
+  SurfaceExportOptions options;
+  options.method = "smooth";
+  options.target_faces = 60;
+  const std::vector<WrittenFile> files = ExportSurfaces(scene, folder_, options);
+  ASSERT_EQ(files.size(), 12u);
+  for (const WrittenFile& file : files) {
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
+    if (file.object_id == 0) continue;
+    EXPECT_THAT(file.summary,
+                ::testing::MatchesRegex(
+                    "[0-9]+ vertices, (59|60) faces, from the cells [0-9.e-]+ in the mean "
+                    "\\([0-9.e-]+ % of the diagonal\\) and [0-9.e-]+ at most \\([0-9.e-]+ %\\), "
+                    "Hausdorff distance [0-9.e-]+ \\([0-9.e-]+ %\\)"));
+    EXPECT_EQ(file.warning, "");
+  }
+  SemanticMesh mesh;
+  ASSERT_TRUE(OpenMesh::IO::read_mesh(mesh, (folder_ / "objects/7_mug.om").string()));
+  EXPECT_LE(mesh.n_faces(), 60u);
+  EXPECT_GE(mesh.n_faces(), 59u);
+  // Fewer than there can be: a torus has at least 14 faces.
+  options.target_faces = 12;
+  for (const WrittenFile& file : ExportSurfaces(MakeExportableScene(Torus()), folder_, options)) {
+    if (file.object_id == 0) continue;
+    EXPECT_THAT(file.warning, ::testing::MatchesRegex("[0-9]+ faces instead of 12, because .*"));
+  }
+}
+
+TEST_F(MeshFiles, ExportCountsTheFacesThatADecimationMadeIntersect) {
+  // Crumbs and tunnels in every direction.
+  std::mt19937 random(1);
+  const ExportableScene scene =
+      MakeExportableScene(MakeModel(RandomSites(2000, 1), 1, [&](const Eigen::Vector3f& p) {
+        return p.norm() < 0.7f && random() % 2 == 0 ? 0 : kAir;
+      }));
+  SurfaceExportOptions options;
+  options.method = "smooth";
+  options.target_faces = 400;
+  const ObjectSurface small = Decimate(
+      ExtractSmoothSurface(scene, scene.objects[0], ExtractSurface(scene, scene.objects[0])), 400);
+  const size_t crossing = SelfIntersections(small.vertices, small.triangles).size();
+  ASSERT_GT(crossing, 0u);
+  EXPECT_THAT(ExportSurfaces(scene, folder_, options)[0].summary,
+              ::testing::HasSubstr(" faces, " + std::to_string(crossing) +
+                                   " of which intersect, from the cells "));
+}
+
+TEST_F(MeshFiles, OptionsOutOfRangeAreNamed) {
+  SurfaceExportOptions options;
+  EXPECT_EQ(options.Check(), "");
+  options.method = "smooth";
+  EXPECT_EQ(options.Check(), "");
+  for (const int64_t bad : {-1, 1, 3}) {
+    options.target_faces = bad;
+    EXPECT_THAT(options.Check(), ::testing::HasSubstr("target_faces must be at least 4"));
+  }
+  options.target_faces = 4;
+  EXPECT_EQ(options.Check(), "");
+  options.method = "cells";
+  EXPECT_THAT(options.Check(), ::testing::HasSubstr("target_faces needs the method smooth"));
+  options = {};
+  options.method = "blocky";
+  EXPECT_THAT(options.Check(), ::testing::HasSubstr("method must be cells or smooth"));
 }
 
 TEST_F(MeshFiles, TheMaterialHasTheMeanColour) {

@@ -5,9 +5,9 @@
 #include "foam/voronoi.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
 
+#include "tests/export/surface_checks.h"
 #include "tests/export/test_foams.h"
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
@@ -15,50 +15,6 @@
 
 namespace semfoam {
 namespace {
-
-// Every side of a triangle lies in exactly one triangle per direction, and the triangles around
-// every vertex form one single fan.
-void ExpectClosedManifold(const ObjectSurface& surface) {
-  std::map<std::pair<uint32_t, uint32_t>, int> sides;
-  std::vector<std::map<uint32_t, uint32_t>> fans(surface.vertices.size());
-  for (const auto& t : surface.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
-      ASSERT_NE(a, b);
-      ASSERT_LT(a, surface.vertices.size());
-      ++sides[{a, b}];
-      fans[a][b] = c;
-    }
-  }
-  int wrong = 0;
-  for (const auto& [side, count] : sides) {
-    const auto opposite = sides.find({side.second, side.first});
-    if (count != 1 || opposite == sides.end() || opposite->second != 1) ++wrong;
-  }
-  EXPECT_EQ(wrong, 0) << "sides without their one opposite";
-  for (const auto& fan : fans) {
-    ASSERT_FALSE(fan.empty()) << "a vertex without triangle";
-    size_t length = 0;
-    uint32_t at = fan.begin()->first;
-    do {
-      ASSERT_TRUE(fan.count(at));
-      at = fan.at(at);
-      ++length;
-    } while (at != fan.begin()->first && length <= fan.size());
-    EXPECT_EQ(length, fan.size()) << "two fans meet in one vertex";
-  }
-}
-
-double EnclosedVolume(const ObjectSurface& surface) {
-  const Eigen::Vector3d origin = surface.vertices.front();
-  double volume = 0;
-  for (const auto& t : surface.triangles) {
-    volume += (surface.vertices[t[0]] - origin)
-                  .dot((surface.vertices[t[1]] - origin).cross(surface.vertices[t[2]] - origin)) /
-              6;
-  }
-  return volume;
-}
 
 // The cells' volumes in world units: pyramids over their faces, all in double.
 double VolumeOfCells(const ExportableScene& scene, const ObjectInfo& object) {
@@ -73,12 +29,6 @@ double VolumeOfCells(const ExportableScene& scene, const ObjectInfo& object) {
     }
   }
   return volume * std::pow(scene.world_from_normalized.scale, 3);
-}
-
-int EulerCharacteristic(const ObjectSurface& surface) {
-  return static_cast<int>(surface.vertices.size()) -
-         static_cast<int>(surface.triangles.size() * 3 / 2) +
-         static_cast<int>(surface.triangles.size());
 }
 
 // What must hold for every object of every bounded foam.
@@ -166,10 +116,7 @@ TEST(Surface, CellsThatTouchInAnEdgeOrAVertexOnly) {
 }
 
 TEST(Surface, ATorusKeepsItsHole) {
-  const Model model = MakeModel(GridSites(22, 0.09f, 0.2f, 4), 1, [](const Eigen::Vector3f& p) {
-    const float ring = p.head<2>().norm() - 0.6f;
-    return std::hypot(ring, p.z()) < 0.25f ? 0 : kAir;
-  });
+  const Model model = Torus();
   ExpectSoundSurfaces(model);
   const ExportableScene scene = MakeExportableScene(model);
   EXPECT_EQ(EulerCharacteristic(ExtractSurface(scene, scene.objects[0])), 0);

@@ -91,6 +91,14 @@ inline Model TouchingBalls(int count = 3000) {
   });
 }
 
+// A ring around the z axis.
+inline Model Torus() {
+  return MakeModel(GridSites(22, 0.09f, 0.2f, 4), 1, [](const Eigen::Vector3f& p) {
+    const float ring = p.head<2>().norm() - 0.6f;
+    return std::hypot(ring, p.z()) < 0.25f ? 0 : kAir;
+  });
+}
+
 // A folder of its own for each test, removed at its end.
 class TemporaryFolderTest : public ::testing::Test {
  protected:

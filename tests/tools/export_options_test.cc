@@ -129,6 +129,66 @@ std::vector<Eigen::Vector3d> UsdaVertices(const fs::path& path, const std::strin
   return vertices;
 }
 
+TEST_F(ExportOptionsTest, TheMethodReachesEveryFormat) {
+  const auto faces = [&](const std::string& out, const std::string& name) {
+    const std::string text = ReadFile(folder_ / out / "objects" / (name + ".obj"));
+    size_t count = 0;
+    for (size_t at = 0; (at = text.find("\nf ", at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  ASSERT_EQ(Run("mesh_exporter", "plain").exit_code, 0);
+  ASSERT_EQ(Run("mesh_exporter", "cells", {"--method", "cells"}).exit_code, 0);
+  const std::string glb = "objects/7_mug.glb";
+  EXPECT_EQ(ReadFile(folder_ / "plain" / glb), ReadFile(folder_ / "cells" / glb));
+  const Outcome smooth = Run("mesh_exporter", "smooth", {"--method", "smooth"});
+  ASSERT_EQ(smooth.exit_code, 0) << smooth.err;
+  EXPECT_THAT(smooth.err, HasSubstr(" faces, from the cells 0.0"));
+  EXPECT_THAT(smooth.err, HasSubstr("Hausdorff distance 0."));
+  ExpectListed("smooth");
+  const Outcome few =
+      Run("mesh_exporter", "few", {"--method", "smooth", "--MeshExport.target_faces", "100"});
+  ASSERT_EQ(few.exit_code, 0) << few.err;
+  for (const std::string name : {"7_mug", "8_label_8"}) {
+    EXPECT_NE(faces("smooth", name), faces("cells", name));
+    EXPECT_GT(faces("smooth", name), 200u);
+    EXPECT_LE(faces("few", name), 100u);
+    EXPECT_GE(faces("few", name), 99u);
+  }
+  // The same surface in all formats.
+  const std::vector<Eigen::Vector3d> obj = ObjVertices(folder_ / "few/objects/7_mug.obj");
+  const std::vector<Eigen::Vector3d> in_glb = ImportedVertices(ReadGlb(folder_ / "few" / glb));
+  const std::vector<Eigen::Vector3d> in_usda = UsdaVertices(folder_ / "few/scene.usda", "mug");
+  ASSERT_EQ(in_usda.size(), obj.size());
+  EXPECT_EQ(in_glb.size(), obj.size());
+  for (size_t v = 0; v < obj.size(); ++v) EXPECT_LT((in_usda[v] - obj[v]).norm(), 1e-5);
+  const std::string ply = ReadFile(folder_ / "few/objects/7_mug.ply").substr(0, 300);
+  EXPECT_THAT(ply, HasSubstr("element vertex " + std::to_string(obj.size()) + "\n"));
+  // What cannot be is said: a torus has at least 14 faces.
+  WriteModel(folder_ / "scene.foam", Torus());
+  const Outcome too_few =
+      Run("mesh_exporter", "too_few", {"--method", "smooth", "--target_faces", "12"});
+  ASSERT_EQ(too_few.exit_code, 0) << too_few.err;
+  EXPECT_THAT(too_few.err, HasSubstr(" faces instead of 12, because fewer would"));
+}
+
+TEST_F(ExportOptionsTest, SmoothSurfacesAreTheSameOnAnyNumberOfThreads) {
+  const auto run = [&](const std::string& threads) {
+    const Outcome outcome =
+        Run("mesh_exporter",
+            threads,
+            {"--method", "smooth", "--target_faces", "300", "--num_threads", threads});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.err;
+  };
+  const std::string log = run("1");
+  for (const std::string threads : {"2", "5"}) {
+    EXPECT_EQ(run(threads), log);
+    for (const std::string& file : FilesBelow(folder_ / "1")) {
+      EXPECT_EQ(ReadFile(folder_ / threads / file), ReadFile(folder_ / "1" / file)) << file;
+    }
+  }
+}
+
 std::vector<Eigen::Vector3d> VoxelCenters(const fs::path& path) {
   openvdb::initialize();
   openvdb::io::File file(path.string());

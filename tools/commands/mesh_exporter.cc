@@ -14,6 +14,7 @@ void RunMeshExporter(int argc, char** argv) {
   std::string output_path;
   std::string formats = kMeshFormats;
   PieceOptions pieces;
+  SurfaceExportOptions surface;
   ExportTransformOptions frame;
   OptionManager options("mesh_exporter", "Writes the closed surface of every object of a foam.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
@@ -23,8 +24,10 @@ void RunMeshExporter(int argc, char** argv) {
       "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
   AddFormatsOption(&options, &formats);
   AddPieceOptions(&options, &pieces);
+  AddMeshExportOptions(&options, &surface);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
+  RequireValid(surface);
   const std::set<std::string> wanted = ParseFormats(formats, kMeshFormats);
   RequireValid(pieces);
   const ExportTransform transform = ParseExportTransform(frame);
@@ -32,7 +35,7 @@ void RunMeshExporter(int argc, char** argv) {
   RequireWritableFolder(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
-  WriteMeshes(scene, output_path, wanted);
+  WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
 }
 

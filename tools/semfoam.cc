@@ -31,6 +31,8 @@ constexpr Command kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
+    {"point_labeler", "labels SfM points by their tracks in the masks", RunPointLabeler},
+    {"mask_analyzer", "says what is in the masks, and which look wrong", RunMaskAnalyzer},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},

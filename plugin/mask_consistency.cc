@@ -314,6 +314,7 @@ std::vector<RegionReport> ReportRegions(const Evidence& evidence,
     RegionReport& report = reports.emplace_back();
     report.view = region.view;
     report.given_class = region.mask_class;
+    report.num_pixels = region.num_pixels;
     if (region.label != kNoLabel) report.classes.push_back(class_of_label[region.label]);
     for (const int32_t part : region.parts) report.classes.push_back(class_of_label[part]);
     report.is_renamed = region.label != kNoLabel && region.label != given[r];

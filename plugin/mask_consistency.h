@@ -29,7 +29,8 @@ enum class MaskConsistency {
 // What has become of one region.
 struct RegionReport {
   int32_t view = 0;
-  int32_t given_class = 0;       // in the masks as they were
+  int32_t given_class = 0;  // in the masks as they were
+  int64_t num_pixels = 0;
   std::vector<int32_t> classes;  // in the corrected masks: one; several, ascending, of a split
                                  // region; none of a dropped one
   int num_points = 0;            // seen in it, away from its border

@@ -61,24 +61,35 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
                    const std::vector<Sightings>& tracks,
                    const std::vector<PhotoRecord>& photos,
                    const MaskSet& masks) {
-  std::vector<std::map<int32_t, int32_t>> region_of(photos.size());  // by class
+  std::vector<std::map<int32_t, int64_t>> pixels_of(photos.size());  // by class
   ParallelForBlocks(static_cast<int64_t>(photos.size()), 1, [&](int64_t view, int64_t) {
     const ClassImage& image = masks.classes[view];
     if (photos[view].held_out || image.Empty()) return;
     int32_t last = kUnlabelled;
+    int64_t run = 0;
+    const auto end_run = [&] {
+      if (last != kUnlabelled) pixels_of[view][last] += run;
+    };
     const size_t pixels = static_cast<size_t>(photos[view].width) * photos[view].height;
     for (size_t i = 0; i < pixels; ++i) {
       const int32_t c = image[i];
-      if (c != last && c != kUnlabelled) region_of[view][c] = 0;
+      if (c != last) {
+        end_run();
+        run = 0;
+      }
       last = c;
+      ++run;
     }
+    end_run();
   });
+  std::vector<std::map<int32_t, int32_t>> region_of(photos.size());  // by class
   for (size_t view = 0; view < photos.size(); ++view) {
-    for (auto& [c, index] : region_of[view]) {
-      index = static_cast<int32_t>(regions.size());
+    for (const auto& [c, pixels] : pixels_of[view]) {
+      region_of[view][c] = static_cast<int32_t>(regions.size());
       Region& region = regions.emplace_back();
       region.view = static_cast<int32_t>(view);
       region.mask_class = region.label = c;
+      region.num_pixels = pixels;
     }
   }
   std::vector<Eigen::Vector3f> positions;

@@ -23,6 +23,7 @@ inline constexpr int32_t kNoLabel = -1;
 struct Region {
   int32_t view = 0;
   int32_t mask_class = 0;
+  int64_t num_pixels = 0;
   int32_t label = 0;       // what it is taken for; kNoLabel: dropped or split
   bool is_judged = false;  // enough points
   std::vector<uint32_t> observations;

@@ -53,6 +53,9 @@ void FindFaultyRegions(const MaskedPhotos& photos, std::vector<MaskFinding>* fin
     finding.given_class = region.given_class;
     finding.fault = FaultOf(region, is_zero, is_rare[region.given_class] != 0);
     finding.classes = region.classes;
+    const PhotoRecord& photo = photos.photos[region.view];
+    finding.share =
+        static_cast<double>(region.num_pixels) / (static_cast<double>(photo.width) * photo.height);
     if (finding.fault == MaskFault::kMissing) {
       std::erase_if(finding.classes, [&](int32_t c) { return IsZero(photos.corrected.labels, c); });
     }
@@ -106,6 +109,8 @@ bool IsUnusable(MaskFault fault) {
 
 }  // namespace
 
+double MaskFinding::Weight() const { return std::max<double>(num_points, 100 * share); }
+
 std::string FaultName(MaskFault fault) {
   switch (fault) {
     case MaskFault::kUnreadable:
@@ -146,12 +151,12 @@ std::vector<SuspiciousPhoto> RankPhotos(const std::vector<MaskFinding>& findings
   for (const MaskFinding& finding : findings) {
     SuspiciousPhoto& photo = photos[finding.view];
     photo.view = finding.view;
-    photo.num_points += finding.num_points;
+    photo.weight += finding.Weight();
     photo.findings.push_back(finding);
   }
   std::vector<SuspiciousPhoto> ranked;
   const auto finding_key = [](const MaskFinding& f) {
-    return std::tuple(!IsUnusable(f.fault), -f.num_points, f.given_class, f.classes);
+    return std::tuple(!IsUnusable(f.fault), -f.Weight(), f.given_class, f.classes);
   };
   for (auto& [view, photo] : photos) {
     std::stable_sort(photo.findings.begin(),
@@ -161,7 +166,7 @@ std::vector<SuspiciousPhoto> RankPhotos(const std::vector<MaskFinding>& findings
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
     const auto key = [](const SuspiciousPhoto& p) {
-      return std::tuple(!IsUnusable(p.findings.front().fault), -p.num_points, p.view);
+      return std::tuple(!IsUnusable(p.findings.front().fault), -p.weight, p.view);
     };
     return key(a) < key(b);
   });

@@ -20,7 +20,7 @@ enum class MaskFault {
   kNewId,         // a region bears an id of its own for a thing that has one
   kMerged,        // a region holds several things
   kContradicted,  // a region is not what its id says, nor clearly anything else
-  kFragment,      // a region of an id that hardly any photo has, and no point confirms
+  kFragment,      // a region of an id that hardly any photo has and no point confirms
 };
 
 // The word for it in tables and files: "missing", "wrong aspect", ...
@@ -32,6 +32,10 @@ struct MaskFinding {
   int32_t given_class = kUnlabelled;  // the region's, of MaskedPhotos::given, where there is one
   std::vector<int32_t> classes;       // of MaskedPhotos::corrected: what it is, or what is missing
   int num_points = 0;                 // that speak against the mask
+  double share = 0;                   // of the photo that the region covers, 0..1
+
+  // How much there is to look at: points, or percent of the photo, whichever are more.
+  double Weight() const;
 };
 
 // What the tracks find wrong with the masks, by view. `labels` is LabelPoints of the photos.
@@ -46,12 +50,12 @@ std::vector<MaskFinding> FindMaskFaults(const MaskedPhotos& photos,
 // A photo and all that is wrong with its mask.
 struct SuspiciousPhoto {
   int32_t view = 0;
-  int num_points = 0;  // that speak against the mask, of all findings
+  double weight = 0;  // of all findings
   std::vector<MaskFinding> findings;
 };
 
 // Photos with findings, the most suspicious first: masks that cannot be used or are not there, then
-// by the number of points that speak against the mask, then by view; and within a photo likewise.
+// by weight, then by view; and within a photo likewise.
 std::vector<SuspiciousPhoto> RankPhotos(const std::vector<MaskFinding>& findings);
 
 }  // namespace semfoam

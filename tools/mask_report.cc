@@ -15,9 +15,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostPhotos = 20;   // of the suspicious ones, in the text
-constexpr size_t kMostIds = 40;      // in the text
-constexpr size_t kMostFindings = 4;  // of a photo, in the text
+constexpr size_t kMostPhotos = 20;    // of the suspicious ones, in the text
+constexpr size_t kMostIds = 40;       // in the text
+constexpr size_t kMostFindings = 4;   // of a photo, in the text
+constexpr double kSmallShare = 0.01;  // of the photo: a small fragment
 
 template <typename... Values>
 std::string Format(const char* format, Values... values) {
@@ -139,8 +140,15 @@ void AppendIdLines(const MaskAnalysis& analysis, std::vector<std::string>* lines
 }
 
 void AppendSuspicionLines(const MaskAnalysis& analysis, std::vector<std::string>* lines) {
-  lines->push_back(Count(analysis.suspicious.size(), "suspicious photo") +
-                   (analysis.suspicious.empty() ? "" : ", the most suspicious first"));
+  const auto small = std::count_if(
+      analysis.suspicious.begin(), analysis.suspicious.end(), [](const SuspiciousPhoto& photo) {
+        return std::all_of(photo.findings.begin(), photo.findings.end(), [](const MaskFinding& f) {
+          return f.fault == MaskFault::kFragment && f.share < kSmallShare;
+        });
+      });
+  std::string head = Count(analysis.suspicious.size(), "suspicious photo");
+  if (small > 0) head += ", " + std::to_string(small) + " of them only for small fragments";
+  lines->push_back(head + (analysis.suspicious.empty() ? "" : "; the most suspicious first"));
   for (size_t i = 0; i < std::min(kMostPhotos, analysis.suspicious.size()); ++i) {
     const SuspiciousPhoto& photo = analysis.suspicious[i];
     std::string line = "  " + analysis.photos.photos[photo.view].name + ": ";
@@ -175,6 +183,7 @@ Json FindingJson(const MaskAnalysis& analysis, const MaskFinding& finding) {
     json["is"].push_back(LabelJson(analysis.photos.corrected.labels, c));
   }
   json["points"] = finding.num_points;
+  if (finding.given_class != kUnlabelled) json["share"] = finding.share;
   json["text"] = DescribeFinding(analysis, finding);
   return json;
 }
@@ -225,7 +234,8 @@ std::string DescribeFinding(const MaskAnalysis& analysis, const MaskFinding& fin
     case MaskFault::kContradicted:
       return what + " is something else" + points;
     case MaskFault::kFragment:
-      return what + " is a fragment";
+      return what + Format(" is in hardly any photo, and nothing tells what it is: %.1f %%",
+                           100 * finding.share);
   }
   return "";
 }
@@ -284,7 +294,7 @@ std::string MaskReportJson(const MaskAnalysis& analysis) {
   json["suspicious"] = Json::array();
   for (const SuspiciousPhoto& photo : analysis.suspicious) {
     Json one = {{"photo", analysis.photos.photos[photo.view].name},
-                {"points", photo.num_points},
+                {"weight", photo.weight},
                 {"findings", Json::array()}};
     for (const MaskFinding& finding : photo.findings) {
       one["findings"].push_back(FindingJson(analysis, finding));

@@ -42,22 +42,16 @@ float BorderWeight(const ClassImage& image, const PhotoRecord& photo, float x, f
   return (distance + 0.5f) / (kSafePixels + 0.5f);
 }
 
-struct Ballot {
-  float weight = 0;
-  int count = 0;
-};
-
-PointLabel Winner(const std::map<int32_t, Ballot>& ballots) {
+PointLabel Winner(const std::vector<Vote>& votes) {
   PointLabel label;
-  Ballot best;
-  float total = 0;
-  for (const auto& [class_index, ballot] : ballots) {
-    total += ballot.weight;
-    if (std::pair(ballot.weight, ballot.count) <= std::pair(best.weight, best.count)) continue;
-    best = ballot;
-    label.class_index = class_index;
+  float most = 0, total = 0;
+  for (const Vote& vote : votes) {
+    total += vote.weight;
+    if (vote.weight < most || (vote.weight == most && vote.label > label.class_index)) continue;
+    most = vote.weight;
+    label.class_index = vote.label;
   }
-  if (total > 0) label.confidence = best.weight / total;
+  if (total > 0) label.confidence = most / total;
   return label;
 }
 
@@ -68,8 +62,9 @@ std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
   std::vector<PointLabel> labels(photos.sightings.size());
   constexpr int64_t kBlock = 1024;
   ParallelForBlocks(static_cast<int64_t>(labels.size()), kBlock, [&](int64_t begin, int64_t end) {
+    std::vector<Vote> votes;
     for (int64_t i = begin; i < end; ++i) {
-      std::map<int32_t, Ballot> ballots;
+      votes.clear();
       for (const Sighting& sighting : photos.sightings[i]) {
         const PhotoRecord& photo = photos.photos[sighting.view];
         const ClassImage& image = photos.corrected.classes[sighting.view];
@@ -78,12 +73,11 @@ std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
         if (image.Empty() || UniformRadius(image, photo, x, y, 0) < 0) continue;
         const size_t pixel = static_cast<size_t>(y) * photo.width + static_cast<size_t>(x);
         if (image[pixel] == kUnlabelled) continue;
-        Ballot& ballot = ballots[image[pixel]];
-        ballot.weight += BorderWeight(image, photo, x, y) *
-                         trust.Of(sighting.view, photos.given.classes[sighting.view][pixel]);
-        ++ballot.count;
+        const float weight = BorderWeight(image, photo, x, y) *
+                             trust.Of(sighting.view, photos.given.classes[sighting.view][pixel]);
+        AddVote(image[pixel], weight, &votes);
       }
-      labels[i] = Winner(ballots);
+      labels[i] = Winner(votes);
     }
   });
   return labels;

@@ -25,7 +25,7 @@ struct PointLabel {
 //
 // Unlabelled pixels vote for nothing, as do photos without a mask: where a tracker has lost a thing
 // it writes 0, which says nothing of the point. Where id 0 is a class it votes as any other. The
-// heaviest class wins; of several that weigh the same, that of the most sightings, then the first.
+// heaviest class wins; of several that weigh the same, the first.
 // A point that no mask shows is kUnlabelled with confidence 0.
 std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos);
 

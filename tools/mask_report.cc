@@ -234,6 +234,9 @@ std::string DescribeFinding(const MaskAnalysis& analysis, const MaskFinding& fin
     case MaskFault::kContradicted:
       return what + " is something else" + points;
     case MaskFault::kFragment:
+      if (finding.share < kSmallShare) {
+        return what + Format(" is a fragment: %.1f %%", 100 * finding.share);
+      }
       return what + Format(" is in hardly any photo, and nothing tells what it is: %.1f %%",
                            100 * finding.share);
   }

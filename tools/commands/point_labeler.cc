@@ -10,6 +10,8 @@
 #include "tools/option_manager.h"
 #include "tools/point_label_files.h"
 
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -93,6 +95,7 @@ void RunPointLabeler(int argc, char** argv) {
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/true);
   const ModelFormat format = FindModelFormat(paths.model_folder);
+  const auto begin = std::chrono::steady_clock::now();
   RequireRoomForModel(output_path, paths.model_folder, format);
 
   const Reconstruction model = ReadReconstruction(paths.model_folder);
@@ -120,6 +123,10 @@ void RunPointLabeler(int argc, char** argv) {
   if (!paths.labels_file.empty() && names_fit) NameLabels(paths.labels_file, &labels);
 
   const std::vector<PointLabel> points = LabelPoints(photos);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  LOG(INFO) << points.size() << " points labelled in " << std::lround(1000 * seconds)
+            << " ms, reading included";
   RequireWritableFolder(output_path);
   const fs::path folder = output_path;
   WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);

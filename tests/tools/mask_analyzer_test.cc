@@ -202,8 +202,10 @@ TEST(MaskAnalyzer, WorksOnMasksAloneAndSaysWhatItCannotTell) {
   EXPECT_THAT(outcome.out, HasSubstr("47 ids"));
   EXPECT_THAT(outcome.out, HasSubstr("Without a COLMAP model (--input_path) nothing tells"));
   EXPECT_THAT(outcome.out, HasSubstr("0 suspicious photos\n"));
+  WriteFile(folder / "w/pred.json", "{\"annotations\": []}");
   const json report = AnalyzeAsJson(arguments);
   EXPECT_EQ(report["model"], false);
+  EXPECT_EQ(report["pred_json"], true);
   EXPECT_FALSE(report.contains("consistency"));
   // With photos, those without a mask are known.
   fs::copy(kTabletop / "images", folder / "w" / "images", fs::copy_options::recursive);

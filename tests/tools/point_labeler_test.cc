@@ -244,6 +244,7 @@ TEST(PointLabeler, TakesAModelAloneAndKeepsItsFormat) {
 TEST(PointLabeler, ColmapReadsTheModel) {
   const TempFolder folder;
   ASSERT_EQ(LabelTabletop(folder / "out").exit_code, 0);
+  ASSERT_EQ(LabelTabletop(folder / "out").exit_code, 0);  // and over its own output
   const auto colmap = [](std::vector<std::string> arguments) {
     std::vector<std::string> all = {"QT_QPA_PLATFORM=offscreen", "colmap"};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -286,6 +287,7 @@ TEST(PointLabeler, SaysWhatIsWrongInOneSentence) {
   const std::string out = (folder / "out").string();
   fs::create_directories(folder / "empty");
   fs::create_directories(folder / "text");
+  fs::copy(kTabletop / "sparse/0", folder / "other");
   WriteFile(folder / "text" / "points3D.txt", "");
   fs::create_directories(folder / "no masks" / "sparse");
   fs::copy(kTabletop / "sparse/0", folder / "no masks" / "sparse" / "0");
@@ -322,6 +324,8 @@ TEST(PointLabeler, SaysWhatIsWrongInOneSentence) {
        "is the folder of the model itself, whose colours would be lost"},
       {{"--workspace_path", workspace, "--output_path", (folder / "text").string()},
        "points3D.txt: is of another model"},
+      {{"--workspace_path", workspace, "--output_path", (folder / "other").string()},
+       "cameras.bin: is of another model, which would be lost or mixed up with this one"},
       {{"--workspace_path", workspace, "--output_path", out, "--Masks.consistency", "yes"},
        "('yes') for option '--Masks.consistency' is invalid; it takes {auto, off, tracks, "
        "independent}"},

@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glog/logging.h>
@@ -24,8 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A coloured copy must not take the place of what it was made from, nor lie beside a model of the
-// other format, which readers would mix up.
+constexpr const char* kLabelsFile = "points_labels.json";
+
+// A coloured copy must not take the place of what it was made from, or of any model that this
+// command did not write, nor lie beside one of the other format, which readers would mix up.
 void RequireRoomForModel(const fs::path& output_path,
                          const fs::path& model_folder,
                          ModelFormat format) {
@@ -34,13 +37,16 @@ void RequireRoomForModel(const fs::path& output_path,
                     ": is the folder of the model itself, whose colours would be lost; another "
                     "--output_path would be right.");
   }
-  const char* other = format == ModelFormat::kBinary ? ".txt" : ".bin";
+  const bool is_ours = fs::exists(output_path / kLabelsFile);
   for (const char* stem : {"cameras", "images", "points3D"}) {
-    const fs::path file = output_path / (std::string(stem) + other);
-    if (!fs::exists(file)) continue;
-    throw UserError(file.string(),
-                    ": is of another model, and both would be in one folder; an empty "
-                    "--output_path would be right.");
+    for (const auto& [extension, of] :
+         {std::pair(".bin", ModelFormat::kBinary), std::pair(".txt", ModelFormat::kText)}) {
+      const fs::path file = output_path / (std::string(stem) + extension);
+      if (!fs::exists(file) || (is_ours && of == format)) continue;
+      throw UserError(file.string(),
+                      ": is of another model, which would be lost or mixed up with this one; an "
+                      "empty --output_path would be right.");
+    }
   }
 }
 
@@ -131,7 +137,7 @@ void RunPointLabeler(int argc, char** argv) {
   const fs::path folder = output_path;
   WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);
   WritePointsPly(folder / "points.ply", model, points, labels);
-  WritePointLabelsJson(folder / "points_labels.json", model, photos, points, labels);
+  WritePointLabelsJson(folder / kLabelsFile, model, photos, points, labels);
   PrintLabels(points, labels);
 }
 

@@ -2,15 +2,13 @@
 #include "plugin/mask_consistency.h"
 
 #include "foam/error.h"
-#include "foam/parallel.h"
 #include "plugin/mask_association.h"
 #include "plugin/mask_evidence.h"
+#include "plugin/mask_rewriting.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -38,9 +36,6 @@ constexpr double kClearShares[] = {0.8, 0.65, 0.5, 0.5, 0.5, 0.5};
 constexpr int kPointsToDrop = 8;
 // A label in less than this share of the photos is rare: a fragment, unless points confirm it.
 constexpr double kShareOfPhotos = 0.1;
-// A pixel of a split region belongs to the label whose nearest point is less than this times as far
-// as the nearest of any other label.
-constexpr float kClearlyNearer = 0.7f;
 // Ids that agree less than this are taken to mean nothing between photos.
 constexpr double kLeastAgreement = 0.1;
 constexpr int kLeastPairs = 20;
@@ -194,112 +189,6 @@ void DropUnconfirmed(int num_labels, Evidence* evidence) {
     if (region.label == kNoLabel || confirmed[region.label] >= kLeastPoints) continue;
     if (is_rare[region.label]) region.label = kNoLabel;
   }
-}
-
-// The label of every pixel of a split region, by its points: in blocks, whose size grows with the
-// photo's, so that the time does not.
-class SplitRegion {
- public:
-  SplitRegion(const Evidence& evidence, const Region& region, const PhotoRecord& photo)
-      : block_(std::max(1, std::max(photo.width, photo.height) / 160)),
-        columns_((photo.width + block_ - 1) / block_),
-        labels_(static_cast<size_t>(columns_) * ((photo.height + block_ - 1) / block_), kUnknown),
-        evidence_(evidence),
-        region_(region) {}
-
-  int32_t LabelAt(int x, int y) {
-    int32_t& label = labels_[static_cast<size_t>(y / block_) * columns_ + x / block_];
-    if (label == kUnknown) {
-      const auto middle = [&](int at) {
-        return (static_cast<float>(at / block_) + 0.5f) * static_cast<float>(block_);
-      };
-      label = Nearest(middle(x), middle(y));
-    }
-    return label;
-  }
-
- private:
-  static constexpr int32_t kUnknown = -2;
-
-  int32_t Nearest(float x, float y) const {
-    int32_t nearest = kNoLabel;
-    float distance = INFINITY, distance_of_others = INFINITY;
-    for (const uint32_t i : region_.observations) {
-      const Observation& observation = evidence_.observations[i];
-      if (observation.label == kNoLabel) continue;
-      const float d = std::hypot(observation.x - x, observation.y - y);
-      if (d < distance) {
-        if (observation.label != nearest) distance_of_others = distance;
-        nearest = observation.label;
-        distance = d;
-      } else if (observation.label != nearest) {
-        distance_of_others = std::min(distance_of_others, d);
-      }
-    }
-    return distance < kClearlyNearer * distance_of_others ? nearest : kNoLabel;
-  }
-
-  int block_;
-  int columns_;
-  std::vector<int32_t> labels_;
-  const Evidence& evidence_;
-  const Region& region_;
-};
-
-// Writes what has been found into the masks. `label_of_class` is for the held-out photos. Returns
-// the class that each label has become, kUnlabelled where none has it.
-std::vector<int32_t> Apply(const Evidence& evidence,
-                           const std::vector<PhotoRecord>& photos,
-                           const std::vector<int32_t>& label_of_class,
-                           std::vector<Label> labels,
-                           MaskSet* masks) {
-  std::vector<char> is_used(labels.size(), 0);
-  for (const Region& region : evidence.regions) {
-    if (region.label != kNoLabel) is_used[region.label] = 1;
-    for (const int32_t part : region.parts) is_used[part] = 1;
-  }
-  std::vector<int32_t> class_of_label(labels.size(), kUnlabelled);
-  masks->labels.clear();
-  for (size_t label = 0; label < labels.size(); ++label) {
-    if (!is_used[label]) continue;
-    class_of_label[label] = static_cast<int32_t>(masks->labels.size());
-    masks->labels.push_back(std::move(labels[label]));
-  }
-  const auto new_class = [&](int32_t label) {
-    return label == kNoLabel ? kUnlabelled : class_of_label[label];
-  };
-  const auto num_classes = static_cast<int>(masks->labels.size());
-  ParallelForBlocks(static_cast<int64_t>(photos.size()), 1, [&](int64_t view, int64_t) {
-    if (masks->classes[view].Empty()) return;
-    const PhotoRecord& photo = photos[view];
-    std::vector<int32_t> class_of_class(label_of_class.size(), kUnlabelled);
-    std::vector<std::unique_ptr<SplitRegion>> split(label_of_class.size());
-    if (photo.held_out) {
-      std::transform(
-          label_of_class.begin(), label_of_class.end(), class_of_class.begin(), new_class);
-    }
-    auto region = std::lower_bound(
-        evidence.regions.begin(), evidence.regions.end(), view, [](const Region& r, int64_t v) {
-          return r.view < v;
-        });
-    for (; region != evidence.regions.end() && region->view == view; ++region) {
-      class_of_class[region->mask_class] = new_class(region->label);
-      if (!region->parts.empty()) {
-        split[region->mask_class] = std::make_unique<SplitRegion>(evidence, *region, photo);
-      }
-    }
-    ClassImage image({photo.width, photo.height}, num_classes);
-    size_t pixel = 0;
-    for (int y = 0; y < photo.height; ++y) {
-      for (int x = 0; x < photo.width; ++x, ++pixel) {
-        const int32_t c = masks->classes[view][pixel];
-        if (c == kUnlabelled) continue;
-        image.Set(pixel, split[c] ? new_class(split[c]->LabelAt(x, y)) : class_of_class[c]);
-      }
-    }
-    masks->classes[view] = std::move(image);
-  });
-  return class_of_label;
 }
 
 // `given` are the regions' labels as the masks had them, `believed` those with equal ids joined.
@@ -459,7 +348,7 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
   }
   Log(evidence, given, photos, masks->labels, labels);
   const std::vector<int32_t> class_of_label =
-      Apply(evidence, photos, label_of_class, std::move(labels), masks);
+      RewriteMasks(evidence, photos, label_of_class, std::move(labels), masks);
   report.regions = ReportRegions(evidence, given, believed, is_contradicted, class_of_label);
   report.num_renamed = static_cast<int>(
       std::count_if(report.regions.begin(), report.regions.end(), [](const RegionReport& region) {

@@ -87,23 +87,23 @@ void DrawTile(cairo_t* cairo, const SheetTile& tile, double x, double y, int hei
   cairo_stroke(cairo);
 }
 
-// Returns the height that the legend takes. Without `cairo` to draw on, only that.
-int DrawLegend(cairo_t* measure, bool draws, const std::vector<SheetLegendEntry>& legend) {
+// Returns the height that the legend takes; draws it only if `draws`.
+int DrawLegend(cairo_t* cairo, bool draws, const std::vector<SheetLegendEntry>& legend) {
   if (legend.empty()) return 0;
   double x = kGap;
   int y = kTop;
   for (const SheetLegendEntry& entry : legend) {
-    const double width = 18 + TextWidth(measure, entry.name, kTextSize) + 14;
+    const double width = 18 + TextWidth(cairo, entry.name, kTextSize) + 14;
     if (x > kGap && x + width > kWidth) {
       x = kGap;
       y += kLegendLine;
     }
     if (draws) {
       const auto [r, g, b] = entry.color;
-      SetColor(measure, {r / 255.0, g / 255.0, b / 255.0});
-      cairo_rectangle(measure, x, y, 12, 12);
-      cairo_fill(measure);
-      DrawText(measure, entry.name, x + 17, y + 10, kTextSize, TextAlign::kLeft);
+      SetColor(cairo, {r / 255.0, g / 255.0, b / 255.0});
+      cairo_rectangle(cairo, x, y, 12, 12);
+      cairo_fill(cairo);
+      DrawText(cairo, entry.name, x + 17, y + 10, kTextSize, TextAlign::kLeft);
     }
     x += width;
   }

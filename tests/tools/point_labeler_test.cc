@@ -192,8 +192,7 @@ TEST(PointLabeler, IdZeroIsAClassWhereTheUserSaysSo) {
                           {"--FoamTraining.label_zero", "ignore", "--Masks.consistency", "off"})
                 .exit_code,
             0);
-  ASSERT_EQ(LabelTabletop(folder / "class",
-                          {"--FoamTraining.label_zero", "class", "--Masks.consistency", "off"})
+  ASSERT_EQ(LabelTabletop(folder / "class", {"--label_zero", "class", "--Masks.consistency", "off"})
                 .exit_code,
             0);
   int background = 0;

@@ -124,6 +124,7 @@ void RunMaskAnalyzer(int argc, char** argv) {
                            "the photos under their masks; by default none");
   options.AddDefaultOption("json", &json, "1 = print the whole report as JSON, not as text");
   AddMaskReadingOptions(&options, &masks);
+  options.AddShortName("label_zero", "FoamTraining.label_zero");
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);

@@ -97,6 +97,7 @@ void RunPointLabeler(int argc, char** argv) {
   options.AddRequiredOption("output_path", &output_path, "folder for what is written");
   AddMaskPathOptions(&options, &masks);
   AddMaskReadingOptions(&options, &masks);
+  options.AddShortName("label_zero", "FoamTraining.label_zero");
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/true);

@@ -5,7 +5,10 @@
 #include "foam/parallel.h"
 
 #include <algorithm>
+#include <cctype>
 #include <exception>
+#include <set>
+#include <string>
 #include <system_error>
 
 namespace semfoam {
@@ -43,6 +46,25 @@ std::vector<std::filesystem::path> ListFiles(const std::filesystem::path& folder
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+std::vector<std::filesystem::path> ListPhotos(const std::filesystem::path& folder) {
+  static const std::set<std::string> kExtensions = {
+      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm"};
+  std::vector<std::filesystem::path> photos = ListFiles(folder);
+  std::erase_if(photos, [](const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+      return static_cast<char>(std::tolower(c));
+    });
+    return !kExtensions.contains(extension);
+  });
+  return photos;
+}
+
+std::filesystem::path ParentFolder(const std::filesystem::path& path) {
+  const std::filesystem::path normal = path.lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).parent_path();
 }
 
 }  // namespace semfoam

@@ -17,4 +17,11 @@ void ForEachFile(int64_t count, const std::function<void(int64_t index)>& body);
 // is left out. `folder` must be one.
 std::vector<std::filesystem::path> ListFiles(const std::filesystem::path& folder);
 
+// Those of ListFiles whose extension is that of a photo (JPEG, PNG, TIFF, BMP, WebP, PPM), in any
+// case.
+std::vector<std::filesystem::path> ListPhotos(const std::filesystem::path& folder);
+
+// The folder that holds `path`: "a" for both "a/b/" and "a/b".
+std::filesystem::path ParentFolder(const std::filesystem::path& path);
+
 }  // namespace semfoam

@@ -26,6 +26,21 @@ enum class MaskConsistency {
   kIndependent,  // ids mean nothing from one photo to the next: regions are matched by the tracks
 };
 
+// What has become of one region.
+struct RegionReport {
+  int32_t view = 0;
+  int32_t given_class = 0;  // in the masks as they were
+  int64_t num_pixels = 0;
+  std::vector<int32_t> classes;  // in the corrected masks: one; several, ascending, of a split
+                                 // region; none of a dropped one
+  int num_points = 0;            // seen in it, away from its border
+  int num_judged = 0;            // of those, how many the other photos say something of
+  int num_agreeing = 0;          // how many of these are what the region is taken for
+  int num_as_given = 0;          // and how many are what the masks took it for
+  bool is_renamed = false;       // another label than the masks gave
+  bool is_contradicted = false;  // dropped for its points; else, if dropped, for want of them
+};
+
 struct MaskConsistencyReport {
   MaskConsistency used = MaskConsistency::kOff;
   int num_regions = 0;
@@ -39,6 +54,7 @@ struct MaskConsistencyReport {
   // NaN where no point is seen twice in masks.
   double agreement_before = 0;
   double agreement_after = 0;
+  std::vector<RegionReport> regions;  // by view, then class; none where `used` is kOff
 
   std::string Line() const;  // for the log
 };

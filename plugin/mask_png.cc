@@ -27,6 +27,7 @@ struct Decoder {
   uint64_t file_size = 0;
   int channels = 0;
   int bits = 0;
+  int color_type = 0;
   bool is_colour_16 = false;
   bool is_implausible = false;
   png_uint_32 width = 0;
@@ -58,10 +59,10 @@ bool ReadHeader(Decoder& d) {
       d.png, PNG_HANDLE_CHUNK_NEVER, kIgnored, static_cast<int>(sizeof(kIgnored) / 5));
   png_init_io(d.png, d.file);
   png_read_info(d.png, d.info);
-  int color_type = 0;
-  png_get_IHDR(d.png, d.info, &d.width, &d.height, &d.bits, &color_type, nullptr, nullptr, nullptr);
+  png_get_IHDR(
+      d.png, d.info, &d.width, &d.height, &d.bits, &d.color_type, nullptr, nullptr, nullptr);
   d.channels = png_get_channels(d.png, d.info);
-  d.is_colour_16 = d.bits == 16 && (color_type & PNG_COLOR_MASK_COLOR) != 0;
+  d.is_colour_16 = d.bits == 16 && (d.color_type & PNG_COLOR_MASK_COLOR) != 0;
   // Deflate packs at most 1032 bytes into one, so a header that promises more is wrong, and no
   // memory is taken for it.
   const uint64_t packed = (uint64_t{d.width} * d.channels * d.bits + 7) / 8 * d.height;
@@ -80,16 +81,16 @@ bool ReadPixels(Decoder& d) {
   return true;
 }
 
-}  // namespace
+[[noreturn]] void ThrowUndecodable(const fs::path& path, const char* reason) {
+  throw UserError(path.string(),
+                  ": the mask cannot be decoded completely (",
+                  reason,
+                  "); is the copy complete?");
+}
 
-MaskPng ReadMaskPng(const fs::path& path) {
-  const auto fail = [&](const std::string& reason) {
-    throw UserError(path.string(),
-                    ": the mask cannot be decoded completely (",
-                    reason,
-                    "); is the copy complete?");
-  };
-  Decoder d;
+// Reads up to the pixels.
+void OpenPng(const fs::path& path, Decoder* decoder) {
+  Decoder& d = *decoder;
   d.file = std::fopen(path.c_str(), "rb");
   if (d.file == nullptr || !fs::is_regular_file(path)) {
     throw UserError(path.string(), ": cannot be read, where a mask should be.");
@@ -99,12 +100,11 @@ MaskPng ReadMaskPng(const fs::path& path) {
     throw UserError(path.string(), ": is no PNG file, where a mask of object ids should be.");
   }
   std::rewind(d.file);
-  CheckPngChunks(path);
   d.file_size = fs::file_size(path);
   d.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &d, OnError, OnWarning);
   if (d.png != nullptr) d.info = png_create_info_struct(d.png);
-  if (d.info == nullptr) fail("out of memory");
-  if (!ReadHeader(d)) fail(d.message);
+  if (d.info == nullptr) ThrowUndecodable(path, "out of memory");
+  if (!ReadHeader(d)) ThrowUndecodable(path, d.message);
   if (d.is_colour_16) {
     throw UserError(path.string(),
                     ": holds 16-bit colours, where grey values, palette indices or DEVA's 8-bit "
@@ -120,15 +120,31 @@ MaskPng ReadMaskPng(const fs::path& path) {
                     d.file_size,
                     " bytes; is it damaged?");
   }
+}
+
+}  // namespace
+
+PhotoSize ReadMaskSize(const fs::path& path) {
+  Decoder d;
+  OpenPng(path, &d);
+  return {static_cast<int>(d.width), static_cast<int>(d.height)};
+}
+
+MaskPng ReadMaskPng(const fs::path& path) {
+  CheckPngChunks(path);
+  Decoder d;
+  OpenPng(path, &d);
   const size_t row_bytes = png_get_rowbytes(d.png, d.info);
   d.pixels.resize(row_bytes * d.height);
   for (png_uint_32 y = 0; y < d.height; ++y) d.rows.push_back(d.pixels.data() + y * row_bytes);
-  if (!ReadPixels(d)) fail(d.message);
+  if (!ReadPixels(d)) ThrowUndecodable(path, d.message);
 
   MaskPng mask;
   mask.width = static_cast<int>(d.width);
   mask.height = static_cast<int>(d.height);
   mask.is_rgb = d.channels >= 3;
+  mask.is_palette = d.color_type == PNG_COLOR_TYPE_PALETTE;
+  mask.bits = d.bits;
   mask.values.resize(size_t{d.width} * d.height);
   const int bytes = d.bits == 16 ? 2 : 1;
   size_t next = 0;

@@ -78,38 +78,35 @@ nlohmann::json ReadJson(const fs::path& path) {
   return json;
 }
 
-// The ids that DEVA lists in pred.json: annotations[].segments_info[].id. Empty where there is no
+// The ids that DEVA lists in pred.json: annotations[].segments_info[].id. Nothing where there is no
 // such file.
 std::optional<std::set<uint32_t>> ReadPredictedIds(const fs::path& mask_folder) {
-  for (const fs::path& file : {mask_folder / "pred.json",
-                               fs::absolute(mask_folder).lexically_normal() / ".." / "pred.json"}) {
-    if (!fs::exists(file)) continue;
-    std::set<uint32_t> ids;
-    const nlohmann::json json = ReadJson(file);
-    const auto bad_form = [&] {
-      throw UserError(file.string(),
-                      ": is not as DEVA writes it; annotations, each with segments_info, each "
-                      "with an id, would be right.");
-    };
-    if (!json.is_object() || !json.contains("annotations") || !json["annotations"].is_array()) {
+  const fs::path file = FindPredictions(mask_folder);
+  if (file.empty()) return std::nullopt;
+  std::set<uint32_t> ids;
+  const nlohmann::json json = ReadJson(file);
+  const auto bad_form = [&] {
+    throw UserError(file.string(),
+                    ": is not as DEVA writes it; annotations, each with segments_info, each "
+                    "with an id, would be right.");
+  };
+  if (!json.is_object() || !json.contains("annotations") || !json["annotations"].is_array()) {
+    bad_form();
+  }
+  for (const auto& annotation : json["annotations"]) {
+    if (!annotation.is_object() || !annotation.contains("segments_info") ||
+        !annotation["segments_info"].is_array()) {
       bad_form();
     }
-    for (const auto& annotation : json["annotations"]) {
-      if (!annotation.is_object() || !annotation.contains("segments_info") ||
-          !annotation["segments_info"].is_array()) {
+    for (const auto& segment : annotation["segments_info"]) {
+      if (!segment.is_object() || !segment.contains("id") || !segment["id"].is_number_unsigned() ||
+          segment["id"].get<uint64_t>() > 0xffffff) {
         bad_form();
       }
-      for (const auto& segment : annotation["segments_info"]) {
-        if (!segment.is_object() || !segment.contains("id") ||
-            !segment["id"].is_number_unsigned() || segment["id"].get<uint64_t>() > 0xffffff) {
-          bad_form();
-        }
-        ids.insert(segment["id"].get<uint32_t>());
-      }
+      ids.insert(segment["id"].get<uint32_t>());
     }
-    return ids;
   }
-  return std::nullopt;
+  return ids;
 }
 
 // Long ids and nothing between them: interpolated colours are no ids.
@@ -194,6 +191,31 @@ double ShareOfZero(const std::vector<DecodedMask>& masks) {
 }
 
 }  // namespace
+
+fs::path FindMaskFolder(const fs::path& workspace) {
+  for (const char* name : {"object_mask", "Annotations"}) {
+    if (fs::is_directory(workspace / name)) return workspace / name;
+  }
+  return {};
+}
+
+fs::path FindLabelsFile(const fs::path& labels_path, const fs::path& mask_folder) {
+  if (labels_path.empty()) {
+    const fs::path file = ParentFolder(mask_folder) / "labels.json";
+    return !mask_folder.empty() && fs::is_regular_file(file) ? file : fs::path();
+  }
+  if (fs::is_regular_file(labels_path)) return labels_path;
+  throw UserError(labels_path.string(),
+                  ": there is no such file; {\"labels\": {\"7\": \"mug\"}} should be in it.");
+}
+
+fs::path FindPredictions(const fs::path& mask_folder) {
+  for (const fs::path& file : {mask_folder / "pred.json",
+                               fs::absolute(mask_folder).lexically_normal() / ".." / "pred.json"}) {
+    if (fs::exists(file)) return file;
+  }
+  return {};
+}
 
 int MaskPairing::NumPaired() const {
   return static_cast<int>(std::count_if(

@@ -15,6 +15,18 @@ namespace semfoam {
 
 // Instance masks: one PNG per photo whose pixels hold the id of an object, such as DEVA writes.
 
+// The folder of the masks that `workspace` holds: object_mask/, then Annotations/; empty where it
+// has neither.
+std::filesystem::path FindMaskFolder(const std::filesystem::path& workspace);
+
+// The file of the labels' names: `labels_path` where it is given (throws UserError when there is no
+// such file), else labels.json beside `mask_folder`; empty where there is none.
+std::filesystem::path FindLabelsFile(const std::filesystem::path& labels_path,
+                                     const std::filesystem::path& mask_folder);
+
+// DEVA's pred.json in the mask folder or beside it; empty where there is none.
+std::filesystem::path FindPredictions(const std::filesystem::path& mask_folder);
+
 // Which mask belongs to which photo, found by name and never by order.
 struct MaskPairing {
   std::vector<std::filesystem::path> masks;   // one per photo; empty = this photo has none

@@ -2,13 +2,11 @@
 #include "plugin/scene.h"
 
 #include "foam/error.h"
-#include "foam/guard_sites.h"
 #include "plugin/colmap_model.h"
 #include "plugin/files.h"
-#include "plugin/normalized_frame.h"
+#include "plugin/seeds.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -26,48 +24,20 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxTableBytes = uint64_t{1} << 30;
 
-// "a/b/" and "a/b" name the same folder; only the second has the parent "a".
-fs::path WithoutTrailingSlash(const fs::path& path) {
-  const fs::path normal = path.lexically_normal();
-  return normal.has_filename() ? normal : normal.parent_path();
-}
-
-fs::path Beside(const fs::path& folder, const char* name) {
-  return WithoutTrailingSlash(folder).parent_path() / name;
-}
-
-fs::path FindMaskFolder(const SceneOptions& options) {
+fs::path MaskFolderOf(const SceneOptions& options) {
   if (!options.use_masks) return {};
   if (!options.mask_path.empty()) return options.mask_path;
-  for (const char* name : {"object_mask", "Annotations"}) {
-    const fs::path folder = Beside(options.image_path, name);
-    if (fs::is_directory(folder)) return folder;
-  }
-  return {};
-}
-
-fs::path FindLabelsFile(const SceneOptions& options, const fs::path& mask_folder) {
-  if (!options.labels_path.empty()) return options.labels_path;
-  if (mask_folder.empty()) return {};
-  const fs::path file = Beside(mask_folder, "labels.json");
-  return fs::is_regular_file(file) ? file : fs::path();
+  return FindMaskFolder(ParentFolder(options.image_path));
 }
 
 // Photos that the model does not have: those that the mapper did not register. Normal, and counted.
 int CountUnregistered(const fs::path& image_path, const std::vector<PhotoRecord>& photos) {
-  static const std::set<std::string> kPhotoExtensions = {
-      ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm"};
   std::set<std::string> registered;
   for (const PhotoRecord& photo : photos) {
     registered.insert(fs::path(photo.name).lexically_normal().generic_string());
   }
   int count = 0;
-  for (const fs::path& path : ListFiles(image_path)) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-      return static_cast<char>(std::tolower(c));
-    });
-    if (!kPhotoExtensions.contains(extension)) continue;
+  for (const fs::path& path : ListPhotos(image_path)) {
     if (!registered.contains(path.lexically_relative(image_path).generic_string())) ++count;
   }
   return count;
@@ -84,53 +54,6 @@ void CheckTestEvery(int test_every, size_t num_photos) {
                     ": holds out all of the ",
                     num_photos,
                     " photos and leaves none to train on; 0 would train on all.");
-  }
-}
-
-// Which photo each image id is, and its features.
-struct SeenImage {
-  int32_t view;
-  const Image* image;
-  Eigen::Vector2d scale;  // pixels of the photo per pixel of the camera
-};
-using SeenImages = std::unordered_map<uint32_t, SeenImage>;
-
-void AppendSightings(const Point3D& point, const SeenImages& images, Sightings* sightings) {
-  for (const TrackElement& element : point.track) {
-    const auto seen = images.find(element.image_id);
-    if (seen == images.end() || element.point2d_index >= seen->second.image->points.size()) {
-      continue;
-    }
-    const Point2D& feature = seen->second.image->points[element.point2d_index];
-    if (!std::isfinite(feature.x) || !std::isfinite(feature.y)) continue;
-    sightings->push_back({seen->second.view,
-                          Eigen::Vector2d(feature.x, feature.y).cwiseProduct(seen->second.scale)});
-  }
-}
-
-// Without `images` there are no sightings.
-void MakeSeeds(std::vector<Point3D> points,
-               const Similarity& frame,
-               const SeenImages& images,
-               std::vector<SeedPoint>* seeds,
-               std::vector<Sightings>* sightings) {
-  std::sort(
-      points.begin(), points.end(), [](const Point3D& a, const Point3D& b) { return a.id < b.id; });
-  const bool has_tracks = std::any_of(
-      points.begin(), points.end(), [](const Point3D& point) { return !point.track.empty(); });
-  std::map<std::array<float, 3>, size_t> seed_at;
-  for (const Point3D& point : points) {
-    if (has_tracks && point.track.empty()) continue;
-    const Eigen::Vector3d position = frame.Invert(point.position);
-    if (!position.allFinite() || position.norm() > kFarRadius) continue;
-    const Eigen::Vector3f rounded = position.cast<float>();
-    const auto [entry, is_new] =
-        seed_at.try_emplace({rounded.x(), rounded.y(), rounded.z()}, seeds->size());
-    if (is_new) {
-      seeds->push_back({rounded, point.color.cast<float>() / 255.0f});
-      if (!images.empty()) sightings->emplace_back();
-    }
-    if (!images.empty()) AppendSightings(point, images, &(*sightings)[entry->second]);
   }
 }
 
@@ -272,41 +195,20 @@ ScenePlan PlanScene(const SceneOptions& options) {
 
   std::vector<std::string> names;
   for (const PhotoRecord& photo : plan.photos) names.push_back(photo.name);
-  plan.mask_folder = FindMaskFolder(options);
+  plan.mask_folder = MaskFolderOf(options);
   if (plan.mask_folder.empty()) {
     plan.masks.masks.resize(num_views);
   } else {
     plan.masks = PairMasks(plan.mask_folder, names);
   }
-  plan.labels_file = FindLabelsFile(options, plan.mask_folder);
-  if (!plan.labels_file.empty() && !fs::is_regular_file(plan.labels_file)) {
-    throw UserError(plan.labels_file.string(),
-                    ": there is no such file; {\"labels\": {\"7\": \"mug\"}} should be in it.");
-  }
-
-  std::vector<Viewpoint> viewpoints;
-  for (const Image& image : model.images) {
-    viewpoints.push_back(
-        {image.cam_from_world.Center(),
-         image.cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ()});
-  }
-  std::vector<Eigen::Vector3d> positions;
-  for (const Point3D& point : model.points) positions.push_back(point.position);
-  plan.world_from_normalized = NormalizedFrame(viewpoints, positions);
+  plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
+  plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
   plan.lenses = LensOfPhotos(model, plan.photos);
   plan.num_points = static_cast<int64_t>(model.points.size());
   SeenImages seen;
   if (plan.masks.NumPaired() > 0 && plan.mask_consistency != MaskConsistency::kOff) {
-    for (size_t i = 0; i < num_views; ++i) {
-      const Image& image = model.images[i];
-      const PhotoRecord& photo = plan.photos[i];
-      if (photo.held_out) continue;
-      const Camera& camera = *cameras.at(image.camera_id);
-      const Eigen::Vector2d scale(static_cast<double>(photo.width) / camera.width,
-                                  static_cast<double>(photo.height) / camera.height);
-      seen.emplace(image.id, SeenImage{static_cast<int32_t>(i), &image, scale});
-    }
+    seen = FindSeenImages(model.images, model.cameras, plan.photos);
   }
   MakeSeeds(
       std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_sightings);

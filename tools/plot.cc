@@ -3,27 +3,21 @@
 
 #include "foam/error.h"
 #include "foam/output_file.h"
+#include "tools/drawing.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <memory>
 
 #include <cairo-svg.h>
-#include <cairo.h>
 #include <glog/logging.h>
-#ifdef __SANITIZE_ADDRESS__
-#include <fontconfig/fontconfig.h>
-#endif
 
 namespace semfoam {
 namespace {
 
-struct Color {
-  double r, g, b;
-};
+using Color = DrawingColor;
 
 // Okabe and Ito's colours, which people with any colour vision tell apart.
 constexpr std::array<Color, 7> kColors = {{{0.00, 0.45, 0.70},
@@ -33,7 +27,6 @@ constexpr std::array<Color, 7> kColors = {{{0.00, 0.45, 0.70},
                                            {0.90, 0.62, 0.00},
                                            {0.34, 0.71, 0.91},
                                            {0.35, 0.35, 0.35}}};
-constexpr Color kInk = {0.15, 0.15, 0.15};
 constexpr Color kGrid = {0.88, 0.88, 0.88};
 constexpr Color kFront = {0.55, 0.55, 0.55};
 
@@ -88,7 +81,7 @@ std::string TickText(double value) {
   return text;
 }
 
-enum class Align { kLeft, kCenter, kRight };
+using Align = TextAlign;
 
 class Drawing {
  public:
@@ -126,24 +119,14 @@ class Drawing {
   }
 
  private:
-  void SetColor(const Color& color) { cairo_set_source_rgb(cairo_, color.r, color.g, color.b); }
+  void SetColor(const Color& color) { semfoam::SetColor(cairo_, color); }
 
   double TextWidth(const std::string& text, double size) {
-    cairo_text_extents_t extents;
-    cairo_set_font_size(cairo_, size);
-    cairo_text_extents(cairo_, text.c_str(), &extents);
-    return extents.x_advance;
+    return semfoam::TextWidth(cairo_, text, size);
   }
 
   void Text(const std::string& text, double x, double y, double size, Align align) {
-    const double width = TextWidth(text, size);
-    SetColor(kInk);
-    cairo_move_to(cairo_,
-                  align == Align::kLeft     ? x
-                  : align == Align::kCenter ? x - width / 2
-                                            : x - width,
-                  y);
-    cairo_show_text(cairo_, text.c_str());
+    DrawText(cairo_, text, x, y, size, align);
   }
 
   void Line(double x0, double y0, double x1, double y1) {
@@ -321,35 +304,8 @@ class Drawing {
   std::map<std::string, size_t> styles_;  // number of colour and marker, by series
 };
 
-cairo_status_t Append(void* text, const unsigned char* data, unsigned int length) {
-  static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(data), length);
-  return CAIRO_STATUS_SUCCESS;
-}
-
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-
-#ifdef __SANITIZE_ADDRESS__
-// Cairo and fontconfig keep the fonts they found until the process ends, and fontconfig links them
-// by offsets, which LeakSanitizer does not follow: to it they are leaks. It looks after the static
-// objects are gone, so the caches go with this one. Both functions are for memory checkers only.
-struct FontCaches {
-  ~FontCaches() {
-    cairo_debug_reset_static_data();
-    FcFini();
-  }
-};
-#endif
-
 void DrawOn(cairo_surface_t* surface, const Plot& plot, double scale) {
-#ifdef __SANITIZE_ADDRESS__
-  static const FontCaches released_at_exit;
-#endif
-  const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo(cairo_create(surface),
-                                                                 cairo_destroy);
-  cairo_scale(cairo.get(), scale, scale);
-  // Debian's cairo brings this font along.
-  cairo_select_font_face(
-      cairo.get(), "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  const DrawingContext cairo = BeginDrawing(surface, scale);
   Drawing(cairo.get(), plot).Draw();
   CHECK_EQ(cairo_status(cairo.get()), CAIRO_STATUS_SUCCESS);
 }
@@ -357,8 +313,9 @@ void DrawOn(cairo_surface_t* surface, const Plot& plot, double scale) {
 std::string Svg(const Plot& plot) {
   const auto [width, height] = Drawing::Size(plot);
   std::string text;
-  const Surface surface(cairo_svg_surface_create_for_stream(Append, &text, width, height),
-                        cairo_surface_destroy);
+  const DrawingSurface surface(
+      cairo_svg_surface_create_for_stream(AppendBytes, &text, width, height),
+      cairo_surface_destroy);
   DrawOn(surface.get(), plot, 1);
   cairo_surface_finish(surface.get());
   CHECK_EQ(cairo_surface_status(surface.get()), CAIRO_STATUS_SUCCESS);
@@ -375,14 +332,13 @@ std::string Svg(const Plot& plot) {
 
 std::string Png(const Plot& plot) {
   const auto [width, height] = Drawing::Size(plot);
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
-                                                   static_cast<int>(std::ceil(kPngScale * width)),
-                                                   static_cast<int>(std::ceil(kPngScale * height))),
-                        cairo_surface_destroy);
+  const DrawingSurface surface(
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24,
+                                 static_cast<int>(std::ceil(kPngScale * width)),
+                                 static_cast<int>(std::ceil(kPngScale * height))),
+      cairo_surface_destroy);
   DrawOn(surface.get(), plot, kPngScale);
-  std::string bytes;
-  CHECK_EQ(cairo_surface_write_to_png_stream(surface.get(), Append, &bytes), CAIRO_STATUS_SUCCESS);
-  return bytes;
+  return EncodePng(surface.get());
 }
 
 std::vector<double> LinearTicks(double low, double high, int most) {

@@ -35,6 +35,8 @@ constexpr Command kCommands[] = {
     {"object_remover", "takes objects out of a foam", RunObjectRemover},
     {"object_inserter", "puts objects into another foam", RunObjectInserter},
     {"mesh_evaluator", "scores meshes against reference meshes", RunMeshEvaluator},
+    {"point_labeler", "labels SfM points by their tracks in the masks", RunPointLabeler},
+    {"mask_analyzer", "says what is in the masks, and which look wrong", RunMaskAnalyzer},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},

@@ -45,7 +45,7 @@ std::map<std::string, std::string> ModelOptions(const OptionManager& options,
                                                 const TrainingRun& run,
                                                 const SceneEffects& effects) {
   std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
-  values["mask_consistency"] = run.mask_consistency;
+  values["mask_consistency"] = run.masks.consistency;
   // What the budget chose is there; the seconds themselves shape nothing.
   values.erase("time_budget");
   values["sh_degree"] = FormatValue(effects.sh_degree);
@@ -112,15 +112,7 @@ TrainingSummary Train(const TrainingScene& scene,
 }  // namespace
 
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
-  options->AddDefaultOption("mask_path",
-                            &run->mask_path,
-                            "folder of the instance masks; by default object_mask/, then "
-                            "Annotations/");
-  options->AddDefaultOption(
-      "labels_path",
-      &run->labels_path,
-      "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default labels.json beside the "
-      "masks' folder");
+  AddMaskPathOptions(options, &run->masks);
   options->AddDefaultOption("test_every",
                             &run->scene.test_every,
                             "hold out every so many photos by name, from the first; 0 = none");
@@ -132,32 +124,15 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
   options->AddDefaultOption("FoamTraining.max_image_size",
                             &run->scene.max_image_size,
                             "larger photos are reduced to this longest side, in pixels; -1 = none");
-  options->AddChoiceOption("FoamTraining.label_zero",
-                           &run->label_zero,
-                           {"auto", "ignore", "class"},
-                           "what id 0 of the masks is: unlabelled, or the class of what is no "
-                           "object; auto = a class where it covers a fifth of the masks");
-  options->AddChoiceOption("Masks.consistency",
-                           &run->mask_consistency,
-                           {"auto", "off", "tracks", "independent"},
-                           "what to do about errors of the masks: correct them by the SfM tracks, "
-                           "or, where ids mean nothing from photo to photo, match them by these");
+  AddMaskReadingOptions(options, &run->masks);
   AddEffectsOptions(options, &run->effects_choices);
 }
 
 void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
-  if (!std::filesystem::is_directory(workspace)) {
-    throw UserError(workspace.string(),
-                    ": there is no such folder; --workspace_path takes the folder that holds "
-                    "images/ and sparse/.");
-  }
+  RequireWorkspace(workspace);
   if (run->image_path.empty()) run->image_path = (workspace / "images").string();
   if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
-  for (const char* masks : {"object_mask", "Annotations"}) {
-    if (run->mask_path.empty() && std::filesystem::is_directory(workspace / masks)) {
-      run->mask_path = (workspace / masks).string();
-    }
-  }
+  if (run->masks.mask_path.empty()) run->masks.mask_path = FindMaskFolder(workspace).string();
 }
 
 void TakeSchedule(const OptionManager& options,
@@ -177,16 +152,10 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   run->training.random_seed = options.RandomSeed();
   run->scene.image_path = run->image_path;
   run->scene.input_path = run->input_path;
-  run->scene.mask_path = run->mask_path;
-  run->scene.labels_path = run->labels_path;
-  run->scene.label_zero = run->label_zero == "class"    ? LabelZero::kClass
-                          : run->label_zero == "ignore" ? LabelZero::kIgnore
-                                                        : LabelZero::kAuto;
-  run->scene.mask_consistency = run->mask_consistency == "off"      ? MaskConsistency::kOff
-                                : run->mask_consistency == "tracks" ? MaskConsistency::kTracks
-                                : run->mask_consistency == "independent"
-                                    ? MaskConsistency::kIndependent
-                                    : MaskConsistency::kAuto;
+  run->scene.mask_path = run->masks.mask_path;
+  run->scene.labels_path = run->masks.labels_path;
+  run->scene.label_zero = run->masks.Zero();
+  run->scene.mask_consistency = run->masks.Consistency();
   run->effects = MakeEffectsOptions(run->effects_choices);
   run->effects.sh_degree = run->training.sh_degree;
   run->training.fixed_sh_degree = run->effects.fixed_sh_degree;

@@ -6,6 +6,7 @@
 #include "plugin/effects.h"
 #include "plugin/scene.h"
 #include "tools/effects_options.h"
+#include "tools/mask_options.h"
 #include "tools/option_manager.h"
 
 #include <filesystem>
@@ -24,10 +25,7 @@ struct TrainingRun {
   // As the options spell them; Finish() brings them into `scene` and `effects`.
   std::string image_path;
   std::string input_path;
-  std::string mask_path;
-  std::string labels_path;
-  std::string label_zero = "auto";
-  std::string mask_consistency = "auto";
+  MaskOptions masks;
   EffectsChoices effects_choices;
 };
 

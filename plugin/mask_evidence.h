@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model.h"
+#include "foam/training_views.h"
+#include "plugin/masks.h"
+#include "plugin/tracks.h"
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// What the SfM tracks say of masks: a *region* is all pixels of one id in one photo, an
+// *observation* is a point of the model seen in a region, and observations of one point or of
+// neighbouring points in two photos are *linked*.
+
+inline constexpr int32_t kNoLabel = -1;
+
+struct Region {
+  int32_t view = 0;
+  int32_t mask_class = 0;
+  int64_t num_pixels = 0;
+  int32_t label = 0;       // what it is taken for; kNoLabel: dropped or split
+  bool is_judged = false;  // enough points
+  std::vector<uint32_t> observations;
+  std::vector<int32_t> parts;  // of a split region: its labels, ascending
+};
+
+struct Observation {
+  uint32_t point = 0;
+  int32_t region = 0;
+  float x = 0, y = 0;
+  int32_t label = 0;  // what it says: the label of its region, of its part of it, or kNoLabel
+  int32_t verdict = kNoLabel;  // what the other photos say
+};
+
+// A label and what speaks for it; labels around one point are few, so a vector of them is enough.
+struct Vote {
+  int32_t label = 0;
+  float weight = 0;
+};
+
+// Adds to the vote for a label.
+void AddVote(int32_t label, float weight, std::vector<Vote>* votes);
+
+// How far the pixel at (x, y) is from what is another class or out of the photo: the largest square
+// around it, by the pixels to each side, at most `most`, that is all of its class. -1 where (x, y)
+// is outside of the image, which has the photo's size, or not a number.
+int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most);
+
+// Borders are ragged, and points on the edge of a thing are as often on what is behind it: within
+// so many pixels of a border a pixel's class is not to be relied on.
+int RaggedRadius(const PhotoRecord& photo);
+
+// The observations of all points that masks have something to say of. Held-out photos have none,
+// nor have sightings within RaggedRadius of a border.
+
+class Evidence {
+ public:
+  Evidence(const std::vector<SeedPoint>& seeds,
+           const std::vector<Sightings>& tracks,
+           const std::vector<PhotoRecord>& photos,
+           const MaskSet& masks);
+
+  std::vector<Region> regions;            // by view, then class
+  std::vector<Observation> observations;  // by point
+
+  // Calls f(other observation, weight) for what other photos saw of the same point and of its
+  // neighbours.
+  template <typename F>
+  void ForEachLink(const Observation& observation, F&& f) const {
+    const int32_t view = regions[observation.region].view;
+    const auto visit = [&](uint32_t point, float weight) {
+      for (uint32_t i = offsets_[point]; i < offsets_[point + 1]; ++i) {
+        const Observation& other = observations[i];
+        if (regions[other.region].view != view) f(other, weight);
+      }
+    };
+    visit(observation.point, 1.f);
+    for (const uint32_t neighbor : neighbors_[observation.point]) {
+      visit(neighbor, kNeighborWeight);
+    }
+  }
+
+  // Cohen's kappa of the labels over all pairs of observations of a point, and the number of pairs.
+  std::pair<double, int64_t> Agreement() const;
+
+ private:
+  // Tracks are short (two or three photos), so what lies next to a point speaks too, with less
+  // weight: points hardly apart are on the same object seven times in eight.
+  static constexpr float kNeighborWeight = 0.5f;
+
+  void FindNeighbors(const std::vector<Eigen::Vector3f>& positions);
+
+  std::vector<uint32_t> offsets_;  // [points + 1] into observations
+  std::vector<std::vector<uint32_t>> neighbors_;
+};
+
+}  // namespace semfoam

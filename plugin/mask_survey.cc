@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/mask_survey.h"
+
+#include "foam/error.h"
+#include "foam/parallel.h"
+#include "plugin/mask_png.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace semfoam {
+
+std::vector<MaskFile> SurveyMasks(const std::vector<std::filesystem::path>& masks) {
+  std::vector<MaskFile> files(masks.size());
+  ParallelForBlocks(static_cast<int64_t>(masks.size()), 1, [&](int64_t i, int64_t) {
+    if (masks[i].empty()) return;
+    try {
+      const MaskPng png = ReadMaskPng(masks[i]);
+      files[i].size = {png.width, png.height};
+      files[i].format =
+          png.is_rgb ? "24-bit colour"
+                     : std::to_string(png.bits) + "-bit " + (png.is_palette ? "palette" : "grey");
+    } catch (const UserError& error) {
+      files[i].error = error.what();
+      const std::string prefix = masks[i].string() + ": ";
+      if (files[i].error.starts_with(prefix)) files[i].error.erase(0, prefix.size());
+    }
+  });
+  return files;
+}
+
+CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
+  const size_t num_views = photos.photos.size();
+  const std::vector<Label>& labels = photos.given.labels;
+  // [views] the classes there and their shares of the photo.
+  std::vector<std::vector<std::pair<int32_t, double>>> shares(num_views);
+  CoverageSurvey survey;
+  survey.unlabelled.assign(num_views, std::numeric_limits<double>::quiet_NaN());
+  ParallelForBlocks(static_cast<int64_t>(num_views), 1, [&](int64_t view, int64_t) {
+    const ClassImage& image = photos.given.classes[view];
+    if (image.Empty()) return;
+    const size_t pixels =
+        static_cast<size_t>(photos.photos[view].width) * photos.photos[view].height;
+    std::vector<int64_t> count(labels.size());
+    int64_t unlabelled = 0;
+    for (size_t i = 0; i < pixels; ++i) {
+      const int32_t c = image[i];
+      ++(c == kUnlabelled ? unlabelled : count[c]);
+    }
+    for (size_t c = 0; c < labels.size(); ++c) {
+      if (labels[c].source_id == 0) {
+        unlabelled += count[c];
+      } else if (count[c] > 0) {
+        shares[view].emplace_back(static_cast<int32_t>(c),
+                                  static_cast<double>(count[c]) / static_cast<double>(pixels));
+      }
+    }
+    survey.unlabelled[view] = static_cast<double>(unlabelled) / static_cast<double>(pixels);
+  });
+  std::vector<std::vector<double>> shares_of(labels.size());
+  std::vector<std::vector<int32_t>> views_of(labels.size());
+  for (size_t view = 0; view < num_views; ++view) {
+    for (const auto& [c, share] : shares[view]) {
+      views_of[c].push_back(static_cast<int32_t>(view));
+      shares_of[c].push_back(share);
+    }
+  }
+  for (size_t c = 0; c < labels.size(); ++c) {
+    // An id may vanish where its mask is read at a smaller size.
+    if (labels[c].source_id == 0 || views_of[c].empty()) continue;
+    std::sort(shares_of[c].begin(), shares_of[c].end());
+    IdSurvey& id = survey.ids.emplace_back();
+    id.given_class = static_cast<int32_t>(c);
+    id.views = std::move(views_of[c]);
+    id.least = shares_of[c].front();
+    id.median = shares_of[c][shares_of[c].size() / 2];
+    id.most = shares_of[c].back();
+  }
+  return survey;
+}
+
+}  // namespace semfoam

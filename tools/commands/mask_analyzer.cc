@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "plugin/files.h"
+#include "plugin/photo.h"
+#include "tools/commands.h"
+#include "tools/contact_sheet.h"
+#include "tools/mask_analysis.h"
+#include "tools/mask_options.h"
+#include "tools/option_manager.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// images/ in the workspace or beside the masks; empty where there is none.
+fs::path FindImages(const std::string& image_path,
+                    const std::string& workspace_path,
+                    const fs::path& mask_folder) {
+  if (!image_path.empty()) {
+    if (fs::is_directory(image_path)) return image_path;
+    throw UserError(image_path, ": there is no such folder; it should hold the photos.");
+  }
+  const fs::path folder =
+      (workspace_path.empty() ? ParentFolder(mask_folder) : fs::path(workspace_path)) / "images";
+  return fs::is_directory(folder) ? folder : fs::path();
+}
+
+// The ids of the most photos, in their order.
+std::vector<SheetLegendEntry> Legend(const MaskAnalysis& analysis) {
+  std::vector<IdSurvey> ids = analysis.coverage.ids;
+  std::stable_sort(ids.begin(), ids.end(), [](const IdSurvey& a, const IdSurvey& b) {
+    return a.views.size() > b.views.size();
+  });
+  ids.resize(std::min<size_t>(ids.size(), kMostLegendEntries));
+  std::sort(ids.begin(), ids.end(), [](const IdSurvey& a, const IdSurvey& b) {
+    return a.given_class < b.given_class;
+  });
+  std::vector<SheetLegendEntry> legend;
+  for (const IdSurvey& id : ids) {
+    const Label& label = analysis.photos.given.labels[id.given_class];
+    std::string name = std::to_string(label.source_id);
+    if (!label.name.empty()) name += " " + OneLine(label.name);
+    legend.push_back({name, LabelColor(label.id)});
+  }
+  return legend;
+}
+
+SheetTile MakeTile(const MaskAnalysis& analysis, const SuspiciousPhoto* suspicion, int view) {
+  SheetTile tile;
+  tile.caption = OneLine(analysis.photos.photos[view].name);
+  if (suspicion != nullptr) {
+    tile.remark = OneLine(DescribeFinding(analysis, suspicion->findings.front()));
+    if (suspicion->findings.size() > 1) {
+      tile.remark = std::to_string(suspicion->findings.size()) + " findings, " + tile.remark;
+    }
+  }
+  Image8 photo;
+  const fs::path file = analysis.image_folder / analysis.photos.photos[view].name;
+  if (!analysis.image_folder.empty() && fs::is_regular_file(file)) photo = ReadPhoto(file);
+  const ClassImage& classes = analysis.photos.given.classes[view];
+  LabelImage labels;
+  if (!classes.Empty()) {
+    labels.width = analysis.photos.photos[view].width;
+    labels.height = analysis.photos.photos[view].height;
+    const size_t pixels = static_cast<size_t>(labels.width) * labels.height;
+    labels.data.reserve(pixels);
+    for (size_t i = 0; i < pixels; ++i) {
+      labels.data.push_back(
+          classes[i] == kUnlabelled ? 0 : analysis.photos.given.labels[classes[i]].id);
+    }
+  }
+  tile.picture = OverlayTile(photo, labels);
+  return tile;
+}
+
+void WriteSheet(const MaskAnalysis& analysis, const fs::path& folder) {
+  std::vector<const SuspiciousPhoto*> suspicion(analysis.photos.photos.size(), nullptr);
+  for (const SuspiciousPhoto& photo : analysis.suspicious) suspicion[photo.view] = &photo;
+  const auto count = static_cast<int>(analysis.photos.photos.size());
+  const std::string title = std::to_string(count) + (count == 1 ? " photo, " : " photos, ") +
+                            std::to_string(analysis.suspicious.size()) + " suspicious";
+  WriteContactSheet(folder / "contact_sheet", title, Legend(analysis), count, [&](int view) {
+    return MakeTile(analysis, suspicion[view], view);
+  });
+}
+
+}  // namespace
+
+void RunMaskAnalyzer(int argc, char** argv) {
+  std::string workspace_path;
+  std::string image_path;
+  std::string input_path;
+  std::string output_path;
+  bool json = false;
+  MaskOptions masks;
+  OptionManager options(
+      "mask_analyzer",
+      "Says what is in a folder of instance masks: formats, ids, areas, how far the photos agree "
+      "by the tracks of the COLMAP model, and which photos' masks look wrong and why.");
+  options.AddDefaultOption("workspace_path",
+                           &workspace_path,
+                           "folder with object_mask/, images/ and sparse/; or give --mask_path");
+  AddMaskPathOptions(&options, &masks);
+  options.AddDefaultOption(
+      "image_path",
+      &image_path,
+      "folder of the photos; by default images/ of the workspace or beside the masks, if any");
+  options.AddDefaultOption("input_path",
+                           &input_path,
+                           "the COLMAP model; by default sparse/0/, then sparse/ of the "
+                           "workspace, if any; without one, photos are not compared");
+  options.AddDefaultOption("output_path",
+                           &output_path,
+                           "folder for masks.json, the whole report, and contact_sheet_1.png, ..., "
+                           "the photos under their masks; by default none");
+  options.AddDefaultOption("json", &json, "1 = print the whole report as JSON, not as text");
+  AddMaskReadingOptions(&options, &masks);
+  options.AddShortName("label_zero", "FoamTraining.label_zero");
+  if (!options.Parse(argc, argv)) return;
+  const MaskedModelPaths paths =
+      FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
+  const MaskAnalysis analysis =
+      AnalyzeMasks(paths, FindImages(image_path, workspace_path, paths.mask_folder), masks);
+  const std::string report = MaskReportJson(analysis);
+  if (!output_path.empty()) {
+    RequireWritableFolder(output_path);
+    WriteTextFile(fs::path(output_path) / "masks.json", report);
+    WriteSheet(analysis, output_path);
+  }
+  if (json) {
+    std::fputs(report.c_str(), stdout);
+  } else {
+    for (const std::string& line : MaskReportLines(analysis)) std::printf("%s\n", line.c_str());
+  }
+}
+
+}  // namespace semfoam

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "plugin/colmap_model.h"
+#include "plugin/masked_photos.h"
+#include "plugin/point_labels.h"
+#include "tools/commands.h"
+#include "tools/mask_options.h"
+#include "tools/option_manager.h"
+#include "tools/point_label_files.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLabelsFile = "points_labels.json";
+
+// A coloured copy must not take the place of what it was made from, or of any model that this
+// command did not write, nor lie beside one of the other format, which readers would mix up.
+void RequireRoomForModel(const fs::path& output_path,
+                         const fs::path& model_folder,
+                         ModelFormat format) {
+  if (fs::exists(output_path) && fs::equivalent(output_path, model_folder)) {
+    throw UserError(output_path.string(),
+                    ": is the folder of the model itself, whose colours would be lost; another "
+                    "--output_path would be right.");
+  }
+  const bool is_ours = fs::exists(output_path / kLabelsFile);
+  for (const char* stem : {"cameras", "images", "points3D"}) {
+    for (const auto& [extension, of] :
+         {std::pair(".bin", ModelFormat::kBinary), std::pair(".txt", ModelFormat::kText)}) {
+      const fs::path file = output_path / (std::string(stem) + extension);
+      if (!fs::exists(file) || (is_ours && of == format)) continue;
+      throw UserError(file.string(),
+                      ": is of another model, which would be lost or mixed up with this one; an "
+                      "empty --output_path would be right.");
+    }
+  }
+}
+
+void PrintLabels(const std::vector<PointLabel>& points, const std::vector<Label>& labels) {
+  std::vector<int64_t> count(labels.size());
+  std::vector<double> confidence(labels.size());
+  int64_t unlabelled = 0;
+  for (const PointLabel& point : points) {
+    if (point.class_index == kUnlabelled) {
+      ++unlabelled;
+      continue;
+    }
+    ++count[point.class_index];
+    confidence[point.class_index] += point.confidence;
+  }
+  std::printf("  %5s  %-20s %9s %10s\n", "id", "name", "points", "confidence");
+  for (size_t k = 0; k < labels.size(); ++k) {
+    const std::string name =
+        labels[k].id == 0 ? "(none of them)" : DisplayName(labels[k].id, labels[k].name);
+    std::printf("  %5d  %-20s %9lld",
+                labels[k].id,
+                OneLine(name).c_str(),
+                static_cast<long long>(count[k]));
+    if (count[k] > 0) std::printf(" %10.3f", confidence[k] / static_cast<double>(count[k]));
+    std::printf("\n");
+  }
+  std::printf("  %5s  %-20s %9lld\n", "", "(no mask tells)", static_cast<long long>(unlabelled));
+}
+
+}  // namespace
+
+void RunPointLabeler(int argc, char** argv) {
+  std::string workspace_path;
+  std::string input_path;
+  std::string output_path;
+  MaskOptions masks;
+  OptionManager options(
+      "point_labeler",
+      "Labels the points of a COLMAP model by a vote of instance masks over their tracks, in "
+      "seconds and without training. Writes the model with its points in the colours of their "
+      "labels, points.ply with a label and a confidence for each, and points_labels.json.");
+  options.AddDefaultOption("workspace_path",
+                           &workspace_path,
+                           "folder with sparse/ and object_mask/; or give --input_path");
+  options.AddDefaultOption("input_path",
+                           &input_path,
+                           "the COLMAP model; by default sparse/0/, then sparse/ of the workspace");
+  options.AddRequiredOption("output_path", &output_path, "folder for what is written");
+  AddMaskPathOptions(&options, &masks);
+  AddMaskReadingOptions(&options, &masks);
+  options.AddShortName("label_zero", "FoamTraining.label_zero");
+  if (!options.Parse(argc, argv)) return;
+  const MaskedModelPaths paths =
+      FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/true);
+  const ModelFormat format = FindModelFormat(paths.model_folder);
+  const auto begin = std::chrono::steady_clock::now();
+  RequireRoomForModel(output_path, paths.model_folder, format);
+
+  const Reconstruction model = ReadReconstruction(paths.model_folder);
+  if (model.images.empty()) {
+    throw UserError(paths.model_folder.string(),
+                    ": the model has no registered image, where at least one would be right; did "
+                    "the reconstruction fail?");
+  }
+  std::vector<PhotoRecord> records = RegisteredPhotos(model);
+  std::vector<std::string> names;
+  for (const PhotoRecord& record : records) names.push_back(record.name);
+  const MaskPairing pairing = PairMasks(paths.mask_folder, names);
+  if (pairing.NumPaired() == 0) {
+    throw UserError(paths.mask_folder.string(),
+                    ": holds no mask, where a PNG for each photo would be right.");
+  }
+  const MaskedPhotos photos = LoadMaskedPhotos(
+      &model, std::move(records), pairing, paths.mask_folder, masks.Zero(), masks.Consistency());
+  LOG(INFO) << pairing.NumPaired() << " of " << photos.photos.size() << " photos have a mask, "
+            << pairing.unused.size() << " masks unused";
+  if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
+  std::vector<Label> labels = photos.corrected.labels;
+  const bool names_fit =
+      photos.consistency.used != MaskConsistency::kIndependent || options.IsGiven("labels_path");
+  if (!paths.labels_file.empty() && names_fit) NameLabels(paths.labels_file, &labels);
+
+  const std::vector<PointLabel> points = LabelPoints(photos);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  LOG(INFO) << points.size() << " points labelled in " << std::lround(1000 * seconds)
+            << " ms, reading included";
+  RequireWritableFolder(output_path);
+  const fs::path folder = output_path;
+  WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);
+  WritePointsPly(folder / "points.ply", model, points, labels);
+  WritePointLabelsJson(folder / kLabelsFile, model, photos, points, labels);
+  PrintLabels(points, labels);
+}
+
+}  // namespace semfoam

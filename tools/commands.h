@@ -8,6 +8,7 @@ namespace semfoam {
 void RunAccuracyProfiler(int argc, char** argv);
 void RunAutomaticSegmenter(int argc, char** argv);
 void RunFoamAnalyzer(int argc, char** argv);
+void RunFoamConverter(int argc, char** argv);
 void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);

@@ -27,6 +27,7 @@ constexpr Command kCommands[] = {
     {"foam_renderer", "renders a foam from the views of a COLMAP model", RunFoamRenderer},
     {"foam_evaluator", "scores a foam on its held-out photos", RunFoamEvaluator},
     {"foam_analyzer", "says what is in a foam", RunFoamAnalyzer},
+    {"foam_converter", "Radiant Foam, splats, points and text, in and out", RunFoamConverter},
     {"volume_exporter", "writes the scene and every object as OpenVDB volumes", RunVolumeExporter},
     {"mesh_exporter",
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",

@@ -18,6 +18,7 @@ void RunMeshExporter(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
+void RunViewInterpolator(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);
 
 }  // namespace semfoam

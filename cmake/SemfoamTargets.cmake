@@ -24,8 +24,9 @@ endif()
 function(semfoam_library)
   cmake_parse_arguments(ARG "" "NAME" "SRCS;LINK;PRIVATE_LINK" ${ARGN})
   add_library(semfoam_${ARG_NAME} STATIC ${ARG_SRCS})
-  target_link_libraries(semfoam_${ARG_NAME} PUBLIC ${ARG_LINK} PRIVATE semfoam_flags ${ARG_PRIVATE_LINK})
-  target_include_directories(semfoam_${ARG_NAME} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(semfoam_${ARG_NAME} PUBLIC ${ARG_LINK} PRIVATE $<BUILD_INTERFACE:semfoam_flags> ${ARG_PRIVATE_LINK})
+  target_include_directories(semfoam_${ARG_NAME} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                        $<INSTALL_INTERFACE:${SEMFOAM_INSTALL_INCLUDE}>)
 endfunction()
 
 # semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test.

@@ -8,6 +8,7 @@ namespace semfoam {
 void RunAccuracyProfiler(int argc, char** argv);
 void RunAutomaticSegmenter(int argc, char** argv);
 void RunFoamAnalyzer(int argc, char** argv);
+void RunFoamConverter(int argc, char** argv);
 void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
@@ -21,6 +22,7 @@ void RunObjectRemover(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
+void RunViewInterpolator(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);
 
 }  // namespace semfoam

@@ -59,6 +59,51 @@ void WriteDepthExr(const fs::path& path, int width, int height, const std::vecto
   WriteImage(path, spec, depth.data());
 }
 
+struct GifWriter::State {
+  fs::path path;
+  OutputFile file;
+  std::unique_ptr<OIIO::ImageOutput> output;
+  OIIO::ImageSpec spec;
+  int num_images = 0;
+
+  void Require(bool good) const {
+    if (good) return;
+    throw UserError(path.string(),
+                    ": this animation cannot be written (",
+                    output == nullptr ? OIIO::geterror() : output->geterror(),
+                    "); is the disk full?");
+  }
+};
+
+GifWriter::GifWriter(const fs::path& path, double frames_per_second)
+    : state_(new State{path, OutputFile(path), nullptr, {}, 0}) {
+  state_->output = OIIO::ImageOutput::create(state_->file.temporary_path().string());
+  state_->Require(state_->output != nullptr);
+  state_->spec = OIIO::ImageSpec(0, 0, 3, OIIO::TypeDesc::UINT8);
+  state_->spec.attribute("gif:FPS", static_cast<float>(frames_per_second));
+  state_->spec.attribute("FramesPerSecond", static_cast<float>(frames_per_second));
+  state_->spec.attribute("gif:LoopCount", 0);
+}
+
+GifWriter::~GifWriter() = default;
+
+void GifWriter::Add(const Image8& image) {
+  CHECK_EQ(image.data.size(), size_t{3} * image.width * image.height);
+  OIIO::ImageSpec spec = state_->spec;
+  spec.width = spec.full_width = image.width;
+  spec.height = spec.full_height = image.height;
+  const auto mode =
+      state_->num_images++ == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage;
+  state_->Require(state_->output->open(state_->file.temporary_path().string(), spec, mode) &&
+                  state_->output->write_image(spec.format, image.data.data()));
+}
+
+void GifWriter::Finish() {
+  CHECK_GT(state_->num_images, 0);
+  state_->Require(state_->output->close());
+  state_->file.Commit();
+}
+
 LabelImage ReadForeground(const fs::path& path) {
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
   if (input == nullptr) {

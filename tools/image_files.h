@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 namespace semfoam {
@@ -23,6 +24,22 @@ void WriteDepthExr(const std::filesystem::path& path,
                    int width,
                    int height,
                    const std::vector<float>& depth);
+
+// An animated GIF that begins anew at its end; all images of one size. Written image by image, so
+// that no animation is too long. Without Finish nothing is left of it.
+class GifWriter {
+ public:
+  GifWriter(const std::filesystem::path& path, double frames_per_second);
+  ~GifWriter();
+
+  void Add(const Image8& image);
+  // CHECKs that there was an image.
+  void Finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 // A mask as it is used for scoring: 1 where the first channel of the image is above 128 of 255,
 // else 0. Throws UserError where the file is missing or damaged.

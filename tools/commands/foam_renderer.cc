@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/exportable_scene.h"
+#include "export/object_selection.h"
 #include "foam/error.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
@@ -9,14 +11,18 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/trajectory.h"
 #include "tools/view_images.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glog/logging.h>
@@ -26,10 +32,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A picture to render.
 struct View {
-  const Image* image = nullptr;
-  const Camera* camera = nullptr;
-  fs::path stem;  // the image's name without its extension
+  Camera camera;
+  Pose cam_from_world;
+  fs::path stem;      // of its files: the image's name without its extension, or the frame's number
+  std::string photo;  // its name; empty: there is none
 };
 
 std::vector<std::string> ReadNames(const std::string& path) {
@@ -86,17 +94,18 @@ std::vector<View> ChooseViews(const std::string& views,
                       "views holds names of its images.");
     }
     View view;
-    view.image = image->second;
-    view.camera = cameras.at(view.image->camera_id);
+    view.camera = *cameras.at(image->second->camera_id);
+    view.cam_from_world = image->second->cam_from_world;
     view.stem = fs::path(name).replace_extension();
-    RequireRays(*view.camera, model_folder);
+    view.photo = name;
+    RequireRays(view.camera, model_folder);
     if (!stems.insert(view.stem).second) {
       throw UserError(model_folder.string(),
                       ": has two images ",
                       view.stem.string(),
                       ".*, whose renders would have the same name; list one of them for --views.");
     }
-    chosen.push_back(view);
+    chosen.push_back(std::move(view));
   }
   if (chosen.empty()) {
     throw UserError(foam_path,
@@ -107,8 +116,81 @@ std::vector<View> ChooseViews(const std::string& views,
   return chosen;
 }
 
+// The chosen images of the COLMAP model.
+std::vector<View> ChooseViews(const std::string& views,
+                              const std::string& foam_path,
+                              const std::string& input_path,
+                              const Model& model) {
+  const fs::path folder = FindModelFolder(input_path);
+  return ChooseViews(views, foam_path, model, folder, ReadReconstruction(folder));
+}
+
+// Leaves of the foam only the object that `object`, an id or a name, means: all other cells become
+// air. Returns its box.
+Eigen::AlignedBox3d ShowAlone(const std::string& object, Model* model) {
+  // Softplus of this is 0 in every float.
+  constexpr float kRawAir = -100;
+  const ExportableScene scene = MakeExportableScene(*model);
+  std::vector<float> density(scene.NumSites(), kRawAir);
+  Eigen::AlignedBox3d box;
+  for (const ObjectInfo* one : SelectObjects(scene, object)) {
+    box.extend(one->bounding_box);
+    for (const uint32_t cell : one->cells) density[cell] = model->foam.raw_density[cell];
+  }
+  model->foam.raw_density = std::move(density);
+  return box;
+}
+
+std::vector<View> FramesOf(const Trajectory& trajectory) {
+  std::vector<View> views;
+  for (const Pose& pose : trajectory.cam_from_world) {
+    char stem[32];
+    std::snprintf(stem, sizeof(stem), "frame_%05zu", views.size());
+    views.push_back({trajectory.camera, pose, stem, ""});
+  }
+  return views;
+}
+
+// Small enough to be sent around.
+Image8 ForAnimation(const Image8& image) {
+  constexpr int kMaxWidth = 480;
+  if (image.width <= kMaxWidth) return image;
+  const int height = std::max(1, image.height * kMaxWidth / image.width);
+  return ReducePhoto(image, {kMaxWidth, height});
+}
+
 fs::path Target(const fs::path& folder, const char* kind, const fs::path& stem, const char* ext) {
   return folder / kind / (stem.string() + ext);
+}
+
+struct Pictures {
+  Image8 color;
+  Image8 labels;  // in their colours; empty without semantics
+};
+
+// Renders a view and writes its files.
+Pictures RenderView(const View& view,
+                    const Model& model,
+                    const ViewRenderer& renderer,
+                    const fs::path& output_path) {
+  const CameraRays rays =
+      MakeCameraRays(view.camera, view.cam_from_world, model.world_from_normalized);
+  const RenderedView rendered = renderer.Render(rays);
+  const Eigen::Vector3d z_axis =
+      view.cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ();
+  Pictures pictures;
+  pictures.color = ColorImage(rendered);
+  WriteRgbPng(Target(output_path, "rgb", view.stem, ".png"), pictures.color);
+  WriteDepthExr(Target(output_path, "depth", view.stem, ".exr"),
+                rendered.width,
+                rendered.height,
+                DepthImage(rendered, rays, z_axis, model.world_from_normalized.scale));
+  if (model.foam.HasSemantics()) {
+    const LabelImage ids = IdImage(rendered, model.labels);
+    WriteLabelPng(Target(output_path, "label", view.stem, ".png"), ids);
+    pictures.labels = PaletteImage(ids);
+  }
+  return pictures;
 }
 
 }  // namespace
@@ -119,56 +201,80 @@ void RunFoamRenderer(int argc, char** argv) {
   std::string output_path;
   std::string image_path;
   std::string views = "all";
+  std::string object;
+  TrajectoryOptions path;
+  path.path.clear();
   bool preview = false;
-  OptionManager options("foam_renderer",
-                        "Renders colour, labels and depth from the views of a COLMAP model.");
+  OptionManager options(
+      "foam_renderer",
+      "Renders colour, labels and depth from the views of a COLMAP model, or along "
+      "a trajectory.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
-  options.AddRequiredOption("input_path", &input_path, "the COLMAP model with the views, sparse/0");
   options.AddRequiredOption(
       "output_path",
       &output_path,
       "folder for rgb/*.png, label/*.png (16 bits, ids) and depth/*.exr (along the camera's z)");
   options.AddDefaultOption(
+      "input_path", &input_path, "the COLMAP model with the views, sparse/0; not for a trajectory");
+  options.AddDefaultOption(
       "views", &views, "{all, train, test} or a file with one image name a line");
   options.AddDefaultOption("preview", &preview, "also preview/*.png: photo, render and labels");
   options.AddDefaultOption("image_path", &image_path, "folder of the photos, for --preview 1");
+  options.AddDefaultOption("trajectory",
+                           &path.path,
+                           "instead of views, frames along {orbit, spiral} or a path.json, and "
+                           "trajectory.gif of them");
+  options.AddDefaultOption(
+      "object", &object, "show these objects alone, ids or names, and look at them");
+  options.AddDefaultOption(
+      "frames", &path.num_frames, "of the trajectory; 0 = 60, or what path.json says");
+  options.AddDefaultOption(
+      "width", &path.width, "of the trajectory's frames; 0 = the photos', or what path.json says");
   if (!options.Parse(argc, argv)) return;
-  if (preview && image_path.empty()) {
+  const bool has_trajectory = !path.path.empty();
+  const bool is_made = path.path == "orbit" || path.path == "spiral";
+  if (!has_trajectory && input_path.empty()) {
     throw UserError(
-        "Failed to parse options - --preview 1 needs the photos' folder, --image_path.");
+        "Failed to parse options - the views are those of a COLMAP model, --input_path; or "
+        "--trajectory orbit goes without.");
+  }
+  if (preview && (image_path.empty() || has_trajectory)) {
+    throw UserError(
+        "Failed to parse options - --preview 1 needs the photos' folder, --image_path, and views, "
+        "no trajectory.");
+  }
+  if (path.num_frames < 0 || path.num_frames > 100'000 || path.width < 0 || path.width > 16'384) {
+    throw UserError(
+        "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");
   }
 
   RequireWritableFolder(output_path);
-  const Model model = ReadModel(foam_path);
-  const fs::path model_folder = FindModelFolder(input_path);
-  const Reconstruction reconstruction = ReadReconstruction(model_folder);
-  const std::vector<View> chosen =
-      ChooseViews(views, foam_path, model, model_folder, reconstruction);
+  Model model = ReadModel(foam_path);
+  std::optional<Eigen::AlignedBox3d> box;
+  if (!object.empty()) box = ShowAlone(object, &model);
+  std::vector<View> chosen;
+  std::optional<GifWriter> animation;
+  if (has_trajectory) {
+    const Trajectory trajectory = is_made ? MakeTrajectory(model, foam_path, box, path)
+                                          : ReadTrajectory(path.path, model, path);
+    chosen = FramesOf(trajectory);
+    animation.emplace(fs::path(output_path) / "trajectory.gif", trajectory.frames_per_second);
+  } else {
+    chosen = ChooseViews(views, foam_path, input_path, model);
+  }
 
   const ViewRenderer renderer(model.foam);
   for (const View& view : chosen) {
-    const CameraRays rays =
-        MakeCameraRays(*view.camera, view.image->cam_from_world, model.world_from_normalized);
-    const RenderedView rendered = renderer.Render(rays);
-    const Eigen::Vector3d z_axis =
-        view.image->cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ();
-    const Image8 color = ColorImage(rendered);
-    const LabelImage ids = IdImage(rendered, model.labels);
-    WriteRgbPng(Target(output_path, "rgb", view.stem, ".png"), color);
-    WriteDepthExr(Target(output_path, "depth", view.stem, ".exr"),
-                  rendered.width,
-                  rendered.height,
-                  DepthImage(rendered, rays, z_axis, model.world_from_normalized.scale));
-    if (model.foam.HasSemantics()) {
-      WriteLabelPng(Target(output_path, "label", view.stem, ".png"), ids);
-    }
-    if (preview) {
-      const Image8 photo = ReadPhoto(fs::path(image_path) / view.image->name);
-      WriteRgbPng(
-          Target(output_path, "preview", view.stem, ".png"),
-          SideBySide({ResizeNearest(photo, color.width, color.height), color, PaletteImage(ids)}));
-    }
+    const Pictures pictures = RenderView(view, model, renderer, output_path);
+    if (animation.has_value()) animation->Add(ForAnimation(pictures.color));
+    if (!preview) continue;
+    const Image8 photo = ReadPhoto(fs::path(image_path) / view.photo);
+    std::vector<Image8> images = {ResizeNearest(photo, pictures.color.width, pictures.color.height),
+                                  pictures.color};
+    if (pictures.labels.width > 0) images.push_back(pictures.labels);
+    WriteRgbPng(Target(output_path, "preview", view.stem, ".png"), SideBySide(images));
   }
+  if (animation.has_value()) animation->Finish();
   LOG(INFO) << "Rendered " << chosen.size() << (chosen.size() == 1 ? " view" : " views") << " into "
             << output_path;
   if (!model.foam.HasSemantics()) {

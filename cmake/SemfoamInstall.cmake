@@ -1,0 +1,28 @@
+# `cmake --install BUILD --prefix PREFIX`: the programs, and the three libraries with their headers for
+# find_package(SemanticFoam) in other projects.
+include(CMakePackageConfigHelpers)
+
+# Headers are included as in this tree, "foam/trainer.h", below a folder of our own.
+set(SEMFOAM_INSTALL_INCLUDE ${CMAKE_INSTALL_INCLUDEDIR}/SemanticFoam)
+
+function(semfoam_install)
+  install(TARGETS semfoam semfoam_benchmark RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  foreach(library foam plugin export)
+    set_target_properties(semfoam_${library} PROPERTIES EXPORT_NAME ${library})
+    install(
+      DIRECTORY ${PROJECT_SOURCE_DIR}/${library}
+      DESTINATION ${SEMFOAM_INSTALL_INCLUDE}
+      FILES_MATCHING
+      PATTERN "*.h"
+      PATTERN "*-inl.h" EXCLUDE)
+  endforeach()
+  install(TARGETS semfoam_foam semfoam_plugin semfoam_export semfoam_openvdb semfoam_openmesh EXPORT SemanticFoamTargets)
+  set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/SemanticFoam)
+  install(EXPORT SemanticFoamTargets NAMESPACE SemanticFoam:: DESTINATION ${folder})
+  configure_package_config_file(
+    ${PROJECT_SOURCE_DIR}/cmake/SemanticFoamConfig.cmake.in ${PROJECT_BINARY_DIR}/SemanticFoamConfig.cmake
+    INSTALL_DESTINATION ${folder})
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/SemanticFoamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/SemanticFoamConfig.cmake ${PROJECT_BINARY_DIR}/SemanticFoamConfigVersion.cmake
+          DESTINATION ${folder})
+endfunction()

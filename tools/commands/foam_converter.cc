@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/cell_points.h"
+#include "export/exportable_scene.h"
+#include "export/radiant_foam_ply.h"
+#include "foam/error.h"
+#include "foam/model.h"
+#include "plugin/colmap_model.h"
+#include "plugin/untrained_model.h"
+#include "tools/commands.h"
+#include "tools/option_manager.h"
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+Model ReadInput(const std::string& input_path, uint64_t random_seed) {
+  if (fs::is_directory(input_path)) {
+    const fs::path folder = FindModelFolder(input_path);
+    return UntrainedModel(ReadReconstruction(folder), folder, random_seed);
+  }
+  if (fs::path(input_path).extension() == ".ply") return ReadRadiantFoamPly(input_path);
+  return ReadModel(input_path);
+}
+
+// "auto": what the file's name says.
+std::string TypeOf(const std::string& output_type, const std::string& output_path) {
+  if (output_type != "auto") return output_type;
+  const std::string extension = fs::path(output_path).extension().string();
+  if (extension == ".foam") return "foam";
+  if (extension == ".txt") return "text";
+  throw UserError(output_path,
+                  ": its name does not say what to write; --output_type radiant_foam, splats or "
+                  "points for a .ply, or a name that ends in .foam or .txt.");
+}
+
+}  // namespace
+
+void RunFoamConverter(int argc, char** argv) {
+  std::string input_path;
+  std::string output_path;
+  std::string output_type = "auto";
+  std::string labels;
+  double splat_scale = 1.1;
+  OptionManager options("foam_converter",
+                        "Brings foams in from other formats and out to them: Radiant Foam's PLY, "
+                        "splats, points, text, and a COLMAP model as an untrained foam.");
+  options.AddRequiredOption("input_path",
+                            &input_path,
+                            "scene.foam, a Radiant Foam .ply, or the folder of a COLMAP model");
+  options.AddRequiredOption("output_path", &output_path, "the file to write");
+  options.AddChoiceOption(
+      "output_type",
+      &output_type,
+      {"auto", "foam", "radiant_foam", "splats", "points", "text"},
+      "foam: scene.foam; radiant_foam: its PLY, every cell; splats: a Gaussian per visible cell, "
+      "for splat viewers; points: a coloured, labelled point per visible cell; text: everything, "
+      "to "
+      "read; auto: by the name, .foam or .txt");
+  options.AddDefaultOption("labels",
+                           &labels,
+                           "ids or names, separated by commas: of splats and points, those of "
+                           "these objects alone");
+  options.AddDefaultOption("splat_scale",
+                           &splat_scale,
+                           "splats: standard deviation in those of the cell, 0.1 to 10; smaller "
+                           "leaves gaps, larger blurs");
+  if (!options.Parse(argc, argv)) return;
+  if (!(splat_scale >= 0.1 && splat_scale <= 10)) {
+    throw UserError(
+        "Failed to parse options - --splat_scale ", splat_scale, ": 0.1 to 10 would be right.");
+  }
+  const std::string type = TypeOf(output_type, output_path);
+  const bool is_of_cells = type == "splats" || type == "points";
+  if (!labels.empty() && !is_of_cells) {
+    throw UserError("Failed to parse options - --labels chooses splats and points; ",
+                    type,
+                    " takes the whole foam.");
+  }
+
+  const Model model = ReadInput(input_path, options.RandomSeed());
+  if (type == "foam") {
+    WriteModel(output_path, model);
+    LOG(INFO) << output_path << ": " << model.foam.NumSites() << " sites";
+    return;
+  }
+  const ExportableScene scene = MakeExportableScene(model);
+  if (type == "radiant_foam") {
+    WriteRadiantFoamPly(output_path, model, scene);
+    LOG(INFO) << output_path << ": " << model.foam.NumSites()
+              << " sites; Radiant Foam's format has no labels";
+    return;
+  }
+  if (type == "text") {
+    WriteFoamText(output_path, model, scene);
+    LOG(INFO) << output_path << ": " << model.foam.NumSites() << " sites";
+    return;
+  }
+  const std::vector<uint32_t> cells = VisibleCells(scene, labels);
+  if (cells.empty())
+    LOG(WARNING) << output_path << ": no cell is solid and seen by a photo; the file is empty";
+  if (type == "splats") {
+    WriteSplats(output_path, model, scene, cells, splat_scale);
+  } else {
+    WriteCellPoints(output_path, scene, cells);
+  }
+  LOG(INFO) << output_path << ": " << cells.size() << " " << type << " of " << model.foam.NumSites()
+            << " cells";
+}
+
+}  // namespace semfoam

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
+#include "foam/model.h"
+#include "foam/output_file.h"
+#include "foam/view_renderer.h"
+#include "plugin/camera_rays.h"
+#include "plugin/photo.h"
+#include "tools/capture_path.h"
+#include "tools/commands.h"
+#include "tools/image_files.h"
+#include "tools/option_manager.h"
+#include "tools/view_images.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr char kManifest[] = "manifest.json";
+
+std::string FrameName(size_t frame) {
+  char name[32];
+  std::snprintf(name, sizeof(name), "%06zu.png", frame);
+  return name;
+}
+
+// Writes the film's pictures and, last, the manifest.
+void WriteFilm(const Model& model,
+               const std::string& foam_path,
+               const std::string& image_path,
+               const std::vector<FilmFrame>& film,
+               const fs::path& output_path) {
+  const ViewRenderer renderer(model.foam);
+  ordered_json frames = ordered_json::array();
+  for (const FilmFrame& frame : film) {
+    const std::string file = FrameName(frames.size());
+    const PhotoRecord& photo = model.photos[frame.photo];
+    const bool is_photo = frame.photo == frame.next;
+    Image8 picture;
+    if (is_photo && !image_path.empty()) {
+      picture = ReadPhoto(fs::path(image_path) / photo.name);
+      const PhotoSize trained = {photo.width, photo.height};
+      if (picture.width > trained.width && SameAspect({picture.width, picture.height}, trained)) {
+        picture = ReducePhoto(picture, trained);
+      }
+    } else {
+      const Camera camera = CameraOf(photo, foam_path);
+      picture = ColorImage(renderer.Render(
+          MakeCameraRays(camera, frame.cam_from_world, model.world_from_normalized)));
+    }
+    WriteRgbPng(output_path / "frames" / file, picture);
+    if (is_photo) {
+      frames.push_back({{"file", file}, {"photo", photo.name}});
+    } else {
+      frames.push_back({{"file", file},
+                        {"between", {photo.name, model.photos[frame.next].name}},
+                        {"share", frame.share}});
+    }
+  }
+  const ordered_json manifest = {{"version", 1}, {"frames", frames}};
+  WriteTextFile(output_path / kManifest, manifest.dump(1) + "\n");
+}
+
+// {frame's file, photo} of the frames that are photos.
+std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& path) {
+  std::ifstream file(path);
+  const auto json = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  const auto is_text = [](const nlohmann::json& value, const char* key) {
+    return value.contains(key) && value[key].is_string();
+  };
+  if (!json.is_object() || json.value("version", 0) != 1 || !json.contains("frames") ||
+      !json["frames"].is_array()) {
+    throw UserError(path.string(), ": is no manifest that view_interpolator wrote.");
+  }
+  std::vector<std::pair<std::string, std::string>> photos;
+  for (const auto& frame : json["frames"]) {
+    if (!frame.is_object() || !is_text(frame, "file")) {
+      throw UserError(path.string(), ": has a frame without its file.");
+    }
+    if (!frame.contains("photo")) continue;
+    if (!is_text(frame, "photo")) {
+      throw UserError(path.string(), ": has a photo whose name is no text.");
+    }
+    const fs::path photo = frame["photo"].get<std::string>();
+    // It becomes a path of ours.
+    const bool leaves =
+        photo.is_absolute() || photo.empty() ||
+        std::any_of(photo.begin(), photo.end(), [](const fs::path& part) { return part == ".."; });
+    const fs::path name = frame["file"].get<std::string>();
+    if (leaves || name != name.filename()) {
+      throw UserError(path.string(),
+                      ": names a file outside of its folder, ",
+                      leaves ? photo.string() : name.string(),
+                      ".");
+    }
+    photos.emplace_back(name.string(), photo.string());
+  }
+  return photos;
+}
+
+void CopyFile(const fs::path& from, const fs::path& to) {
+  std::ifstream in(from, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(in), {});
+  if (!in.is_open() || in.bad()) throw UserError(from.string(), ": cannot be read.");
+  WriteTextFile(to, bytes);
+}
+
+// Brings the tracker's masks of the frames that are photos to the photos' names.
+void CollectMasks(const fs::path& manifest_path,
+                  const fs::path& mask_path,
+                  const fs::path& output_path) {
+  const auto photos = ReadManifest(manifest_path);
+  if (!fs::is_directory(mask_path)) {
+    throw UserError(
+        mask_path.string(),
+        ": there is no such folder; the tracker's masks, 000000.png and so on, should be in it.");
+  }
+  int missing = 0;
+  std::string first_missing;
+  for (const auto& [file, photo] : photos) {
+    const fs::path mask = mask_path / file;
+    if (!fs::is_regular_file(mask)) {
+      if (missing++ == 0) first_missing = mask.string();
+      continue;
+    }
+    CopyFile(mask, output_path / fs::path(photo).replace_extension(".png"));
+  }
+  if (missing == static_cast<int>(photos.size())) {
+    throw UserError(
+        mask_path.string(), ": has no mask of a photo's frame, like ", first_missing, ".");
+  }
+  // DEVA's list of ids stands in the masks' folder or beside it.
+  for (const fs::path& list :
+       {mask_path / "pred.json",
+        fs::absolute(mask_path / "").parent_path().parent_path() / "pred.json"}) {
+    if (!fs::is_regular_file(list)) continue;
+    CopyFile(list, output_path / "pred.json");
+    break;
+  }
+  LOG(INFO) << "Masks of " << photos.size() - missing << " of " << photos.size()
+            << " photos are in " << output_path.string();
+  if (missing > 0)
+    LOG(WARNING) << missing << " photos have no mask; the first that is missing: " << first_missing;
+}
+
+}  // namespace
+
+void RunViewInterpolator(int argc, char** argv) {
+  std::string foam_path;
+  std::string image_path;
+  std::string output_path;
+  std::string order = "auto";
+  std::string manifest_path;
+  std::string mask_path;
+  int between = 3;
+  OptionManager options(
+      "view_interpolator",
+      "Makes a film of the photos for a video tracker: in an order it can follow, "
+      "with renders between them; and brings its masks back to the photos.");
+  options.AddRequiredOption(
+      "output_path",
+      &output_path,
+      "folder for frames/*.png and manifest.json; or, with --manifest_path, for the photos' masks");
+  options.AddDefaultOption(
+      "foam_path", &foam_path, "the model, scene.foam; its photos are the film's");
+  options.AddDefaultOption(
+      "image_path", &image_path, "folder of the photos; without, they are rendered as well");
+  options.AddDefaultOption(
+      "between", &between, "renders between two photos, 0 to 100; more where these are far apart");
+  options.AddChoiceOption(
+      "order",
+      &order,
+      {"auto", "name", "path"},
+      "name: as the photos are called; path: a short way past all of them; auto: by "
+      "name where that is hardly longer");
+  options.AddDefaultOption(
+      "manifest_path", &manifest_path, "the film's manifest.json, to bring masks back");
+  options.AddDefaultOption(
+      "mask_path", &mask_path, "the tracker's masks of the film's frames, with --manifest_path");
+  if (!options.Parse(argc, argv)) return;
+  if (manifest_path.empty() == foam_path.empty() || manifest_path.empty() != mask_path.empty()) {
+    throw UserError(
+        "Failed to parse options - give --foam_path to make a film, or --manifest_path and "
+        "--mask_path "
+        "to bring a tracker's masks back.");
+  }
+  if (between < 0 || between > 100) {
+    throw UserError("Failed to parse options - --between ", between, ": 0 to 100 would be right.");
+  }
+  RequireWritableFolder(output_path);
+  if (!manifest_path.empty()) {
+    CollectMasks(manifest_path, mask_path, output_path);
+    return;
+  }
+
+  const Model model = ReadModel(foam_path);
+  if (model.photos.empty()) {
+    throw UserError(foam_path, ": has no photos, so there is nothing to make a film of.");
+  }
+  // The frame's unit is about the cameras' distance from what they look at.
+  const double depth = model.world_from_normalized.scale;
+  const std::vector<FilmFrame> film =
+      MakeFilm(model.photos, CaptureOrder(model.photos, depth, order), depth, between);
+  WriteFilm(model, foam_path, image_path, film, output_path);
+  LOG(INFO) << film.size() << " frames, " << model.photos.size() << " of them photos, are in "
+            << (fs::path(output_path) / "frames").string();
+}
+
+}  // namespace semfoam

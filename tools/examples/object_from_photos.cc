@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// object_from_photos WORKSPACE OUTPUT NAME: trains a foam on a COLMAP workspace with masks, and
+// writes one object as a volume and as surfaces.
+#include "export/object_selection.h"
+#include "export/surface_export.h"
+#include "export/volume_export.h"
+#include "foam/error.h"
+#include "foam/trainer.h"
+#include "plugin/scene.h"
+
+#include <iostream>
+
+using namespace semfoam;
+
+int main(int argc, char** argv) try {
+  if (argc != 4) throw UserError("object_from_photos WORKSPACE OUTPUT NAME");
+  const std::filesystem::path workspace = argv[1], output = argv[2];
+  SceneOptions input;
+  input.image_path = workspace / "images";
+  input.input_path = workspace / "sparse";
+  const TrainingScene photos(PlanScene(input));
+
+  TrainingOptions training;
+  training.num_rays = 1'000'000;  // a quick look; 20 million and more for good
+  training.final_sites = 10'000;
+  TrainingSummary trained = TrainFoam(
+      photos, photos.Seeds(), photos.NumClasses(), training, [](const TrainingProgress& progress) {
+        std::cerr << "\r" << 100 * progress.iteration / progress.num_iterations << " %";
+      });
+  const Model model = {trained.foam,
+                       trained.statistics,
+                       photos.WorldFromNormalized(),
+                       photos.Labels(),
+                       photos.Photos(),
+                       {}};
+  WriteModel(output / "scene.foam", model);
+
+  ExportableScene scene = MakeExportableScene(model);
+  scene.objects = {*SelectObjects(scene, argv[3]).at(0)};
+  VolumeExportOptions volume;
+  volume.labels = argv[3];
+  ExportVolumes(scene, output, volume);
+  for (const WrittenFile& file : ExportSurfaces(scene, output))
+    std::cout << file.path << ": " << file.summary << "\n";
+} catch (const UserError& error) {
+  std::cerr << "\nERROR: " << error.what() << "\n";
+  return 1;
+}

@@ -116,6 +116,9 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
+}
+
+void AddMeshShortNames(OptionManager* options) {
   for (const char* name : {"method", "target_faces"}) {
     options->AddShortName(name, std::string("MeshExport.") + name);
   }

@@ -17,7 +17,7 @@ namespace semfoam {
 // Adds --VolumeExport.*.
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume);
 
-// Adds --MeshExport.*, and --method and --target_faces for the same.
+// Adds --MeshExport.*.
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
 
 // Adds --formats. `*formats` lists what the command can write, all of which is the default.
@@ -34,6 +34,8 @@ void AddPieceOptions(OptionManager* options, PieceOptions* pieces);
 // --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
 // nothing else.
 void AddVolumeShortNames(OptionManager* options);
+// --method and --target_faces, likewise.
+void AddMeshShortNames(OptionManager* options);
 
 // The checksum at the end of a model's file (WriteModel), as VolumeExportOptions::source_checksum
 // has it. Throws UserError when it cannot be read.

@@ -17,6 +17,8 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   std::string output_path;
   TrainingRun run;
   VolumeExportOptions volume;
+  SurfaceExportOptions surface;
+  PieceOptions pieces;
   std::string formats = kAllFormats;
   ExportTransformOptions frame;
   OptionManager options("automatic_segmenter",
@@ -31,10 +33,14 @@ void RunAutomaticSegmenter(int argc, char** argv) {
       "input_path", &run.input_path, "the COLMAP model; by default sparse/0/, then sparse/");
   AddTrainingRunOptions(&options, &run);
   AddVolumeExportOptions(&options, &volume);
+  AddMeshExportOptions(&options, &surface);
+  AddPieceOptions(&options, &pieces);
   AddFormatsOption(&options, &formats);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
+  RequireValid(surface);
+  RequireValid(pieces);
   const std::set<std::string> wanted = ParseFormats(formats, kAllFormats);
   const ExportTransform transform = ParseExportTransform(frame);
   CompleteFromWorkspace(workspace_path, &run);
@@ -43,11 +49,11 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireWritableFolder(output_path);
   const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
   const ExportableScene scene =
-      PrepareExport(TrainAndWrite(options, output_path, &run), foam_path, transform);
+      PrepareExport(TrainAndWrite(options, output_path, &run), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
   volume.source_checksum = ModelChecksum(foam_path);
   if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
-  if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted);
+  if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
   LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
             << ", everything is in " << output_path;

@@ -25,6 +25,7 @@ void RunMeshExporter(int argc, char** argv) {
   AddFormatsOption(&options, &formats);
   AddPieceOptions(&options, &pieces);
   AddMeshExportOptions(&options, &surface);
+  AddMeshShortNames(&options);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(surface);

@@ -111,6 +111,34 @@ TEST_F(EndToEndTest, VolumesHoldTheGridsTheyPromise) {
   }
 }
 
+// Every object, in both formats that CGAL reads, and both surfaces.
+TEST_F(EndToEndTest, SurfacesHoldWhatTheyPromise) {
+  const std::string smooth = (*folder_ / "smooth").string();
+  ASSERT_EQ(RunSemfoam({"mesh_exporter",
+                        "--foam_path",
+                        FoamPath(),
+                        "--output_path",
+                        smooth,
+                        "--method",
+                        "smooth",
+                        "--formats",
+                        "ply,obj"})
+                .exit_code,
+            0);
+  std::vector<std::string> meshes;
+  for (const fs::path& folder : {Out(), fs::path(smooth)}) {
+    for (const std::string& file : FilesBelow(folder / "objects")) {
+      const std::string extension = fs::path(file).extension();
+      if (extension == ".ply" || extension == ".obj") {
+        meshes.push_back((folder / "objects" / file).string());
+      }
+    }
+  }
+  EXPECT_EQ(meshes.size(), 4 * Labels()["objects"].size());
+  const Outcome outcome = RunProgram(SEMFOAM_CHECK_SURFACES, meshes);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+}
+
 using Triangle = std::array<int64_t, 3>;
 
 // Every directed edge occurs once, and so does its opposite.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/smooth_surface.h"
 
-#include "export/semantic_mesh.h"
 #include "export/surface_geometry.h"
 #include "foam/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "tests/export/openmesh_check.h"
 #include "tests/export/surface_checks.h"
 #include "tests/export/test_foams.h"
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -68,47 +68,20 @@ void ExpectSoundSmoothSurfaces(const Model& model, bool has_flat_tets = false) {
       EXPECT_THAT(crossing, IsEmpty());
     }
     ExpectValidForCgal(surface, crossing.empty());
-
-    const SemanticMesh mesh = ToSemanticMesh(surface);
-    EXPECT_EQ(mesh.n_vertices(), surface.vertices.size());
-    EXPECT_EQ(mesh.n_faces(), surface.triangles.size());
-    for (const auto edge : mesh.edges()) ASSERT_FALSE(mesh.is_boundary(edge));
-    for (const auto vertex : mesh.vertices()) ASSERT_TRUE(mesh.is_manifold(vertex));
+    ExpectClosedForOpenMesh(surface);
   }
 }
 
 TEST(SmoothSurface, BallsThatTouch) { ExpectSoundSmoothSurfaces(TouchingBalls()); }
 
 TEST(SmoothSurface, EveryCellDrawsItsClassByLot) {
-  // Objects in crumbs that touch in faces, edges and vertices, with themselves and with others.
-  for (const unsigned seed : {1u, 2u, 3u}) {
-    std::mt19937 random(seed);
-    ExpectSoundSmoothSurfaces(MakeModel(RandomSites(2000, seed), 3, [&](const Eigen::Vector3f& p) {
-      const int k = static_cast<int>(random() % 4);
-      return p.norm() < 0.7f && k < 3 ? k : kAir;
-    }));
-  }
+  for (const unsigned seed : {1u, 2u, 3u}) ExpectSoundSmoothSurfaces(ClassesByLot(seed));
 }
 
 TEST(SmoothSurface, CosphericalSites) {
-  ExpectSoundSmoothSurfaces(
-      MakeModel(GridSites(8, 0.25f, 0, 0),
-                1,
-                [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 0.5f ? 0 : kAir; }),
-      /*has_flat_tets=*/true);
-  std::mt19937 random(5);
-  ExpectSoundSmoothSurfaces(MakeModel(GridSites(10, 0.125f, 0, 0),
-                                      2,
-                                      [&](const Eigen::Vector3f& p) {
-                                        const int k = static_cast<int>(random() % 3);
-                                        return p.cwiseAbs().maxCoeff() < 0.5f && k < 2 ? k : kAir;
-                                      }),
-                            /*has_flat_tets=*/true);
-  // Nearly cospherical: slivers of every kind.
-  ExpectSoundSmoothSurfaces(
-      MakeModel(GridSites(10, 0.125f, 1e-3f, 3), 1, [](const Eigen::Vector3f& p) {
-        return p.norm() < 0.4f ? 0 : kAir;
-      }));
+  ExpectSoundSmoothSurfaces(CubeInAGrid(), /*has_flat_tets=*/true);
+  ExpectSoundSmoothSurfaces(LotsInAGrid(), /*has_flat_tets=*/true);
+  ExpectSoundSmoothSurfaces(BallInANearGrid());
 }
 
 TEST(SmoothSurface, ASingleCell) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface_export.h"
 
-#include "export/semantic_mesh.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
 #include <set>
 
+#include "tests/export/openmesh_check.h"
 #include "tests/export/surface_checks.h"
 #include "tests/export/test_foams.h"
 #include <Eigen/Geometry>
@@ -50,43 +50,21 @@ void ExpectSoundSurfaces(const Model& model) {
     EXPECT_EQ(box.min(), object.bounding_box.min());
     EXPECT_EQ(box.max(), object.bounding_box.max());
 
-    // OpenMesh takes it and finds no border either.
-    const SemanticMesh mesh = ToSemanticMesh(surface);
-    EXPECT_EQ(mesh.n_vertices(), surface.vertices.size());
-    EXPECT_EQ(mesh.n_faces(), surface.triangles.size());
-    for (const auto edge : mesh.edges()) ASSERT_FALSE(mesh.is_boundary(edge));
-    for (const auto vertex : mesh.vertices()) ASSERT_TRUE(mesh.is_manifold(vertex));
+    ExpectClosedForOpenMesh(surface);
   }
 }
 
 TEST(Surface, BallsThatTouch) { ExpectSoundSurfaces(TouchingBalls()); }
 
 TEST(Surface, EveryCellDrawsItsClassByLot) {
-  // The hardest labelling: objects in crumbs that touch in faces, edges and vertices.
-  for (const unsigned seed : {1u, 2u, 3u}) {
-    std::mt19937 random(seed);
-    ExpectSoundSurfaces(MakeModel(RandomSites(2000, seed), 3, [&](const Eigen::Vector3f& p) {
-      const int k = static_cast<int>(random() % 4);
-      return p.norm() < 0.7f && k < 3 ? k : kAir;
-    }));
-  }
+  for (const unsigned seed : {1u, 2u, 3u}) ExpectSoundSurfaces(ClassesByLot(seed));
 }
 
 TEST(Surface, CosphericalSites) {
-  // In an exact grid eight cells meet in every corner: circumcentres coincide, the surface has
-  // faces without area, and stays a manifold.
-  ExpectSoundSurfaces(MakeModel(GridSites(8, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {
-    return p.cwiseAbs().maxCoeff() < 0.5f ? 0 : kAir;
-  }));
-  std::mt19937 random(5);
-  ExpectSoundSurfaces(MakeModel(GridSites(10, 0.125f, 0, 0), 2, [&](const Eigen::Vector3f& p) {
-    const int k = static_cast<int>(random() % 3);
-    return p.cwiseAbs().maxCoeff() < 0.5f && k < 2 ? k : kAir;
-  }));
-  // Nearly cospherical: slivers of every kind.
-  ExpectSoundSurfaces(MakeModel(GridSites(10, 0.125f, 1e-3f, 3), 1, [](const Eigen::Vector3f& p) {
-    return p.norm() < 0.4f ? 0 : kAir;
-  }));
+  // The surface has faces without area, and stays a manifold.
+  for (const Model& model : {CubeInAGrid(), LotsInAGrid(), BallInANearGrid()}) {
+    ExpectSoundSurfaces(model);
+  }
 }
 
 TEST(Surface, ASingleCell) {

@@ -99,6 +99,37 @@ inline Model Torus() {
   });
 }
 
+// The hardest labelling: every cell within a ball draws one of three classes or air by lot, so
+// objects are crumbs that touch in faces, edges and vertices, with themselves and with others.
+inline Model ClassesByLot(unsigned seed) {
+  std::mt19937 random(seed);
+  return MakeModel(RandomSites(2000, seed), 3, [&](const Eigen::Vector3f& p) {
+    const int k = static_cast<int>(random() % 4);
+    return p.norm() < 0.7f && k < 3 ? k : kAir;
+  });
+}
+
+// Exact grids, where eight cells meet in every corner and circumcentres coincide: a cube, and two
+// classes by lot.
+inline Model CubeInAGrid() {
+  return MakeModel(GridSites(8, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {
+    return p.cwiseAbs().maxCoeff() < 0.5f ? 0 : kAir;
+  });
+}
+inline Model LotsInAGrid() {
+  std::mt19937 random(5);
+  return MakeModel(GridSites(10, 0.125f, 0, 0), 2, [&](const Eigen::Vector3f& p) {
+    const int k = static_cast<int>(random() % 3);
+    return p.cwiseAbs().maxCoeff() < 0.5f && k < 2 ? k : kAir;
+  });
+}
+// Nearly cospherical sites: slivers of every kind.
+inline Model BallInANearGrid() {
+  return MakeModel(GridSites(10, 0.125f, 1e-3f, 3), 1, [](const Eigen::Vector3f& p) {
+    return p.norm() < 0.4f ? 0 : kAir;
+  });
+}
+
 // A folder of its own for each test, removed at its end.
 class TemporaryFolderTest : public ::testing::Test {
  protected:

@@ -617,13 +617,22 @@ TEST(Program, HelpAndVersion) {
     const Outcome outcome = RunSemfoam(arguments);
     EXPECT_EQ(outcome.exit_code, 0);
     for (const char* command : {"automatic_segmenter",
+                                "scene_analyzer",
                                 "foam_trainer",
                                 "foam_renderer",
                                 "foam_evaluator",
                                 "foam_analyzer",
+                                "foam_converter",
                                 "volume_exporter",
                                 "mesh_exporter",
+                                "object_extractor",
+                                "object_remover",
+                                "object_inserter",
                                 "mesh_evaluator",
+                                "point_labeler",
+                                "mask_analyzer",
+                                "view_interpolator",
+                                "mask_corrupter",
                                 "accuracy_profiler",
                                 "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// object_from_photos WORKSPACE OUTPUT NAME: trains a foam on a COLMAP workspace with masks, and
-// writes one object as a volume and as surfaces.
+// object_from_photos WORKSPACE OUTPUT NAME: trains a foam on a COLMAP workspace with masks, takes
+// one object out, and writes it as a volume and as surfaces.
 #include "export/object_selection.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/error.h"
+#include "foam/object_editing.h"
 #include "foam/trainer.h"
 #include "plugin/scene.h"
 
@@ -28,21 +29,25 @@ int main(int argc, char** argv) try {
       photos, photos.Seeds(), photos.NumClasses(), training, [](const TrainingProgress& progress) {
         std::cerr << "\r" << 100 * progress.iteration / progress.num_iterations << " %";
       });
-  const Model model = {trained.foam,
+  const Model scene = {trained.foam,
                        trained.statistics,
                        photos.WorldFromNormalized(),
                        photos.Labels(),
                        photos.Photos(),
                        {}};
-  WriteModel(output / "scene.foam", model);
 
-  ExportableScene scene = MakeExportableScene(model);
-  scene.objects = {*SelectObjects(scene, argv[3]).at(0)};
-  VolumeExportOptions volume;
-  volume.labels = argv[3];
-  ExportVolumes(scene, output, volume);
-  for (const WrittenFile& file : ExportSurfaces(scene, output))
+  const ExportableScene cells = MakeExportableScene(scene);
+  const ObjectInfo& object = *SelectObjects(cells, argv[3]).at(0);
+  int32_t class_index = 0;
+  while (scene.labels[class_index].id != object.id) ++class_index;
+  const Model alone = ExtractObjects(scene, cells.delaunay, {{class_index, object.cells}}).model;
+  WriteModel(output / "scene.foam", alone);
+
+  const ExportableScene assets = MakeExportableScene(alone);
+  ExportVolumes(assets, output, {});
+  for (const WrittenFile& file : ExportSurfaces(assets, output)) {
     std::cout << file.path << ": " << file.summary << "\n";
+  }
 } catch (const UserError& error) {
   std::cerr << "\nERROR: " << error.what() << "\n";
   return 1;

@@ -17,6 +17,8 @@ target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(SEMFOAM_SANITIZE)
   target_compile_options(semfoam_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=undefined
                                                  -fno-omit-frame-pointer)
+  # With the checks that sanitizers put in, GCC takes initialised matrices for uninitialised ones.
+  target_compile_options(semfoam_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(semfoam_flags INTERFACE -fsanitize=address,undefined)
 endif()
 

@@ -2,6 +2,9 @@
 //
 // Whole runs on the tabletop scene, short and of no quality, but complete: what they leave is
 // there, valid, and says the same everywhere.
+#include "plugin/mask_png.h"
+#include "plugin/photo.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -413,6 +416,43 @@ TEST_F(EndToEndTest, RendersTheViewsOfAListOnly) {
   ASSERT_THAT(wrong.Errors(), SizeIs(1));
   EXPECT_THAT(wrong.Errors().front(), HasSubstr("nosuch.jpg"));
   EXPECT_THAT(FilesBelow(*folder_ / "nothing"), IsEmpty());
+}
+
+TEST_F(EndToEndTest, RendersOneObjectAlone) {
+  const json object = Labels()["objects"][0];
+  const fs::path turn = *folder_ / "turn";
+  const Outcome outcome = RunSemfoam({"foam_renderer",
+                                      "--foam_path",
+                                      FoamPath(),
+                                      "--output_path",
+                                      turn.string(),
+                                      "--trajectory",
+                                      "orbit",
+                                      "--object",
+                                      object["name"].get<std::string>(),
+                                      "--frames",
+                                      "2",
+                                      "--width",
+                                      "64"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(turn / "trajectory.gif"));
+  const uint32_t id = object["id"].get<uint32_t>();
+  for (const char* frame : {"frame_00000", "frame_00001"}) {
+    const Image8 color = ReadPhoto(turn / "rgb" / (std::string(frame) + ".png"));
+    ASSERT_EQ(color.width, 64);
+    const MaskPng labels = ReadMaskPng(turn / "label" / (std::string(frame) + ".png"));
+    int seen = 0;
+    int others = 0;
+    int white = 0;
+    for (size_t i = 0; i < labels.values.size(); ++i) {
+      seen += labels.values[i] == id;
+      // What is hidden in it may show another label here and there.
+      others += labels.values[i] != 0 && labels.values[i] != id;
+      white += color.data[3 * i] == 255 && color.data[3 * i + 1] == 255;
+    }
+    EXPECT_GT(seen, 10 * others) << frame;
+    EXPECT_GT(white, 0) << frame;
+  }
 }
 
 TEST_F(EndToEndTest, ScoresTheHeldOutViews) {

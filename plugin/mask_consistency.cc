@@ -36,8 +36,11 @@ constexpr double kClearShares[] = {0.8, 0.65, 0.5, 0.5, 0.5, 0.5};
 constexpr int kPointsToDrop = 8;
 // A label in less than this share of the photos is rare: a fragment, unless points confirm it.
 constexpr double kShareOfPhotos = 0.1;
-// Ids that agree less than this are taken to mean nothing between photos.
+// Ids that agree less than this are taken to mean nothing between photos: beyond chance, and at
+// all. Where one thing is nearly everywhere, chance alone agrees nearly always, and a few errors of
+// the tracker leave nothing beyond it; such ids mean what they say all the same.
 constexpr double kLeastAgreement = 0.1;
+constexpr double kLeastShareOfPairs = 0.6;
 constexpr int kLeastPairs = 20;
 
 // Ids that are the same thing become one label, that of the id with the most regions.
@@ -272,11 +275,13 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
   MaskConsistencyReport report;
   if (mode == MaskConsistency::kOff || masks->labels.empty()) return report;
   Evidence evidence(seeds, tracks, photos, *masks);
-  const auto [agreement, num_pairs] = evidence.Agreement();
-  report.agreement_before = agreement;
-  if (num_pairs < kLeastPairs) return report;
+  const Evidence::PairAgreement agreement = evidence.Agreement();
+  report.agreement_before = agreement.kappa;
+  if (agreement.num_pairs < kLeastPairs) return report;
   if (mode == MaskConsistency::kAuto) {
-    mode = agreement < kLeastAgreement ? MaskConsistency::kIndependent : MaskConsistency::kTracks;
+    const bool means_nothing =
+        agreement.kappa < kLeastAgreement && agreement.share < kLeastShareOfPairs;
+    mode = means_nothing ? MaskConsistency::kIndependent : MaskConsistency::kTracks;
   }
   report.used = mode;
   report.num_regions = static_cast<int>(evidence.regions.size());
@@ -319,7 +324,7 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
   }
   DropUnconfirmed(num_labels, &evidence);
   LetRegionsSpeak(&evidence);
-  report.agreement_after = evidence.Agreement().first;
+  report.agreement_after = evidence.Agreement().kappa;
 
   if (mode == MaskConsistency::kIndependent) {
     std::set<int32_t> used;

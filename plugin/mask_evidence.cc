@@ -135,7 +135,7 @@ void Evidence::FindNeighbors(const std::vector<Eigen::Vector3f>& positions) {
   }
 }
 
-std::pair<double, int64_t> Evidence::Agreement() const {
+Evidence::PairAgreement Evidence::Agreement() const {
   std::map<int32_t, double> count_of_label;
   double count = 0;
   int64_t same = 0, pairs = 0;
@@ -154,12 +154,12 @@ std::pair<double, int64_t> Evidence::Agreement() const {
       }
     }
   }
-  if (pairs == 0) return {NAN, 0};
+  if (pairs == 0) return {};
   double by_chance = 0;
   for (const auto& [label, n] : count_of_label) by_chance += (n / count) * (n / count);
-  if (by_chance >= 1) return {1, pairs};
-  return {(static_cast<double>(same) / static_cast<double>(pairs) - by_chance) / (1 - by_chance),
-          pairs};
+  const double share = static_cast<double>(same) / static_cast<double>(pairs);
+  const double kappa = by_chance >= 1 ? 1 : (share - by_chance) / (1 - by_chance);
+  return {kappa, share, pairs};
 }
 
 }  // namespace semfoam

@@ -6,6 +6,7 @@
 #include "plugin/masks.h"
 #include "plugin/tracks.h"
 
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -86,8 +87,13 @@ class Evidence {
     }
   }
 
-  // Cohen's kappa of the labels over all pairs of observations of a point, and the number of pairs.
-  std::pair<double, int64_t> Agreement() const;
+  // How far the photos agree, over all pairs of observations of a point by two of them.
+  struct PairAgreement {
+    double kappa = NAN;  // Cohen's: 0 = as often as chance would have it, 1 = always
+    double share = NAN;  // of the pairs whose labels are the same, 0..1
+    int64_t num_pairs = 0;
+  };
+  PairAgreement Agreement() const;
 
  private:
   // Tracks are short (two or three photos), so what lies next to a point speaks too, with less

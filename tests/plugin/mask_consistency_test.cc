@@ -132,6 +132,23 @@ TEST(MaskConsistency, IndependentMasksAreMatched) {
   EXPECT_EQ(wall.BandIds(1), (std::array<int, 3>{-1, -1, -1}));
 }
 
+// Of a thing that is nearly everywhere the photos agree nine times in ten, which is no more than
+// chance would have it; its ids mean what they say all the same.
+TEST(MaskConsistency, OneThingNearlyEverywhereIsNoIndependentMask) {
+  Wall wall;
+  for (int view = 0; view < kViews; ++view) {
+    for (int band = 0; band < 3; ++band) wall.PaintBand(view, band, 7);
+  }
+  wall.PaintBand(3, 2, 9);
+  wall.PaintBand(8, 0, 9);
+  const MaskConsistencyReport report = wall.Correct(MaskConsistency::kAuto);
+  EXPECT_LT(report.agreement_before, 0.1);
+  EXPECT_EQ(report.used, MaskConsistency::kTracks);
+  for (int view = 0; view < kViews; ++view) EXPECT_EQ(wall.IdAt(view, 60, 30), 7);
+  EXPECT_EQ(wall.IdAt(3, 100, 30), 7);
+  EXPECT_EQ(wall.IdAt(8, 20, 30), 7);
+}
+
 TEST(MaskConsistency, TheBackgroundKeepsItsIdInIndependentMasks) {
   Wall wall;
   for (int view = 0; view < kViews; ++view) {

@@ -193,6 +193,18 @@ Pictures RenderView(const View& view,
   return pictures;
 }
 
+// From the frames' files, once all are there: a run that is broken off leaves whole frames and no
+// half animation, and no number of frames fills the memory.
+void WriteAnimation(const std::vector<View>& frames,
+                    const fs::path& output_path,
+                    double frames_per_second) {
+  GifWriter animation(output_path / "trajectory.gif", frames_per_second);
+  for (const View& frame : frames) {
+    animation.Add(ForAnimation(ReadPhoto(Target(output_path, "rgb", frame.stem, ".png"))));
+  }
+  animation.Finish();
+}
+
 }  // namespace
 
 void RunFoamRenderer(int argc, char** argv) {
@@ -248,25 +260,24 @@ void RunFoamRenderer(int argc, char** argv) {
         "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");
   }
 
-  RequireWritableFolder(output_path);
   Model model = ReadModel(foam_path);
   std::optional<Eigen::AlignedBox3d> box;
   if (!object.empty()) box = ShowAlone(object, &model);
   std::vector<View> chosen;
-  std::optional<GifWriter> animation;
+  double frames_per_second = 0;
   if (has_trajectory) {
     const Trajectory trajectory = is_made ? MakeTrajectory(model, foam_path, box, path)
                                           : ReadTrajectory(path.path, model, path);
     chosen = FramesOf(trajectory);
-    animation.emplace(fs::path(output_path) / "trajectory.gif", trajectory.frames_per_second);
+    frames_per_second = trajectory.frames_per_second;
   } else {
     chosen = ChooseViews(views, foam_path, input_path, model);
   }
 
+  RequireWritableFolder(output_path);
   const ViewRenderer renderer(model.foam);
   for (const View& view : chosen) {
     const Pictures pictures = RenderView(view, model, renderer, output_path);
-    if (animation.has_value()) animation->Add(ForAnimation(pictures.color));
     if (!preview) continue;
     const Image8 photo = ReadPhoto(fs::path(image_path) / view.photo);
     std::vector<Image8> images = {ResizeNearest(photo, pictures.color.width, pictures.color.height),
@@ -274,7 +285,7 @@ void RunFoamRenderer(int argc, char** argv) {
     if (pictures.labels.width > 0) images.push_back(pictures.labels);
     WriteRgbPng(Target(output_path, "preview", view.stem, ".png"), SideBySide(images));
   }
-  if (animation.has_value()) animation->Finish();
+  if (has_trajectory) WriteAnimation(chosen, output_path, frames_per_second);
   LOG(INFO) << "Rendered " << chosen.size() << (chosen.size() == 1 ? " view" : " views") << " into "
             << output_path;
   if (!model.foam.HasSemantics()) {

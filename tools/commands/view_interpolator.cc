@@ -198,7 +198,6 @@ void RunViewInterpolator(int argc, char** argv) {
   if (between < 0 || between > 100) {
     throw UserError("Failed to parse options - --between ", between, ": 0 to 100 would be right.");
   }
-  RequireWritableFolder(output_path);
   if (!manifest_path.empty()) {
     CollectMasks(manifest_path, mask_path, output_path);
     return;
@@ -208,6 +207,7 @@ void RunViewInterpolator(int argc, char** argv) {
   if (model.photos.empty()) {
     throw UserError(foam_path, ": has no photos, so there is nothing to make a film of.");
   }
+  RequireWritableFolder(output_path);
   // The frame's unit is about the cameras' distance from what they look at.
   const double depth = model.world_from_normalized.scale;
   const std::vector<FilmFrame> film =

@@ -22,6 +22,7 @@ void RunObjectRemover(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
+void RunTrainingPlotter(int argc, char** argv);
 void RunViewInterpolator(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);
 

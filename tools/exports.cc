@@ -27,18 +27,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::vector<std::string> Split(const std::string& list) {
-  std::vector<std::string> items(1);
-  for (const char c : list) {
-    if (c == ',') {
-      items.emplace_back();
-    } else {
-      items.back() += c;
-    }
-  }
-  return items;
-}
-
 // "3 pieces of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
 std::string Describe(const LeftOutPieces& left_out) {
   const auto plural = [](int64_t count, const char* noun) {
@@ -182,9 +170,9 @@ void RequireValid(const SurfaceExportOptions& surface) {
 }
 
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
-  const std::vector<std::string> known = Split(allowed);
+  const std::vector<std::string> known = SplitAtCommas(allowed);
   std::set<std::string> parsed;
-  for (const std::string& format : Split(formats)) {
+  for (const std::string& format : SplitAtCommas(formats)) {
     if (std::find(known.begin(), known.end(), format) == known.end()) {
       throw UserError("Failed to parse options - the argument ('",
                       formats,

@@ -70,6 +70,18 @@ po::options_description Describe(const std::vector<std::string>& names) {
 
 }  // namespace
 
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ',') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
 bool ParseValue(const std::string& text, std::string* value) {
   *value = text;
   return true;

@@ -111,6 +111,9 @@ class OptionManager {
   int log_level_ = 0;
 };
 
+// The parts between the commas, at least one: "a,,b" has three, "" has one.
+std::vector<std::string> SplitAtCommas(const std::string& text);
+
 // One value from and to text: the whole text must be the value, in its type's range; numbers that
 // are not finite are refused. FormatValue's text reads back as the same value.
 bool ParseValue(const std::string& text, std::string* value);

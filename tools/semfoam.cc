@@ -43,6 +43,7 @@ constexpr Command kCommands[] = {
      RunViewInterpolator},
     {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
+    {"training_plotter", "draws the quality of several trainings over time", RunTrainingPlotter},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };
 

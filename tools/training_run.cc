@@ -265,7 +265,7 @@ Model TrainAndWrite(const OptionManager& options,
   WriteEffects(output_path / "effects.json", effects, scene.Photos());
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
   // Without held-out views there is no quality to show.
-  if (const Plot plot = TrainingPlot(reports); !plot.panels.empty()) {
+  if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
     WritePlot(output_path / "training_plot", plot);
   }
   return model;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/progress.h"
 
-#include "tools/training_log.h"
-
 #include <algorithm>
 #include <sstream>
 
@@ -99,39 +97,6 @@ TEST(Progress, WritesNothingForARunThatNeverReports) {
   std::ostringstream out;
   { ProgressLine line(out, /*is_terminal=*/true); }
   EXPECT_EQ(out.str(), "");
-}
-
-TEST(TrainingLog, HasOneLinePerReportAndAsManyFieldsAsItsHead) {
-  TrainingProgress known = At(2, 3);
-  known.color_loss = 0.0125;
-  known.held_out_psnr = 21.5;
-  known.held_out_miou = 0.75;
-  const std::string log = FormatTrainingLog({At(1, 3), known});
-  std::istringstream lines(log);
-  std::string line;
-  std::vector<std::string> all;
-  while (std::getline(lines, line)) all.push_back(line);
-  ASSERT_EQ(all.size(), 3u);
-  for (const std::string& each : all) EXPECT_EQ(std::count(each.begin(), each.end(), ','), 10);
-  EXPECT_EQ(all[1], "1.000,1,1000,23410,,,,,,,");
-  EXPECT_EQ(all[2], "2.000,2,2000,23410,0.0125,,,,,21.5,0.75");
-}
-
-TEST(TrainingPlot, ShowsWhatIsKnownOnceForEachEvaluation) {
-  TrainingProgress first = At(1, 4), repeated = At(2, 4), last = At(4, 4);
-  first.held_out_psnr = repeated.held_out_psnr = 20;
-  last.held_out_psnr = 22;
-  const Plot colour = TrainingPlot({At(0, 4), first, repeated, last});
-  ASSERT_EQ(colour.panels.size(), 1u);
-  const std::vector<PlotPoint>& points = colour.panels[0].series[0].points;
-  ASSERT_EQ(points.size(), 2u);
-  EXPECT_EQ(points[0].x, 1);
-  EXPECT_EQ(points[1].x, 4);
-  EXPECT_EQ(points[1].y, 22);
-
-  last.held_out_miou = 0.5;
-  EXPECT_EQ(TrainingPlot({first, last}).panels.size(), 2u);
-  EXPECT_TRUE(TrainingPlot({At(0, 4), At(4, 4)}).panels.empty());
 }
 
 }  // namespace

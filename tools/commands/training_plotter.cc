@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
+#include "foam/output_file.h"
+#include "tools/commands.h"
+#include "tools/option_manager.h"
+#include "tools/plot.h"
+#include "tools/training_log.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+namespace fs = std::filesystem;
+
+void RunTrainingPlotter(int argc, char** argv) {
+  std::string run_paths, names, output_path;
+  OptionManager options("training_plotter",
+                        "Draws the held-out quality of several trainings over their seconds, as "
+                        "quality_over_seconds.svg and .png.");
+  options.AddRequiredOption(
+      "run_paths", &run_paths, "folders of the trainings, with commas between: a,b,c");
+  options.AddDefaultOption(
+      "names", &names, "what to call them, with commas between; empty = by their folders");
+  options.AddRequiredOption("output_path", &output_path, "folder for the plot");
+  if (!options.Parse(argc, argv)) return;
+
+  const std::vector<std::string> paths = SplitAtCommas(run_paths);
+  const std::vector<std::string> given =
+      names.empty() ? std::vector<std::string>() : SplitAtCommas(names);
+  if (!given.empty() && given.size() != paths.size()) {
+    throw UserError("Failed to parse options - --names has ",
+                    given.size(),
+                    " names for ",
+                    paths.size(),
+                    " trainings; it must have one for each, or be empty.");
+  }
+  std::vector<TrainingCurve> curves;
+  std::set<std::string> seen;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    const fs::path folder(paths[i]);
+    const std::string name =
+        given.empty() ? (folder / "").parent_path().filename().string() : given[i];
+    if (!seen.insert(name).second) {
+      throw UserError("Failed to parse options - two of the trainings are called `",
+                      name,
+                      "`; --names must tell them apart.");
+    }
+    curves.push_back({name, ReadTrainingLog(folder / "training_log.csv")});
+  }
+  const Plot plot = TrainingPlot(curves);
+  if (plot.panels.empty()) {
+    throw UserError(run_paths,
+                    ": none of the trainings knows its held-out quality; train with --test_every.");
+  }
+  RequireWritableFolder(output_path);
+  const fs::path stem = fs::path(output_path) / "quality_over_seconds";
+  WritePlot(stem, plot);
+  std::printf("%s.svg and .png show %zu trainings\n", stem.c_str(), curves.size());
+}
+
+}  // namespace semfoam

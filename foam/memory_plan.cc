@@ -12,10 +12,9 @@
 namespace semfoam {
 namespace {
 
-// A Poisson-Voronoi cell has 15.5 neighbours and its Delaunay triangulation 6.8 tetrahedra a site;
+// The Delaunay triangulation of a Poisson process has 6.8 tetrahedra a site;
 // sites on surfaces have fewer.
 constexpr double kTetsPerSite = 6.8;
-constexpr double kNeighborsPerSite = 15.5;
 
 // Blocks of 16 faces, 272 to 320 bytes each; a cell has 1.4 of them, and its position.
 constexpr int64_t kPlaneBytesPerSite = 450 + 12;

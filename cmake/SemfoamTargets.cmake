@@ -15,11 +15,12 @@ endif()
 target_compile_options(semfoam_flags INTERFACE -ffp-contract=off)
 target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(SEMFOAM_SANITIZE)
-  target_compile_options(semfoam_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+  target_compile_options(semfoam_flags INTERFACE -fsanitize=${SEMFOAM_SANITIZE} -fno-sanitize-recover=all
                                                  -fno-omit-frame-pointer)
-  # With the checks that sanitizers put in, GCC takes initialised matrices for uninitialised ones.
-  target_compile_options(semfoam_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
-  target_link_options(semfoam_flags INTERFACE -fsanitize=address,undefined)
+  # With the checks that sanitizers put in, GCC takes initialised matrices for uninitialised ones, and it warns that
+  # ThreadSanitizer does not know the fences of libraries.
+  target_compile_options(semfoam_flags INTERFACE "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-tsan>")
+  target_link_options(semfoam_flags INTERFACE -fsanitize=${SEMFOAM_SANITIZE})
 endif()
 
 # semfoam_library(NAME foam SRCS a.cc b.cc [LINK public...] [PRIVATE_LINK private...]) makes semfoam_foam.

@@ -65,6 +65,17 @@ class FoamOptimizer {
   // Follows the foam to another SH degree: moments of new coefficients start from zero.
   void ChangeShDegree(int degree);
 
+  // The moments and counts (checkpoint_state.h), for a foam like the one it was made for.
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    archive->Array("first_moments", &first_, first_.size());
+    archive->Array("second_moments", &second_, second_.size());
+    archive->Array("steps", &steps_, steps_.size());
+    archive->Array("classifier_first_moments", &classifier_first_, classifier_first_.size());
+    archive->Array("classifier_second_moments", &classifier_second_, classifier_second_.size());
+    archive->Number("classifier_steps", &classifier_steps_);
+  }
+
  private:
   int sh_degree_;
   ParameterRow row_;

@@ -16,86 +16,51 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Makes an empty file at `path`, which must not exist yet; returns 0 or the errno.
-int MakeEmptyFile(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0644);
-  if (file < 0) return errno;
-  ::close(file);
-  return 0;
-}
-
-void MakeFolders(const fs::path& folder) {
-  if (folder.empty()) return;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder)) {
-    throw UserError(folder.string(),
-                    ": this folder cannot be made (",
-                    error ? error.message() : "a file of that name is in the way",
-                    "); choose an output path that you may write to.");
-  }
-}
-
 // Asks the kernel to put the file or folder on the disk; returns 0 or the errno.
-int Sync(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return errno;
-  const int result = ::fsync(file) == 0 ? 0 : errno;
-  ::close(file);
+int Sync(int descriptor) {
+  const int error = ::fsync(descriptor) == 0 ? 0 : errno;
   // Some file systems cannot sync a folder; the rename itself is still atomic there.
-  return result == EINVAL ? 0 : result;
+  return error == EINVAL ? 0 : error;
+}
+
+void SyncFolder(const fs::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  Sync(descriptor);
+  ::close(descriptor);
 }
 
 }  // namespace
 
-OutputFile::OutputFile(fs::path target) : target_(std::move(target)) {
-  MakeFolders(target_.parent_path());
-  // The extension stays: the writers of meshes and volumes choose their format by it.
-  temporary_ = target_.parent_path() / ("." + target_.stem().string() + ".tmp" +
-                                        std::to_string(::getpid()) + target_.extension().string());
-  std::error_code ignored;
-  fs::remove(temporary_, ignored);
-  if (const int error = MakeEmptyFile(temporary_)) {
-    throw UserError(target_.string(),
-                    ": cannot be written (",
-                    std::strerror(error),
-                    "); choose an output path that you may write to.");
-  }
+OutputFile::OutputFile(fs::path target)
+    : target_(std::move(target)),
+      folder_(target_.parent_path(), target_),
+      temporary_(folder_.path() / target_.filename()),
+      descriptor_(::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0644)) {
+  if (descriptor_ >= 0) return;
+  throw UserError(target_.string(),
+                  ": cannot be written (",
+                  std::strerror(errno),
+                  "); choose an output path that you may write to.");
 }
 
-OutputFile::~OutputFile() {
-  if (committed_) return;
-  std::error_code ignored;
-  fs::remove(temporary_, ignored);
-}
+OutputFile::~OutputFile() { ::close(descriptor_); }
 
 void OutputFile::Commit() {
-  int error = Sync(temporary_);
-  if (error == 0 && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
+  // By the descriptor that was open all along: one that is opened now would not be told of a write
+  // that has already failed.
+  int error = Sync(descriptor_);
+  if (error == 0) error = MoveOutOfScratch(temporary_, target_);
   if (error != 0) {
     throw UserError(target_.string(),
                     ": cannot be written (",
                     std::strerror(error),
                     "); is the disk full, or is a folder of that name in the way?");
   }
-  committed_ = true;
-  const fs::path folder = target_.parent_path();
-  Sync(folder.empty() ? fs::path(".") : folder);
+  SyncFolder(target_.parent_path());
 }
 
-void RequireWritableFolder(const fs::path& folder) {
-  MakeFolders(folder);
-  const fs::path probe = folder / (".semfoam-probe" + std::to_string(::getpid()));
-  const int error = MakeEmptyFile(probe);
-  if (error != 0) {
-    throw UserError(folder.string(),
-                    ": nothing can be written into this folder (",
-                    std::strerror(error),
-                    "); choose an output path that you may write to.");
-  }
-  std::error_code ignored;
-  fs::remove(probe, ignored);
-}
+void RequireWritableFolder(const fs::path& folder) { const ScratchFolder probe(folder); }
 
 void WriteTextFile(const fs::path& target, const std::string& text) {
   OutputFile file(target);

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/scratch_folder.h"
+
 #include <filesystem>
 #include <string>
 
 namespace semfoam {
 
-// One output file, written beside its target and renamed into place, so that a reader never meets
-// half a file and an older good file survives a failed write.
+// One output file, written in a hidden folder beside its target and renamed into place, so that a
+// reader never meets half a file and an older good file survives a failed write.
 //
 //   OutputFile file("out/scene.vdb");
-//   WriteSomehow(file.temporary_path());   // same folder, same extension as the target
+//   WriteSomehow(file.temporary_path());   // an empty file, named as the target
 //   file.Commit();                         // fsync, rename
 //
-// Without Commit (an exception on the way, say) the destructor removes the temporary file.
+// Without Commit (an exception or a signal on the way, say) nothing is left of it.
 class OutputFile {
  public:
   // Makes the parent folders if they are missing. Throws UserError where that, or creating a file
@@ -30,8 +32,9 @@ class OutputFile {
 
  private:
   std::filesystem::path target_;
+  ScratchFolder folder_;
   std::filesystem::path temporary_;
-  bool committed_ = false;
+  int descriptor_ = -1;
 };
 
 // Makes `folder` (and its parents) if missing and proves that a file can be made in it. Throws

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -48,6 +49,28 @@ class TrainingGuard {
   // the photos' contrast, at most 1. NaN before the first window and where photos have none.
   double explained_contrast() const { return explained_contrast_; }
 
+  // What it has seen so far (checkpoint_state.h).
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    archive->Number("iterations", &window_.iterations);
+    archive->Number("rays", &window_.rays);
+    archive->Number("step_limit_hits", &window_.step_limit_hits);
+    archive->Number("skipped_updates", &window_.skipped_updates);
+    archive->Number("color_loss", &window_.color_loss);
+    archive->Number("identity_loss", &window_.identity_loss);
+    for (int c = 0; c < 3; ++c) {
+      const std::string channel = std::to_string(c);
+      archive->Number("target_sum_" + channel, &window_.target_sum[c]);
+      archive->Number("target_square_sum_" + channel, &window_.target_square_sum[c]);
+    }
+    archive->Number("windows", &num_windows_);
+    color_.Serialize("color_", archive);
+    identity_.Serialize("identity_", archive);
+    archive->Number("flat_color_loss", &flat_color_loss_);
+    archive->Number("unstable_iterations", &unstable_iterations_);
+    archive->Number("explained_contrast", &explained_contrast_);
+  }
+
  private:
   struct Window {
     int64_t iterations = 0;
@@ -70,6 +93,13 @@ class TrainingGuard {
     int windows_above = 0;  // in a row, without falling
 
     void Update(double new_loss, double new_bound);
+
+    template <typename Archive>
+    void Serialize(const std::string& prefix, Archive* archive) {
+      archive->Number(prefix + "loss_of_window", &loss);
+      archive->Number(prefix + "bound", &bound);
+      archive->Number(prefix + "windows_above", &windows_above);
+    }
   };
 
   void Judge(int64_t iteration);

@@ -2,11 +2,11 @@
 #include "tools/option_manager.h"
 
 #include "foam/error.h"
+#include "foam/number_text.h"
 #include "foam/parallel.h"
 #include "tools/logging.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -21,24 +21,16 @@ namespace {
 
 namespace po = boost::program_options;
 
+// Numbers of the user's are finite.
 template <typename T>
-bool ParseNumber(const std::string& text, T* value) {
+bool ParseFinite(const std::string& text, T* value) {
   T parsed{};
-  const char* end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, parsed);
-  if (result.ec != std::errc() || result.ptr != end) return false;
+  if (!ParseNumber(text, &parsed)) return false;
   if constexpr (std::is_floating_point_v<T>) {
     if (!std::isfinite(parsed)) return false;
   }
   *value = parsed;
   return true;
-}
-
-template <typename T>
-std::string FormatNumber(T value) {
-  char text[64];
-  const auto result = std::to_chars(text, text + sizeof(text), value);
-  return std::string(text, result.ptr);
 }
 
 std::string Join(const std::vector<std::string>& parts, const std::string& separator) {
@@ -93,11 +85,11 @@ bool ParseValue(const std::string& text, bool* value) {
   return true;
 }
 
-bool ParseValue(const std::string& text, int* value) { return ParseNumber(text, value); }
-bool ParseValue(const std::string& text, int64_t* value) { return ParseNumber(text, value); }
-bool ParseValue(const std::string& text, uint64_t* value) { return ParseNumber(text, value); }
-bool ParseValue(const std::string& text, float* value) { return ParseNumber(text, value); }
-bool ParseValue(const std::string& text, double* value) { return ParseNumber(text, value); }
+bool ParseValue(const std::string& text, int* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, int64_t* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, uint64_t* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, float* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, double* value) { return ParseFinite(text, value); }
 
 std::string FormatValue(const std::string& value) { return value; }
 std::string FormatValue(bool value) { return value ? "1" : "0"; }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
+#include "foam/interruption.h"
+#include "foam/scratch_folder.h"
 #include "tools/commands.h"
 #include "tools/logging.h"
 
@@ -64,6 +66,7 @@ void PrintHelp() {
 }
 
 int Fail(const std::string& sentence) {
+  WaitIfExiting();
   std::fprintf(
       stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", sentence.c_str());
   return EXIT_FAILURE;
@@ -82,8 +85,11 @@ int Main(int argc, char** argv) {
   for (const Command& command : kCommands) {
     if (name != command.name) continue;
     try {
+      HandleInterruptions();
       command.run(argc - 1, argv + 1);
       return EXIT_SUCCESS;
+    } catch (const Interruption& interruption) {
+      return interruption.ExitCode();
     } catch (const UserError& error) {
       return Fail(error.what());
     } catch (const std::bad_alloc&) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/time_budget.h"
 
+#include "foam/training_schedule.h"
 #include "tools/presets.h"
 
 #include <algorithm>

@@ -11,11 +11,9 @@
 #include <cmath>
 #include <string>
 
+#include "tests/foam/foam_digest.h"
 #include "tests/foam/synthetic_views.h"
 #include <gtest/gtest.h>
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 namespace semfoam {
 namespace {
@@ -29,25 +27,6 @@ TrainingOptions SmallRun() {
   options.sh_degree = 1;
   options.densify_events = 6;
   return options;
-}
-
-template <typename Vector>
-uint64_t Digest(const Vector& values, uint64_t seed) {
-  return XXH64(values.data(), values.size() * sizeof(values[0]), seed);
-}
-
-uint64_t Digest(const TrainingSummary& summary) {
-  const Foam& foam = summary.foam;
-  uint64_t hash = Digest(foam.positions, 0);
-  hash = Digest(foam.raw_density, hash);
-  hash = Digest(foam.sh, hash);
-  hash = Digest(foam.identity, hash);
-  hash = Digest(foam.classifier_weight, hash);
-  hash = Digest(foam.classifier_bias, hash);
-  hash = Digest(summary.statistics.contribution, hash);
-  hash = Digest(summary.statistics.passed, hash);
-  hash = Digest(summary.statistics.stopped, hash);
-  return Digest(summary.statistics.mean_color, hash);
 }
 
 TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {
@@ -120,13 +99,13 @@ TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
   const int threads[3] = {1, 2, 5};
   for (int k = 0; k < 3; ++k) {
     SetNumThreads(threads[k]);
-    digest[k] = Digest(TrainFoam(views, views.Seeds(500), 3, options, nullptr));
+    digest[k] = DigestOf(TrainFoam(views, views.Seeds(500), 3, options, nullptr));
   }
   SetNumThreads(-1);
   EXPECT_EQ(digest[0], digest[1]);
   EXPECT_EQ(digest[0], digest[2]);
   options.random_seed = 1;
-  EXPECT_NE(Digest(TrainFoam(views, views.Seeds(500), 3, options, nullptr)), digest[0])
+  EXPECT_NE(DigestOf(TrainFoam(views, views.Seeds(500), 3, options, nullptr)), digest[0])
       << "the digest tells nothing";
 }
 
@@ -150,7 +129,7 @@ TEST(Trainer, FitsItsLatePartToSecondsAndSaysHowToRepeatIt) {
   options.seconds = 0;
   options.late_rays = hurried.late_rays;
   const TrainingSummary repeated = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
-  EXPECT_EQ(Digest(repeated), Digest(hurried));
+  EXPECT_EQ(DigestOf(repeated), DigestOf(hurried));
 
   // More than its share: the run becomes longer, and still ends at the end of its schedules.
   options.late_rays = 40'960;
@@ -172,7 +151,7 @@ TEST(Trainer, LabelsShapeMatterOnlyWhereAskedTo) {
   const Foam unlabelled = train(0, 0), cut = train(1, 0), shaped = train(1, 0.01);
   EXPECT_NE(cut.identity, unlabelled.identity);
   EXPECT_EQ(cut.raw_density, unlabelled.raw_density);
-  EXPECT_EQ(Digest(cut.positions, 0), Digest(unlabelled.positions, 0));
+  EXPECT_EQ(DigestOf(cut.positions, 0), DigestOf(unlabelled.positions, 0));
   EXPECT_NE(shaped.raw_density, cut.raw_density);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/temp_folder.h"
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -31,27 +32,6 @@ inline void WriteFile(const std::filesystem::path& path, const std::string& byte
   file << bytes;
   EXPECT_TRUE(file.good()) << path;
 }
-
-// A folder of its own for each test, with a space in its name, removed at the end.
-class TempFolder {
- public:
-  TempFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "semfoam test XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    path_ = name;
-  }
-  ~TempFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct Outcome {
   int exit_code = -1;
@@ -120,18 +100,6 @@ inline void CopyTabletop(const std::filesystem::path& target) {
     std::filesystem::copy(
         kTabletop / part, target / part, std::filesystem::copy_options::recursive);
   }
-}
-
-// All files below a folder, relative to it; none where there is no such folder.
-inline std::vector<std::string> FilesBelow(const std::filesystem::path& folder) {
-  std::vector<std::string> files;
-  if (!std::filesystem::is_directory(folder)) return files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_directory()) {
-      files.push_back(std::filesystem::relative(entry.path(), folder).generic_string());
-    }
-  }
-  return files;
 }
 
 }  // namespace semfoam

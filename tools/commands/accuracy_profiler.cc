@@ -25,7 +25,6 @@
 #include <vector>
 
 #include <glog/logging.h>
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -51,26 +50,6 @@ int LongestSide(const TrainingScene& scene) {
   }
   return longest;
 }
-
-// A folder for exports that are only timed, removed at the end.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const fs::path& parent)
-      : path_(parent / (".accuracy_profiler" + std::to_string(::getpid()))) {
-    RequireWritableFolder(path_);
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 class Study {
  public:

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/interruption.h"
+
+#include "foam/scratch_folder.h"
+
+#include <atomic>
+#include <csignal>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include <pthread.h>
+
+namespace semfoam {
+namespace {
+
+// Never destroyed: the waiting thread outlives the end of main.
+struct State {
+  std::mutex mutex;
+  int num_deferrals = 0;  // guarded by the mutex
+  std::atomic<int> requested = 0;
+};
+
+State& TheState() {
+  static State& state = *new State;
+  return state;
+}
+
+[[noreturn]] void End(int signal) { RemoveScratchFoldersAndExit(Interruption(signal).ExitCode()); }
+
+[[noreturn]] void WaitForSignals(const sigset_t& signals) {
+  State& state = TheState();
+  while (true) {
+    int signal = 0;
+    if (sigwait(&signals, &signal) != 0) continue;
+    const std::lock_guard lock(state.mutex);
+    if (state.num_deferrals == 0 || state.requested != 0) End(signal);
+    state.requested = signal;
+  }
+}
+
+}  // namespace
+
+void HandleInterruptions() {
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action;
+    sigaction(signal, nullptr, &action);
+    if (action.sa_handler != SIG_IGN) sigaddset(&signals, signal);
+  }
+  if (const int error = pthread_sigmask(SIG_BLOCK, &signals, nullptr)) {
+    throw std::system_error(error, std::generic_category());
+  }
+  std::thread([signals] { WaitForSignals(signals); }).detach();
+}
+
+DeferInterruption::DeferInterruption() : exceptions_at_begin_(std::uncaught_exceptions()) {
+  const std::lock_guard lock(TheState().mutex);
+  ++TheState().num_deferrals;
+}
+
+DeferInterruption::~DeferInterruption() {
+  State& state = TheState();
+  const std::lock_guard lock(state.mutex);
+  --state.num_deferrals;
+  const bool is_answered = std::uncaught_exceptions() > exceptions_at_begin_;
+  if (state.num_deferrals == 0 && state.requested != 0 && !is_answered) End(state.requested);
+}
+
+int InterruptionRequested() { return TheState().requested.load(std::memory_order_relaxed); }
+
+}  // namespace semfoam

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/checkpoint.h"
+#include "foam/densification.h"
+#include "foam/foam.h"
+#include "foam/free_space.h"
+#include "foam/optimizer.h"
+#include "foam/ray_batch.h"
+#include "foam/ray_tracer.h"
+#include "foam/trainer.h"
+#include "foam/training_guard.h"
+#include "foam/training_rays.h"
+#include "foam/training_schedule.h"
+#include "foam/training_topology.h"
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace semfoam {
+
+// One training run: the foam, all that hangs on its topology, and the optimiser. For the trainer's
+// own files: the iterations (trainer.cc), the SH degree (trainer_sh_degree.cc), and going on from a
+// checkpoint (trainer_checkpoint.cc).
+class Trainer {
+ public:
+  // Throws UserError where there is no photo to train on.
+  Trainer(const TrainingViews& views,
+          const std::vector<SeedPoint>& seeds,
+          const TrainingOptions& options);
+
+  // One of these first.
+  void Begin(const std::vector<SeedPoint>& seeds, int num_classes);
+  void Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoint);
+
+  TrainingSummary Run(const TrainingHooks& hooks);
+
+ private:
+  void Save(CheckpointContents* contents);
+  template <typename Archive>
+  void SerializeNumbers(Archive* archive);
+  template <typename Archive>
+  void SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive);
+  void RequireSameRun(int num_classes, const Checkpoint& checkpoint) const;
+
+  void Retriangulate();
+  void ChooseViews();
+  void DrawBatch();
+  void Iterate();
+  bool DensifyIfDue();
+  void ChooseShDegreeIfDue();
+  void SetShDegree(int degree);
+  void SettleShDegree(int degree);
+  bool ShDegreePays() const;
+  bool TopologyIsStale() const;
+  void EvaluateIfDue();
+  void Report(const TrainingHooks& hooks);
+
+  double RunFraction() const { return schedule_.RunFraction(progress_.iteration); }
+  bool PositionsMove() const { return schedule_.PositionsMove(progress_.iteration); }
+  uint32_t StartCell(int view) const {
+    return topology_.CellAt(views_.Origin(view), start_cells_[view]);
+  }
+  CellShading<float> Shading() const {
+    return {foam_.sh_degree,
+            density_.data(),
+            foam_.sh.data(),
+            foam_.HasSemantics() ? foam_.identity.data() : nullptr};
+  }
+
+  const TrainingViews& views_;
+  const TrainingOptions& options_;
+  PixelRange pixels_;        // to train on
+  PixelRange probe_pixels_;  // to settle the SH degree on; empty when that is done
+  const FreeSpace free_space_;
+  TrainingSchedule schedule_;
+
+  Foam foam_;
+  std::unique_ptr<FoamOptimizer> optimizer_;
+  DensificationStatistics densification_;
+  int densifications_ = 0;
+
+  TrainingTopology topology_;
+  std::vector<float> density_;  // [num_cells]
+  std::vector<float>
+      tv_gradient_;  // [N][kIdentityDim]; empty in iterations without the regulariser
+  std::vector<uint32_t> start_cells_;  // per view: where its camera was last
+  int64_t last_triangulation_ = 0;     // iteration
+  int64_t triangulated_sites_ = 0;     // after the first triangulation
+  bool frozen_ = false;
+  bool sh_degree_is_settled_ = false;
+  int evaluations_ = 0;
+  double seconds_evaluating_ = 0;
+
+  std::vector<BatchRay> rays_;
+  BatchResult batch_;
+  TrainingGuard guard_;
+
+  TrainingSummary summary_;
+  TrainingProgress progress_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  double last_report_ = 0;  // seconds since then
+  RayLossTerms<double> loss_sum_;
+  double tv_sum_ = 0;
+  int64_t loss_count_ = 0, tv_count_ = 0;
+};
+
+inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+}  // namespace semfoam

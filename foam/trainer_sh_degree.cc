@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/random.h"
+#include "foam/sh_degree.h"
+#include "foam/trainer_internal.h"
+#include "foam/training_evaluation.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+constexpr uint64_t kShProbePurpose = 0x4a3;
+
+// When the colour of a cell may begin to change with direction in one degree more: degree d at d
+// times kShRaise. One such time later the degree must have paid, or it is taken out again and the
+// question is settled: without it, the colour's squared error must be greater by kShWorthwhile, on
+// pixels of photos that training has not seen until then (every kProbeViews-th; there it can only
+// be right, and not learned by heart).
+constexpr double kShRaise = 0.1;
+constexpr double kShWorthwhile = 0.01;
+constexpr int kShProbeRays = 16384;
+constexpr int kProbeViews = 16;
+constexpr int kFewestViewsToProbe = 8;
+
+}  // namespace
+
+// Sets the photos apart on which the SH degree is settled, if there is anything to settle and
+// there are photos to spare.
+void Trainer::ChooseViews() {
+  std::vector<int> train = ViewsToTrainOn(views_), probe;
+  if (options_.sh_degree > 0 && !options_.fixed_sh_degree && train.size() >= kFewestViewsToProbe) {
+    for (size_t k = 0; k < train.size(); ++k) {
+      if (k % kProbeViews == kFewestViewsToProbe / 2) probe.push_back(train[k]);
+    }
+    std::erase_if(train, [&](int view) { return std::count(probe.begin(), probe.end(), view); });
+  }
+  pixels_ = PixelRange(views_, train);
+  probe_pixels_ = PixelRange(views_, probe);
+}
+
+void Trainer::SettleShDegree(int degree) {
+  SetShDegree(degree);
+  sh_degree_is_settled_ = true;
+  if (probe_pixels_.size() == 0) return;
+  pixels_ = PixelRange(views_, ViewsToTrainOn(views_));
+  probe_pixels_ = {};
+}
+
+void Trainer::SetShDegree(int degree) {
+  if (degree == foam_.sh_degree) return;
+  ChangeShDegree(degree, &foam_);
+  optimizer_->ChangeShDegree(degree);
+}
+
+// Whether the highest degree makes enough of a difference to photos not seen.
+bool Trainer::ShDegreePays() const {
+  std::vector<BatchRay> rays;
+  for (int i = 0; i < kShProbeRays; ++i) {
+    CounterRandom random(options_.random_seed, kShProbePurpose, i);
+    const ViewPixel pixel =
+        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size()));
+    if (const auto ray = PixelAsRay(views_, pixel, StartCell(pixel.view))) rays.push_back(*ray);
+  }
+  const LargePageVector<float> lower_sh = ShOfDegree(foam_, foam_.sh_degree - 1);
+  CellShading<float> lower = Shading();
+  lower.sh_degree = foam_.sh_degree - 1;
+  lower.sh = lower_sh.data();
+  const double without = SquaredError(foam_, topology_.geometry(), lower, rays, nullptr),
+               with = SquaredError(foam_, topology_.geometry(), Shading(), rays, nullptr);
+  VLOG(1) << "SH degree " << foam_.sh_degree
+          << ": without it, the squared error on photos not seen is " << without / with
+          << " times as large";
+  return without >= (1 + kShWorthwhile) * with;
+}
+
+void Trainer::ChooseShDegreeIfDue() {
+  const int degree = foam_.sh_degree;
+  if (sh_degree_is_settled_ || RunFraction() < kShRaise * (degree + 1)) return;
+  const bool can_probe = probe_pixels_.size() > 0;
+  if (degree > 0 && can_probe && !ShDegreePays()) {
+    SettleShDegree(degree - 1);
+  } else if (degree < options_.sh_degree) {
+    SetShDegree(degree + 1);
+  } else {
+    SettleShDegree(degree);
+  }
+}
+
+}  // namespace semfoam

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/foam.h"
+#include "foam/ray_batch.h"
+#include "foam/ray_tracer.h"
+#include "foam/training_topology.h"
+#include "foam/training_views.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+// Sum over the rays of the squared difference between the colour over white and the target's, as
+// `shading` shows the foam. With `shown_classes`, also which class each ray shows, as ViewRenderer
+// reads it. The same on any number of threads.
+double SquaredError(const Foam& foam,
+                    const WalkGeometry<float>& geometry,
+                    const CellShading<float>& shading,
+                    const std::vector<BatchRay>& rays,
+                    std::vector<int32_t>* shown_classes);
+
+// NaN = not known.
+struct HeldOutQuality {
+  double psnr = NAN;  // dB, mean over the views
+  double miou = NAN;  // see LabelAgreement: against the views' classes
+};
+
+// Over a grid of the held-out views' pixels. `start_cells` per view: near its camera.
+HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
+                               const Foam& foam,
+                               const TrainingTopology& topology,
+                               const CellShading<float>& shading,
+                               const std::vector<uint32_t>& start_cells);
+
+}  // namespace semfoam

@@ -13,6 +13,8 @@
 #include "foam/metrics.h"
 #include "foam/optimizer.h"
 #include "foam/parallel.h"
+#include "foam/pixel_cache.h"
+#include "foam/pixel_range.h"
 #include "foam/random.h"
 #include "foam/ray_batch.h"
 #include "foam/ray_tracer.h"
@@ -37,13 +39,7 @@
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kTilePurpose = 0x4a1, kQuantilePurpose = 0x4a2, kShProbePurpose = 0x4a3;
-
-// A tile is kTileSide x kTileSide pixels, kTileStep apart: near enough to share cells, far enough
-// not to say the same thing.
-constexpr int kTileSide = 2;
-constexpr int kTileRays = kTileSide * kTileSide;
-constexpr int kTileStep = 2;
+constexpr uint64_t kQuantilePurpose = 0x4a2, kShProbePurpose = 0x4a3;
 
 // The regulariser touches every cell, the rays only some: it takes one step in so many, with so
 // many times the weight.
@@ -83,9 +79,11 @@ constexpr int kShProbeRays = 16384;
 constexpr int kProbeViews = 16;
 constexpr int kFewestViewsToProbe = 8;
 
-constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
-constexpr int kEvaluationStride = 4;  // pixels
-constexpr int kStatisticsStride = 2;  // pixels
+constexpr int kNumEvaluations = 20;  // of the held-out views, over the run
+// Pixels between two that are looked at: the least, and what follows from looking at so many rays
+// at the most. Large photos have more pixels than a foam has to show.
+constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
+constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 25;
 // The time of a ray that is only looked at, in that of one that is learned from (README.md, Speed).
 constexpr double kLookedAtShare = 0.3;
 
@@ -93,34 +91,31 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// The pixels of some views as one range, so that every pixel is drawn equally often.
-class PixelRange {
- public:
-  PixelRange() = default;
-  PixelRange(const TrainingViews& views, const std::vector<int>& which) : views_(which) {
-    for (const int view : views_) {
-      widths_.push_back(views.Width(view));
-      ends_.push_back((ends_.empty() ? 0 : ends_.back()) +
-                      int64_t{views.Width(view)} * views.Height(view));
-    }
+// Of the views that are held out or of the others, every so many pixels in either direction.
+int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
+  int64_t rays = 0;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view) != held_out) continue;
+    rays += int64_t{(views.Width(view) + stride - 1) / stride} *
+            ((views.Height(view) + stride - 1) / stride);
   }
+  return rays;
+}
 
-  int64_t size() const { return ends_.empty() ? 0 : ends_.back(); }
+// The least stride from `stride` on with no more than `most` rays, but one a view.
+int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {
+  most = std::max<int64_t>(most, views.NumViews());
+  while (GridRays(views, held_out, stride) > most) ++stride;
+  return stride;
+}
 
-  struct Pixel {
-    int view, x, y;
-  };
-  Pixel At(int64_t index) const {
-    const size_t k = std::upper_bound(ends_.begin(), ends_.end(), index) - ends_.begin();
-    const int64_t local = index - (k == 0 ? 0 : ends_[k - 1]);
-    return {views_[k], static_cast<int>(local % widths_[k]), static_cast<int>(local / widths_[k])};
-  }
+int EvaluationStride(const TrainingViews& views) {
+  return GridStride(views, /*held_out=*/true, kLeastEvaluationStride, kMostEvaluationRays);
+}
 
- private:
-  std::vector<int> views_;
-  std::vector<int> widths_;
-  std::vector<int64_t> ends_;
-};
+int StatisticsStride(const TrainingViews& views) {
+  return GridStride(views, /*held_out=*/false, kLeastStatisticsStride, kMostStatisticsRays);
+}
 
 std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
   std::vector<int> result;
@@ -167,6 +162,7 @@ class Trainer {
                                    ? early_iterations_ + iterations(options.late_rays)
                                    : planned_iterations_;
     summary_.late_rays = options.late_rays;
+    if (!views.HoldsPixels()) MakeCache();
   }
 
   TrainingSummary Run(const std::function<void(const TrainingProgress&)>& report);
@@ -184,21 +180,33 @@ class Trainer {
   void SettleShDegree(int degree);
   bool ShDegreePays() const;
   bool TopologyIsStale() const;
-  std::optional<BatchRay> PixelAsRay(const PixelRange::Pixel& pixel, uint32_t start_cell) const;
+  bool RayOfPixel(const ViewPixel& pixel, const PixelValue* value, TrainingRay* ray) const {
+    return value == nullptr ? views_.Ray(pixel.view, pixel.x, pixel.y, ray)
+                            : views_.RayOf(pixel.view, pixel.x, pixel.y, *value, ray);
+  }
+  std::optional<BatchRay> PixelAsRay(const ViewPixel& pixel,
+                                     uint32_t start_cell,
+                                     size_t kept_index) const;
   double SquaredError(const CellShading<float>& shading,
                       const std::vector<BatchRay>& rays,
                       std::vector<int32_t>* shown_classes) const;
+  int NumTiles() const { return (options_.rays_per_iteration + kTileRays - 1) / kTileRays; }
+  // In PixelCache: 1, all views; 0, those but the probes.
+  int RangeInCache() const { return probe_pixels_.size() > 0 ? 0 : 1; }
+  void MakeCache();
+  std::vector<ViewPixel> ProbePixels() const;
+  std::vector<ViewPixel> EvaluationPixels() const;
   void EvaluateHeldOut();
   void FitToSecondsIfDue();
   void Report(const std::function<void(const TrainingProgress&)>& report);
 
-  double RunFraction() const {
-    if (progress_.iteration <= early_iterations_ ||
-        progress_.num_iterations == planned_iterations_) {
-      return double(progress_.iteration) / double(planned_iterations_);
+  double RunFraction() const { return RunFractionAt(progress_.iteration); }
+  double RunFractionAt(int64_t iteration) const {
+    if (iteration <= early_iterations_ || progress_.num_iterations == planned_iterations_) {
+      return double(iteration) / double(planned_iterations_);
     }
     const double early = double(early_iterations_) / double(planned_iterations_);
-    return early + (1 - early) * double(progress_.iteration - early_iterations_) /
+    return early + (1 - early) * double(iteration - early_iterations_) /
                        double(progress_.num_iterations - early_iterations_);
   }
   bool PositionsMove() const { return RunFraction() < options_.freeze_positions; }
@@ -212,8 +220,10 @@ class Trainer {
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
-  PixelRange pixels_;        // to train on
-  PixelRange probe_pixels_;  // to settle the SH degree on; empty when that is done
+  PixelRange pixels_;                  // to train on
+  PixelRange probe_pixels_;            // to settle the SH degree on; empty when that is done
+  std::unique_ptr<PixelCache> cache_;  // of views that do not fit into memory
+  size_t num_probes_kept_ = 0;         // the first of the pixels that it keeps
   const FreeSpace free_space_;
 
   Foam foam_;
@@ -313,14 +323,12 @@ uint32_t Trainer::StartCell(int view) const {
 void Trainer::DrawRays() {
   // Rays come in tiles of neighbouring pixels, which walk through the same cells and find them in
   // the cache, and tiles in the order of the photos.
-  const int num_tiles = (options_.rays_per_iteration + kTileRays - 1) / kTileRays;
-  std::vector<int64_t> tiles(num_tiles);
-  for (int i = 0; i < num_tiles; ++i) {
-    CounterRandom random(
-        options_.random_seed, kTilePurpose, uint64_t(progress_.iteration) * num_tiles + i);
-    tiles[i] = static_cast<int64_t>(random.Uniform() * pixels_.size());
-  }
-  std::sort(tiles.begin(), tiles.end());
+  const int num_tiles = NumTiles();
+  const std::vector<int64_t> tiles =
+      DrawTiles(options_.random_seed, progress_.iteration, num_tiles, pixels_.size());
+  const PixelValue* values =
+      cache_ ? cache_->Drawn(progress_.iteration, RangeInCache(), progress_.num_iterations)
+             : nullptr;
   const int batch = num_tiles * kTileRays;
   rays_.resize(batch);
 
@@ -332,14 +340,13 @@ void Trainer::DrawRays() {
   std::atomic<int64_t> nonfinite_pixels = 0;
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      PixelRange::Pixel pixel = pixels_.At(tiles[i / kTileRays]);
-      // The drawn pixel is the tile's corner; tiles wrap around the photo's border, so that every
-      // pixel is drawn equally often.
-      const int in_tile = static_cast<int>(i % kTileRays);
-      pixel.x = (pixel.x + kTileStep * (in_tile % kTileSide)) % views_.Width(pixel.view);
-      pixel.y = (pixel.y + kTileStep * (in_tile / kTileSide)) % views_.Height(pixel.view);
+      const ViewPixel corner = pixels_.At(tiles[i / kTileRays]);
+      const ViewPixel pixel = TilePixel(corner,
+                                        static_cast<int>(i % kTileRays),
+                                        views_.Width(corner.view),
+                                        views_.Height(corner.view));
       TrainingRay ray;
-      valid[i] = views_.Ray(pixel.view, pixel.x, pixel.y, &ray);
+      valid[i] = RayOfPixel(pixel, values == nullptr ? nullptr : &values[i], &ray);
       if (!valid[i]) continue;
       if (!ray.color.allFinite()) {
         valid[i] = false;
@@ -453,6 +460,60 @@ void Trainer::ChooseViews() {
   probe_pixels_ = PixelRange(views_, probe);
 }
 
+// The pixels on which the SH degree is settled.
+std::vector<ViewPixel> Trainer::ProbePixels() const {
+  std::vector<ViewPixel> pixels;
+  if (probe_pixels_.size() == 0) return pixels;
+  for (int i = 0; i < kShProbeRays; ++i) {
+    CounterRandom random(options_.random_seed, kShProbePurpose, i);
+    pixels.push_back(
+        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size())));
+  }
+  return pixels;
+}
+
+// A grid over the held-out views, view by view.
+std::vector<ViewPixel> Trainer::EvaluationPixels() const {
+  const int stride = EvaluationStride(views_);
+  std::vector<ViewPixel> pixels;
+  for (int view = 0; view < views_.NumViews(); ++view) {
+    if (!views_.IsHeldOut(view)) continue;
+    for (int y = 0; y < views_.Height(view); y += stride) {
+      for (int x = 0; x < views_.Width(view); x += stride) pixels.push_back({view, x, y});
+    }
+  }
+  return pixels;
+}
+
+// The SH degree is settled in the course of the run, and then the probes are trained on as well: in
+// between, an iteration may draw from either range.
+void Trainer::MakeCache() {
+  DrawingPlan plan;
+  plan.seed = options_.random_seed;
+  plan.num_tiles = NumTiles();
+  plan.ranges = {pixels_, PixelRange(views_, ViewsToTrainOn(views_))};
+  plan.first_iteration = progress_.iteration;
+  plan.may_grow = options_.seconds > 0;
+  plan.kept = ProbePixels();
+  num_probes_kept_ = plan.kept.size();
+  const std::vector<ViewPixel> held_out = EvaluationPixels();
+  plan.kept.insert(plan.kept.end(), held_out.begin(), held_out.end());
+  // Degree d can be found not to pay from d times kShRaise on, and the last is settled after it has
+  // been tried; each iteration takes one of these steps at the most.
+  const bool may_settle = probe_pixels_.size() > 0;
+  const int degrees = options_.sh_degree;
+  plan.ranges_at = [this, may_settle, degrees](int64_t iteration) -> std::vector<int> {
+    if (!may_settle) return {1};
+    // What late_rays makes of later iterations is not known where seconds decide.
+    const bool unknown = options_.seconds > 0 && iteration > early_iterations_;
+    const int64_t known = unknown ? early_iterations_ : iteration;
+    if (RunFractionAt(known - degrees) >= kShRaise * (degrees + 1)) return {1};
+    if (!unknown && RunFractionAt(iteration) < 2 * kShRaise) return {0};
+    return {0, 1};
+  };
+  cache_ = std::make_unique<PixelCache>(views_, std::move(plan));
+}
+
 void Trainer::SettleShDegree(int degree) {
   SetShDegree(degree);
   sh_degree_is_settled_ = true;
@@ -467,11 +528,14 @@ void Trainer::SetShDegree(int degree) {
   optimizer_->ChangeShDegree(degree);
 }
 
-// The pixel's ray and colour; nothing where it has no ray or its colour is not finite.
-std::optional<BatchRay> Trainer::PixelAsRay(const PixelRange::Pixel& pixel,
-                                            uint32_t start_cell) const {
+// The pixel's ray and colour; nothing where it has no ray or its colour is not finite. The index is
+// its place in PixelsToKeep.
+std::optional<BatchRay> Trainer::PixelAsRay(const ViewPixel& pixel,
+                                            uint32_t start_cell,
+                                            size_t kept_index) const {
   TrainingRay ray;
-  if (!views_.Ray(pixel.view, pixel.x, pixel.y, &ray) || !ray.color.allFinite()) return {};
+  const PixelValue* value = cache_ ? &cache_->Kept(kept_index) : nullptr;
+  if (!RayOfPixel(pixel, value, &ray) || !ray.color.allFinite()) return {};
   BatchRay out;
   out.origin = views_.Origin(pixel.view).cast<float>();
   out.direction = ray.direction;
@@ -484,11 +548,9 @@ std::optional<BatchRay> Trainer::PixelAsRay(const PixelRange::Pixel& pixel,
 // Whether the highest degree makes enough of a difference to photos not seen.
 bool Trainer::ShDegreePays() const {
   std::vector<BatchRay> rays;
-  for (int i = 0; i < kShProbeRays; ++i) {
-    CounterRandom random(options_.random_seed, kShProbePurpose, i);
-    const PixelRange::Pixel pixel =
-        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size()));
-    if (const auto ray = PixelAsRay(pixel, StartCell(pixel.view))) rays.push_back(*ray);
+  const std::vector<ViewPixel> pixels = ProbePixels();
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    if (const auto ray = PixelAsRay(pixels[i], StartCell(pixels[i].view), i)) rays.push_back(*ray);
   }
   const LargePageVector<float> lower_sh = ShOfDegree(foam_, foam_.sh_degree - 1);
   CellShading<float> lower = Shading();
@@ -575,14 +637,13 @@ void Trainer::EvaluateHeldOut() {
   double sum = 0;
   int count = 0;
   LabelAgreement agreement;
-  for (int view = 0; view < views_.NumViews(); ++view) {
-    if (!views_.IsHeldOut(view)) continue;
+  const std::vector<ViewPixel> pixels = EvaluationPixels();
+  for (size_t k = 0; k < pixels.size();) {
+    const int view = pixels[k].view;
     const uint32_t start = StartCell(view);
     std::vector<BatchRay> rays;
-    for (int y = 0; y < views_.Height(view); y += kEvaluationStride) {
-      for (int x = 0; x < views_.Width(view); x += kEvaluationStride) {
-        if (const auto ray = PixelAsRay({view, x, y}, start)) rays.push_back(*ray);
-      }
+    for (; k < pixels.size() && pixels[k].view == view; ++k) {
+      if (const auto ray = PixelAsRay(pixels[k], start, num_probes_kept_ + k)) rays.push_back(*ray);
     }
     if (rays.empty()) continue;
     std::vector<int32_t> shown;
@@ -620,6 +681,15 @@ void Trainer::Report(const std::function<void(const TrainingProgress&)>& report)
 TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>& report) {
   double last_report = 0;
   int evaluations = 0;
+  if (cache_ && report) {
+    cache_->SetReport([&](int done, int total) {
+      TrainingProgress reading = progress_;
+      reading.photos_read = done;
+      reading.photos_to_read = total;
+      reading.seconds = SecondsSince(begin_);
+      report(reading);
+    });
+  }
   Retriangulate();
   while (progress_.iteration < progress_.num_iterations) {
     Iterate();
@@ -662,7 +732,7 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
   geometry_ = {};
   batch_ = {};
   summary_.statistics =
-      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, kStatisticsStride);
+      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, StatisticsStride(views_));
   summary_.last = progress_;
   return std::move(summary_);
 }
@@ -743,27 +813,12 @@ std::string TrainingSummary::BriefReport() const {
   return text.str();
 }
 
-namespace {
-
-// Of the views that are held out or of the others, every so many pixels in either direction.
-int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
-  int64_t rays = 0;
-  for (int view = 0; view < views.NumViews(); ++view) {
-    if (views.IsHeldOut(view) != held_out) continue;
-    rays += int64_t{(views.Width(view) + stride - 1) / stride} *
-            ((views.Height(view) + stride - 1) / stride);
-  }
-  return rays;
-}
-
-}  // namespace
-
 int64_t EvaluationRays(const TrainingViews& views) {
-  return kNumEvaluations * GridRays(views, /*held_out=*/true, kEvaluationStride);
+  return kNumEvaluations * GridRays(views, /*held_out=*/true, EvaluationStride(views));
 }
 
 int64_t StatisticsRays(const TrainingViews& views) {
-  return GridRays(views, /*held_out=*/false, kStatisticsStride);
+  return GridRays(views, /*held_out=*/false, StatisticsStride(views));
 }
 
 TrainingSummary TrainFoam(const TrainingViews& views,

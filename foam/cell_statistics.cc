@@ -54,10 +54,10 @@ CellStatistics MeasureCells(const Foam& foam,
         std::vector<Eigen::Vector3f> directions;
         for (int64_t row = first_row + begin; row < first_row + end; ++row) {
           directions.clear();
-          TrainingRay ray;
+          Eigen::Vector3f direction;
           for (int x = 0; x < views.Width(view); x += stride) {
-            if (views.Ray(view, x, static_cast<int>(row * stride), &ray)) {
-              directions.push_back(ray.direction);
+            if (views.RayDirection(view, x, static_cast<int>(row * stride), &direction)) {
+              directions.push_back(direction);
             }
           }
           const std::span<RayTrace> traces = ThreadTraces(directions.size());

@@ -23,9 +23,9 @@ bool ConeOfView(const TrainingViews& views, int view, ClearCone* cone) {
   const int right = views.Width(view) - 1, bottom = views.Height(view) - 1;
   std::vector<Eigen::Vector3f> corners;
   for (const auto& [x, y] : {std::pair(0, 0), {right, 0}, {0, bottom}, {right, bottom}}) {
-    TrainingRay ray;
-    if (!views.Ray(view, x, y, &ray)) return false;
-    corners.push_back(ray.direction);
+    Eigen::Vector3f direction;
+    if (!views.RayDirection(view, x, y, &direction)) return false;
+    corners.push_back(direction);
   }
   cone->apex = views.Origin(view).cast<float>();
   cone->axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();

@@ -66,7 +66,31 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   optimizer_ = std::make_unique<FoamOptimizer>(foam_);
   densification_.Reset(foam_.NumSites());
   start_cells_.assign(views_.NumViews(), 0);
+  MakeCache();
   Retriangulate();
+}
+
+// Where the views do not fit into memory.
+void Trainer::MakeCache() {
+  if (views_.HoldsPixels()) return;
+  DrawingPlan plan;
+  plan.seed = options_.random_seed;
+  plan.num_tiles = NumTiles(options_.rays_per_iteration);
+  plan.ranges.resize(2);
+  plan.ranges[kAllButProbes] = pixels_;
+  plan.ranges[kAllViews] = PixelRange(views_, ViewsToTrainOn(views_));
+  plan.first_iteration = progress_.iteration;
+  plan.may_grow = options_.seconds > 0;
+  plan.kept = ProbePixels();
+  num_probes_kept_ = plan.kept.size();
+  const std::vector<ViewPixel> held_out = EvaluationPixels(views_);
+  plan.kept.insert(plan.kept.end(), held_out.begin(), held_out.end());
+  if (probe_pixels_.size() > 0) {
+    plan.ranges_at = [this](int64_t iteration) { return RangesAt(iteration); };
+  } else {
+    plan.ranges_at = [](int64_t) { return std::vector<int>{kAllViews}; };
+  }
+  cache_ = std::make_unique<PixelCache>(views_, std::move(plan));
 }
 
 void Trainer::Retriangulate() {
@@ -90,8 +114,14 @@ void Trainer::DrawBatch() {
     if (views_.IsHeldOut(view)) continue;
     start_cells_[view] = StartCell(view);
   }
+  const PixelValue* values = nullptr;
+  if (cache_) {
+    const int range = probe_pixels_.size() > 0 ? kAllButProbes : kAllViews;
+    values = cache_->Drawn(progress_.iteration, range, schedule_.num_iterations());
+  }
   summary_.nonfinite_pixels += DrawRays(views_,
                                         pixels_,
+                                        values,
                                         start_cells_,
                                         options_.rays_per_iteration,
                                         options_.random_seed,
@@ -179,7 +209,10 @@ void Trainer::EvaluateIfDue() {
   if (RunFraction() * kNumEvaluations < evaluations_ + 1) return;
   ++evaluations_;
   const auto begin = std::chrono::steady_clock::now();
-  const HeldOutQuality quality = EvaluateHeldOut(views_, foam_, topology_, Shading(), start_cells_);
+  std::function<const PixelValue*(size_t k)> value_of;
+  if (cache_) value_of = [this](size_t k) { return &cache_->Kept(num_probes_kept_ + k); };
+  const HeldOutQuality quality =
+      EvaluateHeldOut(views_, value_of, foam_, topology_, Shading(), start_cells_);
   progress_.held_out_psnr = quality.psnr;
   progress_.held_out_miou = quality.miou;
   seconds_evaluating_ += SecondsSince(begin);
@@ -211,6 +244,15 @@ void Trainer::Report(const TrainingHooks& hooks) {
 
 TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
   const TrainingHooks::Save save = [this](CheckpointContents* contents) { Save(contents); };
+  if (cache_ && hooks.report) {
+    cache_->SetReport([&](int done, int total) {
+      TrainingProgress reading = progress_;
+      reading.photos_read = done;
+      reading.photos_to_read = total;
+      reading.seconds = SecondsSince(begin_);
+      hooks.report(reading);
+    });
+  }
   while (true) {
     Iterate();
     ++progress_.iteration;
@@ -246,7 +288,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
   topology_ = {};
   batch_ = {};
   summary_.statistics =
-      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, kStatisticsStride);
+      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, StatisticsStride(views_));
   summary_.last = progress_;
   return std::move(summary_);
 }

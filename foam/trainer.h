@@ -21,6 +21,8 @@ struct TrainingProgress {
   int64_t num_iterations = 0;
   int64_t rays = 0;  // cast so far
   int64_t sites = 0;
+  int photos_read = 0;      // while photos that do not fit into memory are read: so many of
+  int photos_to_read = 0;   // these; else 0
   double seconds = 0;       // since the start of training
   double seconds_left = 0;  // estimate
   double color_loss = NAN;  // means since the last report
@@ -71,7 +73,8 @@ struct TrainingHooks {
 // Deterministic in (views, seeds, num_classes, options), whatever the number of threads. Throws
 // UserError where the views hold nothing to train on, the options are out of range, the run is lost
 // (training_guard.h), or the checkpoint is none of a run like this one. Pixels whose colour is not
-// finite are left out.
+// finite are left out. Views that do not hold their pixels are read first, and again where their
+// memory asks for it (pixel_cache.h); the bytes are the same.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -56,7 +56,7 @@ void Trainer::SerializeNumbers(Archive* archive) {
 
 template <typename Archive>
 void Trainer::SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive) {
-  static_assert(sizeof(TrainingProgress) == 13 * 8, "reports are saved as they lie");
+  static_assert(sizeof(TrainingProgress) == 14 * 8, "reports are saved as they lie");
   const size_t identities = foam_.HasSemantics() ? num_sites * kIdentityDim : 0;
   const size_t classes = foam_.num_classes;
   archive->Array("positions", &foam_.positions, num_sites);
@@ -157,6 +157,7 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
   topology_.Follow(planes);
   density_ = CellDensities(foam_);
   if (sh_degree_is_settled_) SettleShDegree(foam_.sh_degree);
+  MakeCache();
   last_report_ = progress_.seconds;
   using Clock = std::chrono::steady_clock;
   begin_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(

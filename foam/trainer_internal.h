@@ -6,6 +6,7 @@
 #include "foam/foam.h"
 #include "foam/free_space.h"
 #include "foam/optimizer.h"
+#include "foam/pixel_cache.h"
 #include "foam/ray_batch.h"
 #include "foam/ray_tracer.h"
 #include "foam/trainer.h"
@@ -45,8 +46,14 @@ class Trainer {
   void SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive);
   void RequireSameRun(int num_classes, const Checkpoint& checkpoint) const;
 
+  // Ranges in the PixelCache.
+  enum { kAllButProbes, kAllViews };
+
   void Retriangulate();
   void ChooseViews();
+  void MakeCache();
+  std::vector<int> RangesAt(int64_t iteration) const;
+  std::vector<ViewPixel> ProbePixels() const;
   void DrawBatch();
   void Iterate();
   bool DensifyIfDue();
@@ -72,8 +79,10 @@ class Trainer {
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
-  PixelRange pixels_;        // to train on
-  PixelRange probe_pixels_;  // to settle the SH degree on; empty when that is done
+  PixelRange pixels_;                  // to train on
+  PixelRange probe_pixels_;            // to settle the SH degree on; empty when that is done
+  std::unique_ptr<PixelCache> cache_;  // of views that do not fit into memory
+  size_t num_probes_kept_ = 0;         // the first of the pixels that it keeps
   const FreeSpace free_space_;
   TrainingSchedule schedule_;
 

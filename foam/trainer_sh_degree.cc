@@ -55,14 +55,41 @@ void Trainer::SetShDegree(int degree) {
   optimizer_->ChangeShDegree(degree);
 }
 
+// The pixels on which the SH degree is settled.
+std::vector<ViewPixel> Trainer::ProbePixels() const {
+  std::vector<ViewPixel> pixels;
+  if (probe_pixels_.size() == 0) return pixels;
+  for (int i = 0; i < kShProbeRays; ++i) {
+    CounterRandom random(options_.random_seed, kShProbePurpose, i);
+    pixels.push_back(
+        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size())));
+  }
+  return pixels;
+}
+
+// The SH degree is settled in the course of the run, and then the probes are trained on as well: in
+// between, an iteration may draw from either range.
+std::vector<int> Trainer::RangesAt(int64_t iteration) const {
+  // What late_rays makes of later iterations is not known where seconds decide.
+  const int64_t early = schedule_.early_iterations();
+  const bool unknown = options_.seconds > 0 && iteration > early;
+  const int64_t known = unknown ? early : iteration;
+  // Degree d can be found not to pay from d times kShRaise on, and the last is settled after it has
+  // been tried; each iteration takes one of these steps at the most.
+  const int degrees = options_.sh_degree;
+  if (schedule_.RunFraction(known - degrees) >= kShRaise * (degrees + 1)) return {kAllViews};
+  if (!unknown && schedule_.RunFraction(iteration) < 2 * kShRaise) return {kAllButProbes};
+  return {kAllButProbes, kAllViews};
+}
+
 // Whether the highest degree makes enough of a difference to photos not seen.
 bool Trainer::ShDegreePays() const {
   std::vector<BatchRay> rays;
-  for (int i = 0; i < kShProbeRays; ++i) {
-    CounterRandom random(options_.random_seed, kShProbePurpose, i);
-    const ViewPixel pixel =
-        probe_pixels_.At(static_cast<int64_t>(random.Uniform() * probe_pixels_.size()));
-    if (const auto ray = PixelAsRay(views_, pixel, StartCell(pixel.view))) rays.push_back(*ray);
+  const std::vector<ViewPixel> pixels = ProbePixels();
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const PixelValue* const value = cache_ ? &cache_->Kept(i) : nullptr;
+    const uint32_t start = StartCell(pixels[i].view);
+    if (const auto ray = PixelAsRay(views_, pixels[i], value, start)) rays.push_back(*ray);
   }
   const LargePageVector<float> lower_sh = ShOfDegree(foam_, foam_.sh_degree - 1);
   CellShading<float> lower = Shading();

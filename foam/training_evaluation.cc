@@ -46,7 +46,20 @@ double SquaredError(const Foam& foam,
   return std::accumulate(errors.begin(), errors.end(), 0.0);
 }
 
+std::vector<ViewPixel> EvaluationPixels(const TrainingViews& views) {
+  const int stride = EvaluationStride(views);
+  std::vector<ViewPixel> pixels;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (!views.IsHeldOut(view)) continue;
+    for (int y = 0; y < views.Height(view); y += stride) {
+      for (int x = 0; x < views.Width(view); x += stride) pixels.push_back({view, x, y});
+    }
+  }
+  return pixels;
+}
+
 HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
+                               const std::function<const PixelValue*(size_t k)>& value_of,
                                const Foam& foam,
                                const TrainingTopology& topology,
                                const CellShading<float>& shading,
@@ -54,14 +67,14 @@ HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
   double sum = 0;
   int count = 0;
   LabelAgreement agreement;
-  for (int view = 0; view < views.NumViews(); ++view) {
-    if (!views.IsHeldOut(view)) continue;
+  const std::vector<ViewPixel> pixels = EvaluationPixels(views);
+  for (size_t k = 0; k < pixels.size();) {
+    const int view = pixels[k].view;
     const uint32_t start = topology.CellAt(views.Origin(view), start_cells[view]);
     std::vector<BatchRay> rays;
-    for (int y = 0; y < views.Height(view); y += kEvaluationStride) {
-      for (int x = 0; x < views.Width(view); x += kEvaluationStride) {
-        if (const auto ray = PixelAsRay(views, {view, x, y}, start)) rays.push_back(*ray);
-      }
+    for (; k < pixels.size() && pixels[k].view == view; ++k) {
+      const PixelValue* const value = value_of ? value_of(k) : nullptr;
+      if (const auto ray = PixelAsRay(views, pixels[k], value, start)) rays.push_back(*ray);
     }
     if (rays.empty()) continue;
     std::vector<int32_t> shown;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/foam.h"
+#include "foam/pixel_range.h"
 #include "foam/ray_batch.h"
 #include "foam/ray_tracer.h"
 #include "foam/training_topology.h"
@@ -9,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace semfoam {
@@ -28,8 +30,13 @@ struct HeldOutQuality {
   double miou = NAN;  // see LabelAgreement: against the views' classes
 };
 
-// Over a grid of the held-out views' pixels. `start_cells` per view: near its camera.
+// A grid over the held-out views (EvaluationStride), view by view.
+std::vector<ViewPixel> EvaluationPixels(const TrainingViews& views);
+
+// Over the EvaluationPixels. `value_of(k)` is what the photo stores of the k-th of them, for views
+// that do not hold their pixels; empty for others. `start_cells` per view: near its camera.
 HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
+                               const std::function<const PixelValue*(size_t k)>& value_of,
                                const Foam& foam,
                                const TrainingTopology& topology,
                                const CellShading<float>& shading,

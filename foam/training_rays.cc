@@ -11,29 +11,17 @@
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kTilePurpose = 0x4a1, kQuantilePurpose = 0x4a2;
+constexpr uint64_t kQuantilePurpose = 0x4a2;
 
-// A tile is kTileSide x kTileSide pixels, kTileStep apart: near enough to share cells, far enough
-// not to say the same thing.
-constexpr int kTileSide = 2;
-constexpr int kTileRays = kTileSide * kTileSide;
-constexpr int kTileStep = 2;
+bool RayOfPixel(const TrainingViews& views,
+                const ViewPixel& pixel,
+                const PixelValue* value,
+                TrainingRay* ray) {
+  return value == nullptr ? views.Ray(pixel.view, pixel.x, pixel.y, ray)
+                          : views.RayOf(pixel.view, pixel.x, pixel.y, *value, ray);
+}
 
 }  // namespace
-
-PixelRange::PixelRange(const TrainingViews& views, const std::vector<int>& which) : views_(which) {
-  for (const int view : views_) {
-    widths_.push_back(views.Width(view));
-    ends_.push_back((ends_.empty() ? 0 : ends_.back()) +
-                    int64_t{views.Width(view)} * views.Height(view));
-  }
-}
-
-ViewPixel PixelRange::At(int64_t index) const {
-  const size_t k = std::upper_bound(ends_.begin(), ends_.end(), index) - ends_.begin();
-  const int64_t local = index - (k == 0 ? 0 : ends_[k - 1]);
-  return {views_[k], static_cast<int>(local % widths_[k]), static_cast<int>(local / widths_[k])};
-}
 
 std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
   std::vector<int> result;
@@ -45,9 +33,10 @@ std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
 
 std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
                                    const ViewPixel& pixel,
+                                   const PixelValue* value,
                                    uint32_t start_cell) {
   TrainingRay ray;
-  if (!views.Ray(pixel.view, pixel.x, pixel.y, &ray) || !ray.color.allFinite()) return {};
+  if (!RayOfPixel(views, pixel, value, &ray) || !ray.color.allFinite()) return {};
   BatchRay out;
   out.origin = views.Origin(pixel.view).cast<float>();
   out.direction = ray.direction;
@@ -59,18 +48,14 @@ std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
 
 int64_t DrawRays(const TrainingViews& views,
                  const PixelRange& pixels,
+                 const PixelValue* values,
                  const std::vector<uint32_t>& start_cells,
                  int rays_per_iteration,
                  uint64_t seed,
                  int64_t iteration,
                  std::vector<BatchRay>* rays) {
-  const int num_tiles = (rays_per_iteration + kTileRays - 1) / kTileRays;
-  std::vector<int64_t> tiles(num_tiles);
-  for (int i = 0; i < num_tiles; ++i) {
-    CounterRandom random(seed, kTilePurpose, uint64_t(iteration) * num_tiles + i);
-    tiles[i] = static_cast<int64_t>(random.Uniform() * pixels.size());
-  }
-  std::sort(tiles.begin(), tiles.end());
+  const int num_tiles = NumTiles(rays_per_iteration);
+  const std::vector<int64_t> tiles = DrawTiles(seed, iteration, num_tiles, pixels.size());
   const int batch = num_tiles * kTileRays;
   rays->resize(batch);
 
@@ -78,14 +63,13 @@ int64_t DrawRays(const TrainingViews& views,
   std::atomic<int64_t> nonfinite_pixels = 0;
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      ViewPixel pixel = pixels.At(tiles[i / kTileRays]);
-      // The drawn pixel is the tile's corner; tiles wrap around the photo's border, so that every
-      // pixel is drawn equally often.
-      const int in_tile = static_cast<int>(i % kTileRays);
-      pixel.x = (pixel.x + kTileStep * (in_tile % kTileSide)) % views.Width(pixel.view);
-      pixel.y = (pixel.y + kTileStep * (in_tile / kTileSide)) % views.Height(pixel.view);
+      const ViewPixel corner = pixels.At(tiles[i / kTileRays]);
+      const ViewPixel pixel = TilePixel(corner,
+                                        static_cast<int>(i % kTileRays),
+                                        views.Width(corner.view),
+                                        views.Height(corner.view));
       TrainingRay ray;
-      valid[i] = views.Ray(pixel.view, pixel.x, pixel.y, &ray);
+      valid[i] = RayOfPixel(views, pixel, values == nullptr ? nullptr : &values[i], &ray);
       if (!valid[i]) continue;
       if (!ray.color.allFinite()) {
         valid[i] = false;

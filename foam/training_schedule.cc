@@ -28,14 +28,33 @@ int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
   return rays;
 }
 
+// The least and, as a number of rays, the most of what EvaluationStride and StatisticsStride give.
+constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
+constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 25;
+
+// The least stride from `stride` on with no more than `most` rays, but one a view.
+int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {
+  most = std::max<int64_t>(most, views.NumViews());
+  while (GridRays(views, held_out, stride) > most) ++stride;
+  return stride;
+}
+
 }  // namespace
 
+int EvaluationStride(const TrainingViews& views) {
+  return GridStride(views, /*held_out=*/true, kLeastEvaluationStride, kMostEvaluationRays);
+}
+
+int StatisticsStride(const TrainingViews& views) {
+  return GridStride(views, /*held_out=*/false, kLeastStatisticsStride, kMostStatisticsRays);
+}
+
 int64_t EvaluationRays(const TrainingViews& views) {
-  return kNumEvaluations * GridRays(views, /*held_out=*/true, kEvaluationStride);
+  return kNumEvaluations * GridRays(views, /*held_out=*/true, EvaluationStride(views));
 }
 
 int64_t StatisticsRays(const TrainingViews& views) {
-  return GridRays(views, /*held_out=*/false, kStatisticsStride);
+  return GridRays(views, /*held_out=*/false, StatisticsStride(views));
 }
 
 TrainingSchedule::TrainingSchedule(const TrainingOptions& options)

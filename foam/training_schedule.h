@@ -14,9 +14,12 @@ namespace semfoam {
 int64_t EvaluationRays(const TrainingViews& views);
 int64_t StatisticsRays(const TrainingViews& views);
 
-inline constexpr int kNumEvaluations = 20;   // of the held-out views, over the run
-inline constexpr int kEvaluationStride = 4;  // pixels
-inline constexpr int kStatisticsStride = 2;  // pixels
+inline constexpr int kNumEvaluations = 20;  // of the held-out views, over the run
+
+// Pixels between two of those rays, in either direction: a few, and more where large photos have
+// more pixels than a foam has to show.
+int EvaluationStride(const TrainingViews& views);
+int StatisticsStride(const TrainingViews& views);
 
 // How many iterations a run has and where in the run each of them is, which decides the learning
 // rates and all that happens once.
@@ -26,6 +29,8 @@ class TrainingSchedule {
   explicit TrainingSchedule(const TrainingOptions& options);
 
   int64_t num_iterations() const { return num_iterations_; }
+  // Those up to densify_until.
+  int64_t early_iterations() const { return early_iterations_; }
   // As given, or as chosen by FitToSeconds.
   int64_t late_rays() const { return late_rays_; }
 

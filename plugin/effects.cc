@@ -26,7 +26,6 @@ constexpr size_t kFewestSamples = 100;
 constexpr size_t kFewestPhotos = 3;  // of a point
 constexpr uint8_t kDarkest = 8;      // display values beyond these two are cut off or mostly noise
 constexpr uint8_t kBrightest = 250;
-constexpr uint8_t kWhite = 250;
 
 template <typename... Values>
 std::string Format(const char* format, Values... values) {
@@ -35,21 +34,12 @@ std::string Format(const char* format, Values... values) {
   return text;
 }
 
-// The logarithm of the mean light of the 3x3 pixels around a place; false near the photo's border
-// and where a value is cut off.
-bool LogLight(const Image8& photo, const Eigen::Vector2d& pixel, Eigen::Vector3d* log_light) {
-  const bool inside = pixel.x() >= 1 && pixel.y() >= 1 && pixel.x() < photo.width - 1 &&
-                      pixel.y() < photo.height - 1;
-  if (!inside) return false;  // not numbers, too
-  const int x = static_cast<int>(pixel.x());
-  const int y = static_cast<int>(pixel.y());
+// The logarithm of the mean light of the pixels around a place; false where a value is cut off.
+bool LogLight(const PhotoSurvey::Patch& patch, Eigen::Vector3d* log_light) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int row = y - 1; row <= y + 1; ++row) {
-    const uint8_t* rgb = photo.data.data() + 3 * (static_cast<size_t>(row) * photo.width + x - 1);
-    for (int i = 0; i < 9; ++i) {
-      if (rgb[i] <= kDarkest || rgb[i] >= kBrightest) return false;
-      sum[i % 3] += LinearFromDisplay(rgb[i] / 255.0);
-    }
+  for (size_t i = 0; i < patch.size(); ++i) {
+    if (patch[i] <= kDarkest || patch[i] >= kBrightest) return false;
+    sum[i % 3] += LinearFromDisplay(patch[i] / 255.0);
   }
   *log_light = (sum / 9).array().log();
   return true;
@@ -66,19 +56,22 @@ Samples CollectSamples(const TrainingScene& scene) {
   for (const PhotoRecord& photo : plan.photos) centers.push_back(PoseOf(photo).Center());
   Samples samples;
   samples.training.num_views = scene.NumViews();
+  std::vector<size_t> next_patch(plan.photos.size(), 0);
   samples.training.num_lenses = 1 + *std::max_element(plan.lenses.begin(), plan.lenses.end());
   for (const Track& track : plan.tracks) {
     std::vector<LightSample> training, held_out;
     for (const Sighting& seen : track.sightings) {
       LightSample sample;
-      const Image8& photo = scene.Photo(seen.view);
+      const std::optional<PhotoSurvey::Patch>& patch =
+          scene.Survey(seen.view).patches.at(next_patch[seen.view]++);
+      const int width = scene.Width(seen.view), height = scene.Height(seen.view);
       const Eigen::Vector3d offset = track.position - centers[seen.view];
-      if (offset.isZero(0) || !LogLight(photo, seen.pixel, &sample.log_light)) continue;
+      if (offset.isZero(0) || !patch || !LogLight(*patch, &sample.log_light)) continue;
       sample.point = samples.training.num_points;
       sample.view = seen.view;
       sample.lens = plan.lenses[seen.view];
-      sample.squared_radius = SquaredRadius(seen.pixel, photo.width, photo.height);
-      sample.place = seen.pixel / photo.width;
+      sample.squared_radius = SquaredRadius(seen.pixel, width, height);
+      sample.place = seen.pixel / width;
       sample.direction = offset.normalized();
       (scene.IsHeldOut(seen.view) ? held_out : training).push_back(sample);
     }
@@ -298,20 +291,8 @@ Effect BackgroundEffect(const TrainingScene& scene) {
   int64_t white = 0;
   for (int view = 0; view < scene.NumViews(); ++view) {
     if (scene.IsHeldOut(view)) continue;
-    const Image8& photo = scene.Photo(view);
-    const auto look = [&](int x, int y) {
-      const uint8_t* rgb = photo.data.data() + 3 * (static_cast<size_t>(y) * photo.width + x);
-      ++pixels;
-      white += rgb[0] >= kWhite && rgb[1] >= kWhite && rgb[2] >= kWhite;
-    };
-    for (int x = 0; x < photo.width; ++x) {
-      look(x, 0);
-      look(x, photo.height - 1);
-    }
-    for (int y = 1; y + 1 < photo.height; ++y) {
-      look(0, y);
-      look(photo.width - 1, y);
-    }
+    pixels += scene.Survey(view).border_pixels;
+    white += scene.Survey(view).white_border_pixels;
   }
   Effect effect;
   effect.name = "background";

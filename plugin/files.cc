@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <exception>
+#include <semaphore>
 #include <set>
 #include <string>
 #include <system_error>
@@ -27,6 +28,20 @@ void ForEachFile(int64_t count, const std::function<void(int64_t index)>& body) 
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }
+}
+
+void ForEachFile(int64_t count, int most_at_once, const std::function<void(int64_t index)>& body) {
+  std::counting_semaphore<> free(most_at_once);
+  ForEachFile(count, [&](int64_t index) {
+    free.acquire();
+    try {
+      body(index);
+    } catch (...) {
+      free.release();
+      throw;
+    }
+    free.release();
+  });
 }
 
 std::vector<std::filesystem::path> ListFiles(const std::filesystem::path& folder) {

@@ -12,6 +12,9 @@ namespace semfoam {
 // the lowest index, whatever the threads did, once all have ended.
 void ForEachFile(int64_t count, const std::function<void(int64_t index)>& body);
 
+// The same with no more than `most_at_once` (> 0) at a time, where each takes much memory.
+void ForEachFile(int64_t count, int most_at_once, const std::function<void(int64_t index)>& body);
+
 // The regular files below `folder`, sorted; hidden ones and those in hidden folders left out. Links
 // to folders are followed, 16 folders deep at most, which ends loops of links. What cannot be read
 // is left out. `folder` must be one.

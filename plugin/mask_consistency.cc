@@ -2,6 +2,7 @@
 #include "plugin/mask_consistency.h"
 
 #include "foam/error.h"
+#include "foam/parallel.h"
 #include "plugin/mask_association.h"
 #include "plugin/mask_evidence.h"
 #include "plugin/mask_rewriting.h"
@@ -265,19 +266,21 @@ std::string MaskConsistencyReport::Line() const {
   return text.str();
 }
 
-MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
-                                          const std::vector<Sightings>& tracks,
-                                          const std::vector<PhotoRecord>& photos,
-                                          MaskConsistency mode,
-                                          MaskSet* masks) {
+MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
+                            const std::vector<Sightings>& tracks,
+                            const std::vector<PhotoRecord>& photos,
+                            MaskConsistency mode,
+                            const std::vector<Label>& given_labels,
+                            const std::vector<ViewEvidence>& views) {
   CHECK_EQ(seeds.size(), tracks.size());
-  CHECK_EQ(photos.size(), masks->classes.size());
-  MaskConsistencyReport report;
-  if (mode == MaskConsistency::kOff || masks->labels.empty()) return report;
-  Evidence evidence(seeds, tracks, photos, *masks);
+  CHECK_EQ(photos.size(), views.size());
+  MaskCorrection correction;
+  MaskConsistencyReport& report = correction.report;
+  if (mode == MaskConsistency::kOff || given_labels.empty()) return correction;
+  Evidence evidence(seeds, tracks, views);
   const Evidence::PairAgreement agreement = evidence.Agreement();
   report.agreement_before = agreement.kappa;
-  if (agreement.num_pairs < kLeastPairs) return report;
+  if (agreement.num_pairs < kLeastPairs) return correction;
   if (mode == MaskConsistency::kAuto) {
     const bool means_nothing =
         agreement.kappa < kLeastAgreement && agreement.share < kLeastShareOfPairs;
@@ -285,9 +288,9 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
   }
   report.used = mode;
   report.num_regions = static_cast<int>(evidence.regions.size());
-  report.labels_before = static_cast<int>(masks->labels.size());
+  report.labels_before = static_cast<int>(given_labels.size());
 
-  std::vector<Label> labels = masks->labels;
+  std::vector<Label> labels = given_labels;
   std::vector<int32_t> label_of_class(labels.size(), kNoLabel);
   const bool has_zero_class = labels[0].source_id == 0;
   if (mode == MaskConsistency::kTracks) {
@@ -351,16 +354,40 @@ MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
     report.num_dropped += region.label == kNoLabel && region.parts.empty();
     report.num_unjudged += !region.is_judged && region.label != kNoLabel;
   }
-  Log(evidence, given, photos, masks->labels, labels);
-  const std::vector<int32_t> class_of_label =
-      RewriteMasks(evidence, photos, label_of_class, std::move(labels), masks);
-  report.regions = ReportRegions(evidence, given, believed, is_contradicted, class_of_label);
+  Log(evidence, given, photos, given_labels, labels);
+  const auto rewriter =
+      std::make_shared<MaskRewriter>(std::move(evidence), std::move(label_of_class), labels);
+  report.regions = ReportRegions(
+      rewriter->evidence(), given, believed, is_contradicted, rewriter->class_of_label());
   report.num_renamed = static_cast<int>(
       std::count_if(report.regions.begin(), report.regions.end(), [](const RegionReport& region) {
         return region.is_renamed;
       }));
-  report.labels_after = static_cast<int>(masks->labels.size());
-  return report;
+  report.labels_after = static_cast<int>(rewriter->labels().size());
+  correction.rewriter = rewriter;
+  return correction;
+}
+
+MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
+                                          const std::vector<Sightings>& tracks,
+                                          const std::vector<PhotoRecord>& photos,
+                                          MaskConsistency mode,
+                                          MaskSet* masks) {
+  CHECK_EQ(photos.size(), masks->classes.size());
+  const auto num_views = static_cast<int64_t>(photos.size());
+  const std::vector<std::vector<Eigen::Vector2f>> places = PlacesByView(tracks, photos.size());
+  std::vector<ViewEvidence> views(photos.size());
+  ParallelForBlocks(num_views, 1, [&](int64_t view, int64_t) {
+    views[view] = LookAtMask(masks->classes[view], photos[view], places[view]);
+  });
+  MaskCorrection correction = CorrectMasks(seeds, tracks, photos, mode, masks->labels, views);
+  if (!correction.rewriter) return std::move(correction.report);
+  masks->labels = correction.rewriter->labels();
+  ParallelForBlocks(num_views, 1, [&](int64_t view, int64_t) {
+    masks->classes[view] =
+        correction.rewriter->Rewrite(static_cast<int>(view), photos[view], masks->classes[view]);
+  });
+  return std::move(correction.report);
 }
 
 }  // namespace semfoam

@@ -3,10 +3,13 @@
 
 #include "foam/model.h"
 #include "foam/training_views.h"
+#include "plugin/mask_evidence.h"
+#include "plugin/mask_rewriting.h"
 #include "plugin/masks.h"
 #include "plugin/tracks.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,17 +62,32 @@ struct MaskConsistencyReport {
   std::string Line() const;  // for the log
 };
 
+// What the tracks make of a set of masks.
+struct MaskCorrection {
+  MaskConsistencyReport report;
+  std::shared_ptr<const MaskRewriter> rewriter;  // none where the masks stay as they are
+};
+
 // Corrects the masks of the photos that are not held out. Held-out photos have no say, and are only
 // brought to the same labels (with kIndependent they are unlabelled).
 //
 // `tracks` [seeds] are those of `seeds`, over photos that are not held out; a sighting near the
-// border of a region or outside of its photo says nothing. Labels without any pixel left are
-// removed, so the classes of `masks` are renumbered; the order of those that stay remains. With
-// kIndependent labels are new, 1..n, in the order in which they first appear, and nameless; id 0,
-// where it is a class, stays what it is.
+// border of a region or outside of its photo says nothing. `labels` are those of the masks'
+// classes, and `views` [photos] what the masks show at the places of the tracks (mask_evidence.h).
+// Labels without any pixel left are removed, so the classes are renumbered; the order of those that
+// stay remains. With kIndependent labels are new, 1..n, in the order in which they first appear,
+// and nameless; id 0, where it is a class, stays what it is.
 //
 // Deterministic. Takes 0.13 s of one core for 64 photos of 640 x 480 with 5 k points and 12 k
 // sightings. Throws UserError when kIndependent leaves more than 65535 labels.
+MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
+                            const std::vector<Sightings>& tracks,
+                            const std::vector<PhotoRecord>& photos,
+                            MaskConsistency mode,
+                            const std::vector<Label>& labels,
+                            const std::vector<ViewEvidence>& views);
+
+// The same for masks that are in memory, and corrects these.
 MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
                                           const std::vector<Sightings>& tracks,
                                           const std::vector<PhotoRecord>& photos,

@@ -3,7 +3,6 @@
 
 #include "foam/delaunay.h"
 #include "foam/guard_sites.h"
-#include "foam/parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,34 +56,51 @@ void AddVote(int32_t label, float weight, std::vector<Vote>* votes) {
   votes->push_back({label, weight});
 }
 
+std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
+                                                       size_t num_views) {
+  std::vector<std::vector<Eigen::Vector2f>> places(num_views);
+  for (const Sightings& track : tracks) {
+    for (const Sighting& sighting : track) {
+      places[sighting.view].push_back(sighting.pixel.cast<float>());
+    }
+  }
+  return places;
+}
+
+ViewEvidence LookAtMask(const ClassImage& image,
+                        const PhotoRecord& photo,
+                        const std::vector<Eigen::Vector2f>& places) {
+  ViewEvidence evidence;
+  evidence.class_at.assign(places.size(), kNoLabel);
+  if (photo.held_out || image.Empty()) return evidence;
+  int32_t last = kUnlabelled;
+  int64_t run = 0;
+  const auto end_run = [&] {
+    if (last != kUnlabelled) evidence.pixels_of[last] += run;
+  };
+  const size_t pixels = static_cast<size_t>(photo.width) * photo.height;
+  for (size_t i = 0; i < pixels; ++i) {
+    const int32_t c = image[i];
+    if (c != last) {
+      end_run();
+      run = 0;
+    }
+    last = c;
+    ++run;
+  }
+  end_run();
+  for (size_t k = 0; k < places.size(); ++k) {
+    evidence.class_at[k] = InnerClass(image, photo, places[k].x(), places[k].y());
+  }
+  return evidence;
+}
+
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,
                    const std::vector<Sightings>& tracks,
-                   const std::vector<PhotoRecord>& photos,
-                   const MaskSet& masks) {
-  std::vector<std::map<int32_t, int64_t>> pixels_of(photos.size());  // by class
-  ParallelForBlocks(static_cast<int64_t>(photos.size()), 1, [&](int64_t view, int64_t) {
-    const ClassImage& image = masks.classes[view];
-    if (photos[view].held_out || image.Empty()) return;
-    int32_t last = kUnlabelled;
-    int64_t run = 0;
-    const auto end_run = [&] {
-      if (last != kUnlabelled) pixels_of[view][last] += run;
-    };
-    const size_t pixels = static_cast<size_t>(photos[view].width) * photos[view].height;
-    for (size_t i = 0; i < pixels; ++i) {
-      const int32_t c = image[i];
-      if (c != last) {
-        end_run();
-        run = 0;
-      }
-      last = c;
-      ++run;
-    }
-    end_run();
-  });
-  std::vector<std::map<int32_t, int32_t>> region_of(photos.size());  // by class
-  for (size_t view = 0; view < photos.size(); ++view) {
-    for (const auto& [c, pixels] : pixels_of[view]) {
+                   const std::vector<ViewEvidence>& views) {
+  std::vector<std::map<int32_t, int32_t>> region_of(views.size());  // by class
+  for (size_t view = 0; view < views.size(); ++view) {
+    for (const auto& [c, pixels] : views[view].pixels_of) {
       region_of[view][c] = static_cast<int32_t>(regions.size());
       Region& region = regions.emplace_back();
       region.view = static_cast<int32_t>(view);
@@ -93,14 +109,13 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
     }
   }
   std::vector<Eigen::Vector3f> positions;
+  std::vector<size_t> next_place(views.size(), 0);
   for (size_t i = 0; i < tracks.size(); ++i) {
     const size_t before = observations.size();
     for (const Sighting& sighting : tracks[i]) {
-      const ClassImage& image = masks.classes[sighting.view];
-      if (photos[sighting.view].held_out || image.Empty()) continue;
+      const int32_t c = views[sighting.view].class_at.at(next_place[sighting.view]++);
+      if (c == kNoLabel) continue;
       const Eigen::Vector2f pixel = sighting.pixel.cast<float>();
-      const int32_t c = InnerClass(image, photos[sighting.view], pixel.x(), pixel.y());
-      if (c == kUnlabelled) continue;
       Observation& observation = observations.emplace_back();
       observation.point = static_cast<uint32_t>(positions.size());
       observation.region = region_of[sighting.view].at(c);

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -57,15 +58,30 @@ int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, fl
 // so many pixels of a border a pixel's class is not to be relied on.
 int RaggedRadius(const PhotoRecord& photo);
 
+// What one photo's mask shows: all that is asked of it before it is rewritten.
+struct ViewEvidence {
+  std::map<int32_t, int64_t> pixels_of;  // by class
+  // The class at each place, kNoLabel where it is none or within RaggedRadius of a border.
+  std::vector<int32_t> class_at;
+};
+
+// Where the tracks see something in each of `num_views` views, in the order of the tracks.
+std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
+                                                       size_t num_views);
+
+// Nothing for held-out photos and empty images.
+ViewEvidence LookAtMask(const ClassImage& image,
+                        const PhotoRecord& photo,
+                        const std::vector<Eigen::Vector2f>& places);
+
 // The observations of all points that masks have something to say of. Held-out photos have none,
 // nor have sightings within RaggedRadius of a border.
-
 class Evidence {
  public:
+  // `views` [photos] are LookAtMask at PlacesByView of `tracks` [seeds].
   Evidence(const std::vector<SeedPoint>& seeds,
            const std::vector<Sightings>& tracks,
-           const std::vector<PhotoRecord>& photos,
-           const MaskSet& masks);
+           const std::vector<ViewEvidence>& views);
 
   std::vector<Region> regions;            // by view, then class
   std::vector<Observation> observations;  // by point

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/mask_rewriting.h"
 
-#include "foam/parallel.h"
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -67,58 +65,56 @@ class SplitRegion {
 
 }  // namespace
 
-std::vector<int32_t> RewriteMasks(const Evidence& evidence,
-                                  const std::vector<PhotoRecord>& photos,
-                                  const std::vector<int32_t>& label_of_class,
-                                  std::vector<Label> labels,
-                                  MaskSet* masks) {
+MaskRewriter::MaskRewriter(Evidence evidence,
+                           std::vector<int32_t> label_of_class,
+                           const std::vector<Label>& labels)
+    : evidence_(std::move(evidence)),
+      label_of_class_(std::move(label_of_class)),
+      class_of_label_(labels.size(), kUnlabelled) {
   std::vector<char> is_used(labels.size(), 0);
-  for (const Region& region : evidence.regions) {
+  for (const Region& region : evidence_.regions) {
     if (region.label != kNoLabel) is_used[region.label] = 1;
     for (const int32_t part : region.parts) is_used[part] = 1;
   }
-  std::vector<int32_t> class_of_label(labels.size(), kUnlabelled);
-  masks->labels.clear();
   for (size_t label = 0; label < labels.size(); ++label) {
     if (!is_used[label]) continue;
-    class_of_label[label] = static_cast<int32_t>(masks->labels.size());
-    masks->labels.push_back(std::move(labels[label]));
+    class_of_label_[label] = static_cast<int32_t>(labels_.size());
+    labels_.push_back(labels[label]);
   }
-  const auto new_class = [&](int32_t label) {
-    return label == kNoLabel ? kUnlabelled : class_of_label[label];
-  };
-  const auto num_classes = static_cast<int>(masks->labels.size());
-  ParallelForBlocks(static_cast<int64_t>(photos.size()), 1, [&](int64_t view, int64_t) {
-    if (masks->classes[view].Empty()) return;
-    const PhotoRecord& photo = photos[view];
-    std::vector<int32_t> class_of_class(label_of_class.size(), kUnlabelled);
-    std::vector<std::unique_ptr<SplitRegion>> split(label_of_class.size());
-    if (photo.held_out) {
-      std::transform(
-          label_of_class.begin(), label_of_class.end(), class_of_class.begin(), new_class);
-    }
-    auto region = std::lower_bound(
-        evidence.regions.begin(), evidence.regions.end(), view, [](const Region& r, int64_t v) {
-          return r.view < v;
+}
+
+ClassImage MaskRewriter::Rewrite(int view,
+                                 const PhotoRecord& photo,
+                                 const ClassImage& image) const {
+  if (image.Empty()) return {};
+  std::vector<int32_t> class_of_class(label_of_class_.size(), kUnlabelled);
+  std::vector<std::unique_ptr<SplitRegion>> split(label_of_class_.size());
+  if (photo.held_out) {
+    std::transform(
+        label_of_class_.begin(), label_of_class_.end(), class_of_class.begin(), [&](int32_t label) {
+          return NewClass(label);
         });
-    for (; region != evidence.regions.end() && region->view == view; ++region) {
-      class_of_class[region->mask_class] = new_class(region->label);
-      if (!region->parts.empty()) {
-        split[region->mask_class] = std::make_unique<SplitRegion>(evidence, *region, photo);
-      }
+  }
+  auto region = std::lower_bound(
+      evidence_.regions.begin(), evidence_.regions.end(), view, [](const Region& r, int v) {
+        return r.view < v;
+      });
+  for (; region != evidence_.regions.end() && region->view == view; ++region) {
+    class_of_class[region->mask_class] = NewClass(region->label);
+    if (!region->parts.empty()) {
+      split[region->mask_class] = std::make_unique<SplitRegion>(evidence_, *region, photo);
     }
-    ClassImage image({photo.width, photo.height}, num_classes);
-    size_t pixel = 0;
-    for (int y = 0; y < photo.height; ++y) {
-      for (int x = 0; x < photo.width; ++x, ++pixel) {
-        const int32_t c = masks->classes[view][pixel];
-        if (c == kUnlabelled) continue;
-        image.Set(pixel, split[c] ? new_class(split[c]->LabelAt(x, y)) : class_of_class[c]);
-      }
+  }
+  ClassImage rewritten({photo.width, photo.height}, static_cast<int>(labels_.size()));
+  size_t pixel = 0;
+  for (int y = 0; y < photo.height; ++y) {
+    for (int x = 0; x < photo.width; ++x, ++pixel) {
+      const int32_t c = image[pixel];
+      if (c == kUnlabelled) continue;
+      rewritten.Set(pixel, split[c] ? NewClass(split[c]->LabelAt(x, y)) : class_of_class[c]);
     }
-    masks->classes[view] = std::move(image);
-  });
-  return class_of_label;
+  }
+  return rewritten;
 }
 
 }  // namespace semfoam

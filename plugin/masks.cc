@@ -24,14 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMaxClasses = 65535;
 
-// A decoded mask, at its own size, in two bytes a pixel: indices into its own ids.
-struct DecodedMask {
-  PhotoSize size;
-  bool is_rgb = false;
-  std::vector<uint32_t> ids;  // every value that occurs, in order of first occurrence
-  std::vector<uint16_t> pixels;
-};
-
 bool IsGrey(uint32_t rgb) { return (rgb & 0xff) == (rgb >> 8 & 0xff) && (rgb & 0xff) == rgb >> 16; }
 
 DecodedMask Decode(const fs::path& path) {
@@ -112,7 +104,7 @@ std::optional<std::set<uint32_t>> ReadPredictedIds(const fs::path& mask_folder) 
 // Long ids and nothing between them: interpolated colours are no ids.
 void CheckPredictedIds(const fs::path& mask_folder,
                        const std::vector<fs::path>& paths,
-                       const std::vector<DecodedMask>& masks) {
+                       const std::vector<MaskContents>& masks) {
   const auto predicted = ReadPredictedIds(mask_folder);
   if (!predicted) return;
   for (size_t i = 0; i < masks.size(); ++i) {
@@ -181,11 +173,11 @@ std::vector<std::string> MaskNames(const std::string& photo_name) {
 constexpr double kBackgroundShare = 0.2;
 
 // The share of all masks' pixels that are 0.
-double ShareOfZero(const std::vector<DecodedMask>& masks) {
+double ShareOfZero(const std::vector<MaskContents>& masks) {
   double zeros = 0, pixels = 0;
-  for (const DecodedMask& mask : masks) {
-    for (const auto index : mask.pixels) zeros += mask.ids[index] == 0;
-    pixels += static_cast<double>(mask.pixels.size());
+  for (const MaskContents& mask : masks) {
+    zeros += static_cast<double>(mask.num_zero);
+    pixels += static_cast<double>(mask.num_pixels);
   }
   return pixels > 0 ? zeros / pixels : 0;
 }
@@ -283,42 +275,82 @@ void ClassImage::Set(size_t pixel, int32_t class_index) {
   }
 }
 
-MaskSet LoadMasks(const MaskPairing& pairing,
-                  const std::vector<PhotoSize>& photo_sizes,
-                  const fs::path& mask_folder,
-                  LabelZero label_zero) {
-  CHECK_EQ(pairing.masks.size(), photo_sizes.size());
-  std::vector<size_t> photos;
-  std::vector<fs::path> paths;
-  for (size_t i = 0; i < pairing.masks.size(); ++i) {
-    if (pairing.masks[i].empty()) continue;
-    photos.push_back(i);
-    paths.push_back(pairing.masks[i]);
-  }
-  const auto count = static_cast<int64_t>(paths.size());
-  std::vector<DecodedMask> masks(count);
-  ForEachFile(count, [&](int64_t i) {
-    masks[i] = Decode(paths[i]);
-    CheckAspect(paths[i], masks[i].size, photo_sizes[photos[i]]);
-  });
+DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
+  DecodedMask mask = Decode(path);
+  CheckAspect(path, mask.size, photo_size);
+  return mask;
+}
 
-  const bool long_ids = std::any_of(masks.begin(), masks.end(), [](const DecodedMask& mask) {
-    return mask.is_rgb && !std::all_of(mask.ids.begin(), mask.ids.end(), IsGrey);
-  });
-  if (long_ids) {
-    CheckPredictedIds(mask_folder, paths, masks);
-  } else {
-    for (DecodedMask& mask : masks) {
-      for (uint32_t& id : mask.ids) {
-        if (mask.is_rgb) id &= 0xff;
-      }
+ClassImage ClassesOf(const DecodedMask& mask,
+                     const std::vector<int32_t>& classes,
+                     const PhotoSize& photo_size,
+                     int num_classes) {
+  ClassImage image(photo_size, num_classes);
+  size_t pixel = 0;
+  for (int64_t y = 0; y < photo_size.height; ++y) {
+    // The mask's pixel in which the centre of the photo's pixel falls: floor((y + 1/2) h' / h).
+    const int64_t mask_y = (2 * y + 1) * mask.size.height / (2 * photo_size.height);
+    for (int64_t x = 0; x < photo_size.width; ++x) {
+      const int64_t mask_x = (2 * x + 1) * mask.size.width / (2 * photo_size.width);
+      image.Set(pixel++, classes[mask.pixels[mask_y * mask.size.width + mask_x]]);
     }
   }
+  return image;
+}
 
+MaskContents ContentsOf(const DecodedMask& mask) {
+  MaskContents contents;
+  contents.is_rgb = mask.is_rgb;
+  contents.ids = mask.ids;
+  contents.num_pixels = static_cast<int64_t>(mask.pixels.size());
+  const auto zero = std::find(mask.ids.begin(), mask.ids.end(), 0u);
+  if (zero != mask.ids.end()) {
+    const auto index = static_cast<uint16_t>(zero - mask.ids.begin());
+    contents.num_zero = std::count(mask.pixels.begin(), mask.pixels.end(), index);
+  }
+  return contents;
+}
+
+namespace {
+
+std::vector<int32_t> ClassesOfIds(const MaskClasses& classes,
+                                  bool is_rgb,
+                                  const std::vector<uint32_t>& ids) {
+  std::vector<int32_t> of_ids;
+  for (const uint32_t id : ids) {
+    const auto found = classes.class_of_id.find(is_rgb && classes.colors_are_grey ? id & 0xff : id);
+    of_ids.push_back(found == classes.class_of_id.end() ? kUnlabelled : found->second);
+  }
+  return of_ids;
+}
+
+}  // namespace
+
+std::vector<int32_t> MaskClasses::Of(const DecodedMask& mask) const {
+  return ClassesOfIds(*this, mask.is_rgb, mask.ids);
+}
+
+std::vector<int32_t> MaskClasses::Of(const MaskContents& mask) const {
+  return ClassesOfIds(*this, mask.is_rgb, mask.ids);
+}
+
+MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
+                        const MaskPairing& pairing,
+                        const fs::path& mask_folder,
+                        LabelZero label_zero) {
+  CHECK_EQ(contents.size(), pairing.masks.size());
+  MaskClasses result;
+  const bool long_ids = std::any_of(contents.begin(), contents.end(), [](const MaskContents& mask) {
+    return mask.is_rgb && !std::all_of(mask.ids.begin(), mask.ids.end(), IsGrey);
+  });
+  if (long_ids) CheckPredictedIds(mask_folder, pairing.masks, contents);
+  result.colors_are_grey = !long_ids;
   std::set<uint32_t> ids;
-  for (const DecodedMask& mask : masks) ids.insert(mask.ids.begin(), mask.ids.end());
+  for (const MaskContents& mask : contents) {
+    for (const uint32_t id : mask.ids) ids.insert(mask.is_rgb && !long_ids ? id & 0xff : id);
+  }
   if (label_zero == LabelZero::kIgnore ||
-      (label_zero == LabelZero::kAuto && ShareOfZero(masks) < kBackgroundShare)) {
+      (label_zero == LabelZero::kAuto && ShareOfZero(contents) < kBackgroundShare)) {
     ids.erase(0);
   }
   if (ids.size() > kMaxClasses) {
@@ -329,40 +361,40 @@ MaskSet LoadMasks(const MaskPairing& pairing,
                     kMaxClasses,
                     " are possible; are they resampled, or photos?");
   }
-  MaskSet set;
-  std::unordered_map<uint32_t, int32_t> class_of;
   const bool keep_ids = ids.empty() || *ids.rbegin() <= kMaxClasses;
   int32_t next_id = 1;
   for (const uint32_t id : ids) {
-    class_of.emplace(id, static_cast<int32_t>(set.labels.size()));
+    result.class_of_id.emplace(id, static_cast<int32_t>(result.labels.size()));
     Label label;
     label.source_id = id;
     label.id = keep_ids || id == 0 ? static_cast<int32_t>(id) : next_id++;
-    set.labels.push_back(label);
+    result.labels.push_back(label);
   }
+  return result;
+}
 
+MaskSet LoadMasks(const MaskPairing& pairing,
+                  const std::vector<PhotoSize>& photo_sizes,
+                  const fs::path& mask_folder,
+                  LabelZero label_zero) {
+  CHECK_EQ(pairing.masks.size(), photo_sizes.size());
+  const auto count = static_cast<int64_t>(photo_sizes.size());
+  std::vector<DecodedMask> masks(count);
+  std::vector<MaskContents> contents(count);
+  ForEachFile(count, [&](int64_t i) {
+    if (pairing.masks[i].empty()) return;
+    masks[i] = DecodeMask(pairing.masks[i], photo_sizes[i]);
+    contents[i] = ContentsOf(masks[i]);
+  });
+  MaskClasses classes = NumberMasks(contents, pairing, mask_folder, label_zero);
+  MaskSet set;
+  set.labels = std::move(classes.labels);
   set.classes.resize(photo_sizes.size());
   const int num_classes = static_cast<int>(set.labels.size());
   ForEachFile(count, [&](int64_t i) {
-    DecodedMask& mask = masks[i];
-    std::vector<int32_t> classes;
-    for (const uint32_t id : mask.ids) {
-      const auto found = class_of.find(id);
-      classes.push_back(found == class_of.end() ? kUnlabelled : found->second);
-    }
-    const PhotoSize size = photo_sizes[photos[i]];
-    ClassImage image(size, num_classes);
-    size_t pixel = 0;
-    for (int64_t y = 0; y < size.height; ++y) {
-      // The mask's pixel in which the centre of the photo's pixel falls: floor((y + 1/2) h' / h).
-      const int64_t mask_y = (2 * y + 1) * mask.size.height / (2 * size.height);
-      for (int64_t x = 0; x < size.width; ++x) {
-        const int64_t mask_x = (2 * x + 1) * mask.size.width / (2 * size.width);
-        image.Set(pixel++, classes[mask.pixels[mask_y * mask.size.width + mask_x]]);
-      }
-    }
-    set.classes[photos[i]] = std::move(image);
-    mask = DecodedMask();
+    if (pairing.masks[i].empty()) return;
+    set.classes[i] = ClassesOf(masks[i], classes.Of(masks[i]), photo_sizes[i], num_classes);
+    masks[i] = DecodedMask();
   });
   return set;
 }

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,50 @@ struct MaskSet {
   std::vector<Label> labels;        // one per class, ascending by source id
   std::vector<ClassImage> classes;  // one per photo, of the photo's size; empty without a mask
 };
+
+// A mask by itself, at its own size: its ids, and which of them each pixel has. Two bytes a pixel.
+struct DecodedMask {
+  PhotoSize size;
+  bool is_rgb = false;
+  std::vector<uint32_t> ids;  // every value that occurs, in order of first occurrence
+  std::vector<uint16_t> pixels;
+};
+
+// Throws UserError as LoadMasks does for one mask.
+DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
+
+// The mask at the photo's size, read at the nearest pixel centre; `classes` [ids of the mask] are
+// less than `num_classes`, or kUnlabelled.
+ClassImage ClassesOf(const DecodedMask& mask,
+                     const std::vector<int32_t>& classes,
+                     const PhotoSize& photo_size,
+                     int num_classes);
+
+// What has to be known of each mask before any of them has classes.
+struct MaskContents {
+  bool is_rgb = false;
+  std::vector<uint32_t> ids;  // as of DecodedMask
+  int64_t num_zero = 0;       // pixels of id 0, at the mask's size
+  int64_t num_pixels = 0;     // 0: there is no mask
+};
+MaskContents ContentsOf(const DecodedMask& mask);
+
+// The classes of a set of masks.
+struct MaskClasses {
+  std::vector<Label> labels;     // one per class, ascending by source id
+  bool colors_are_grey = false;  // masks of colours are grey masks saved as RGB
+  std::map<uint32_t, int32_t> class_of_id;
+
+  // For ClassesOf: of each id of a mask.
+  std::vector<int32_t> Of(const DecodedMask& mask) const;
+  std::vector<int32_t> Of(const MaskContents& mask) const;
+};
+
+// Numbers the ids of all masks as classes, as LoadMasks does; `contents` [pairing.masks].
+MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
+                        const MaskPairing& pairing,
+                        const std::filesystem::path& mask_folder,
+                        LabelZero label_zero);
 
 // Decodes all paired masks, in parallel, and numbers their ids as classes.
 //

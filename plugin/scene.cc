@@ -2,14 +2,13 @@
 #include "plugin/scene.h"
 
 #include "foam/error.h"
+#include "foam/parallel.h"
 #include "plugin/colmap_model.h"
 #include "plugin/files.h"
 #include "plugin/seeds.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <set>
 #include <sstream>
@@ -107,11 +106,36 @@ uint64_t ScenePlan::MemoryBytes() const {
     const uint64_t pixels =
         static_cast<uint64_t>(photos[i].width) * static_cast<uint64_t>(photos[i].height);
     bytes += 3 * pixels;
-    // A mask is held twice while ids become classes, in at most two bytes a pixel each.
-    if (!masks.masks[i].empty()) bytes += 4 * pixels;
+    // Until all ids are known, and afterwards at the most.
+    if (!masks.masks[i].empty()) bytes += 2 * pixels;
   }
+  return bytes + TableBytes();
+}
+
+uint64_t ScenePlan::TableBytes() const {
+  uint64_t bytes = 0;
   for (const int view : table_views) bytes += PixelRays::TableBytes(CameraOfView(photos[view]));
   return bytes;
+}
+
+uint64_t ScenePlan::DecodingBytes() const {
+  uint64_t most = 0;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const uint64_t in_file =
+        static_cast<uint64_t>(file_sizes[i].width) * static_cast<uint64_t>(file_sizes[i].height);
+    const uint64_t trained =
+        static_cast<uint64_t>(photos[i].width) * static_cast<uint64_t>(photos[i].height);
+    // The classes come first, in two bytes a pixel at the most; a mask's values take seven.
+    const uint64_t photo = 3 * in_file + (trained != in_file ? 3 * trained : 0);
+    const bool has_mask = !masks.masks[i].empty();
+    most = std::max(most, has_mask ? std::max(photo + 2 * trained, 7 * in_file) : photo);
+  }
+  return most;
+}
+
+int LoadOptions::MostAtOnce(const ScenePlan& plan) const {
+  const auto fit = cache_bytes / static_cast<int64_t>(std::max<uint64_t>(1, plan.DecodingBytes()));
+  return static_cast<int>(std::clamp<int64_t>(fit, 1, NumThreads()));
 }
 
 ScenePlan PlanScene(const SceneOptions& options) {
@@ -216,86 +240,21 @@ ScenePlan PlanScene(const SceneOptions& options) {
   return plan;
 }
 
-TrainingScene::TrainingScene(ScenePlan plan) : plan_(std::move(plan)) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto num_views = static_cast<int64_t>(plan_.photos.size());
-  views_.resize(num_views);
-  std::vector<PhotoSize> sizes;
-  for (const PhotoRecord& photo : plan_.photos) sizes.push_back({photo.width, photo.height});
-  ForEachFile(num_views, [&](int64_t i) {
-    views_[i].photo = ReadPhoto(plan_.files[i]);
-    if (PhotoSize{views_[i].photo.width, views_[i].photo.height} != plan_.file_sizes[i]) {
-      throw UserError(plan_.files[i].string(),
-                      ": has changed its size since it was first looked at; photos that stay as "
-                      "they are would be right.");
-    }
-    if (sizes[i] != plan_.file_sizes[i]) views_[i].photo = ReducePhoto(views_[i].photo, sizes[i]);
-  });
-  if (!plan_.mask_folder.empty()) {
-    MaskSet set = LoadMasks(plan_.masks, sizes, plan_.mask_folder, plan_.label_zero);
-    if (!plan_.seed_sightings.empty()) {
-      consistency_ = MakeMasksConsistent(
-          plan_.seeds, plan_.seed_sightings, plan_.photos, plan_.mask_consistency, &set);
-      plan_.seed_sightings = {};
-    }
-    labels_ = std::move(set.labels);
-    for (int64_t i = 0; i < num_views; ++i) views_[i].classes = std::move(set.classes[i]);
-  }
-  const bool names_fit =
-      consistency_.used != MaskConsistency::kIndependent || plan_.labels_are_given;
-  if (!plan_.labels_file.empty() && names_fit) NameLabels(plan_.labels_file, &labels_);
-  seconds_decoding_ =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
+void TrainingScene::PlaceCameras() {
   std::map<CameraKey, std::shared_ptr<const PixelRays>> rays;
   for (const int view : plan_.table_views) {
     const PhotoRecord& photo = plan_.photos[view];
     rays[KeyOf(photo)] = std::make_shared<PixelRays>(CameraOfView(photo), /*tabulate=*/true);
   }
-  for (int64_t i = 0; i < num_views; ++i) {
-    const PhotoRecord& photo = plan_.photos[i];
+  for (int view = 0; view < NumViews(); ++view) {
+    const PhotoRecord& photo = plan_.photos[view];
     std::shared_ptr<const PixelRays>& shared = rays[KeyOf(photo)];
     if (!shared) shared = std::make_shared<PixelRays>(CameraOfView(photo), /*tabulate=*/false);
     const Pose pose = PoseOf(photo);
-    views_[i].rays = shared;
-    views_[i].origin = plan_.world_from_normalized.Invert(pose.Center());
-    views_[i].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
+    views_[view].rays = shared;
+    views_[view].origin = plan_.world_from_normalized.Invert(pose.Center());
+    views_[view].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
   }
-}
-
-bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
-  const View& v = views_[view];
-  Eigen::Vector3f direction;
-  if (!v.rays->Direction(x, y, &direction)) return false;
-  ray->direction = TurnedRay(v.world_from_cam, direction);
-  const size_t pixel = static_cast<size_t>(y) * v.photo.width + x;
-  const uint8_t* color = v.photo.data.data() + 3 * pixel;
-  if (lights_.empty()) {
-    ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
-  } else {
-    const double squared_radius = SquaredRadius({x + 0.5, y + 0.5}, v.photo.width, v.photo.height);
-    ray->color = ReferenceColor(color, lights_[view], squared_radius);
-  }
-  ray->class_index = v.classes.Empty() ? kUnlabelled : v.classes[pixel];
-  return true;
-}
-
-void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
-  CHECK(lights.empty() || lights.size() == views_.size());
-  lights_ = std::move(lights);
-}
-
-LabelImage TrainingScene::LabelIds(int view) const {
-  const View& v = views_[view];
-  LabelImage image{v.photo.width, v.photo.height, {}};
-  const size_t pixels = static_cast<size_t>(image.width) * image.height;
-  image.data.assign(pixels, 0);
-  if (v.classes.Empty()) return image;
-  for (size_t i = 0; i < pixels; ++i) {
-    const int32_t class_index = v.classes[i];
-    if (class_index != kUnlabelled) image.data[i] = labels_[class_index].id;
-  }
-  return image;
 }
 
 std::string TrainingScene::MaskReport() const {

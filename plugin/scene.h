@@ -10,10 +10,13 @@
 #include "plugin/masks.h"
 #include "plugin/photo.h"
 #include "plugin/photo_light.h"
+#include "plugin/photo_survey.h"
 #include "plugin/tracks.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -68,8 +71,23 @@ struct ScenePlan {
   std::vector<int> lenses;       // for `photos`, see LensOfPhotos
   double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
 
-  // Memory that loading takes at its peak, in bytes: photos, masks and ray tables.
+  // Memory that all photos, masks and ray tables take at their peak, in bytes.
   uint64_t MemoryBytes() const;
+  // Of these, the tables; and what one photo and its mask take while they are decoded, at the most.
+  uint64_t TableBytes() const;
+  uint64_t DecodingBytes() const;
+};
+
+// How a planned scene is loaded.
+struct LoadOptions {
+  // Photos and masks stay in memory where ScenePlan::MemoryBytes is no more than this. Else none
+  // does, and what is kept of them for training takes so much.
+  int64_t cache_bytes = std::numeric_limits<int64_t>::max();
+  // Called with how many of how many photos have been decoded; from any thread, one at a time.
+  std::function<void(int done, int total)> report;
+
+  // How many photos are decoded at a time: as many as there are threads, and as fit into the cache.
+  int MostAtOnce(const ScenePlan& plan) const;
 };
 
 // Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.
@@ -85,25 +103,36 @@ struct ScenePlan {
 ScenePlan PlanScene(const SceneOptions& options);
 
 // The photos, their cameras and their labels, ready to train on and to compare with. Views are
-// sorted by name. All is in memory: 3 bytes a pixel for the photo, 1 or 2 for its classes, and 12
-// for each distorted camera's table of rays (up to 1 GiB of tables; cameras shared by the most
-// photos come first, and those without a table compute each ray).
+// sorted by name. In memory: 3 bytes a pixel for the photo, 1 or 2 for its classes, where all of
+// them fit into LoadOptions::cache_bytes (else HoldsPixels is false, and a photo and its mask are
+// decoded whenever they are asked for); and 12 for each distorted camera's table of rays (up to
+// 1 GiB of tables; cameras shared by the most photos come first, and those without a table compute
+// each ray).
 class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
   // name, that is damaged, and whatever LoadMasks, MakeMasksConsistent and NameLabels throw. Labels
   // that were matched from photo to photo have new ids, which only a labels file that the user
   // named can know.
-  explicit TrainingScene(ScenePlan plan);
+  explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
 
   int NumViews() const override { return static_cast<int>(views_.size()); }
-  int Width(int view) const override { return views_[view].photo.width; }
-  int Height(int view) const override { return views_[view].photo.height; }
+  int Width(int view) const override { return plan_.photos[view].width; }
+  int Height(int view) const override { return plan_.photos[view].height; }
   bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
   Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
   // The colour is the pixel's; after SetLights, what ReferenceColor makes of it, not a number where
   // that is not known.
   bool Ray(int view, int x, int y, TrainingRay* ray) const override;
+  bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
+  bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
+
+  bool HoldsPixels() const override { return holds_pixels_; }
+  int64_t CacheBytes() const override { return cache_bytes_; }
+  int MostOpenViews() const override { return most_open_views_; }
+  // Throws UserError also where a file is not what it was when the scene was loaded: gone, of
+  // another size, or a mask with other ids.
+  std::unique_ptr<ViewPixels> OpenView(int view) const override;
 
   // From now on colours are brought to the reference exposure. One light for each view; none: the
   // photos stay as they are, and nothing is stored.
@@ -118,8 +147,11 @@ class TrainingScene final : public TrainingViews {
   const std::vector<Label>& Labels() const { return labels_; }
   int NumClasses() const { return static_cast<int>(labels_.size()); }
 
-  const Image8& Photo(int view) const { return views_[view].photo; }
-  bool HasMask(int view) const { return !views_[view].classes.Empty(); }
+  // CHECKs HoldsPixels().
+  const Image8& Photo(int view) const;
+  // At the places of ScenePlan::tracks in this view, in their order.
+  const PhotoSurvey& Survey(int view) const { return surveys_[view]; }
+  bool HasMask(int view) const { return !plan_.masks.masks[view].empty(); }
   // The label ids (Label::id) of a view's pixels at the photo's size; 0 where unlabelled or without
   // a mask.
   LabelImage LabelIds(int view) const;
@@ -143,8 +175,22 @@ class TrainingScene final : public TrainingViews {
     std::shared_ptr<const PixelRays> rays;
   };
 
+  void LoadPhotosAndMasks(const LoadOptions& load);
+  void PlaceCameras();
+  Image8 DecodePhoto(int view) const;
+  // The classes that the corrected mask gives.
+  ClassImage ClassesOfMask(int view, const DecodedMask& mask) const;
+  PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
+
   ScenePlan plan_;
   std::vector<View> views_;
+  std::vector<PhotoSurvey> surveys_;
+  bool holds_pixels_ = true;
+  int64_t cache_bytes_ = 0;
+  int most_open_views_ = 1;
+  std::vector<MaskContents> mask_contents_;
+  MaskClasses mask_classes_;
+  std::shared_ptr<const MaskRewriter> mask_rewriter_;
   std::vector<PhotoLight> lights_;  // empty: none
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;

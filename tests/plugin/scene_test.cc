@@ -115,8 +115,9 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   ScenePlan plan = PlanScene(options);
   EXPECT_EQ(plan.num_unregistered, 0);
   EXPECT_EQ(plan.num_rescaled, 0);
-  // 3 bytes a pixel for photos, 4 for masks while they load; one undistorted camera has no table.
-  EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 7);
+  // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
+  EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 5);
+  EXPECT_EQ(plan.DecodingBytes(), 320u * 240 * 7);
   const TrainingScene scene(std::move(plan));
   EXPECT_EQ(scene.NumViews(), 64);
   EXPECT_THAT(scene.MaskReport(),
@@ -275,7 +276,7 @@ TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
   const ScenePlan plan = PlanScene(workspace.Options());
   // Two views share the distorted camera, and one table.
   EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
-  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 4 + 12));
+  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 2 + 12));
 }
 
 TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
@@ -471,6 +472,92 @@ TEST(Scene, HoldingOutLeavesSomethingToTrainOn) {
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every 1: holds out all of the 3 photos"));
   options.test_every = -1;
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every -1"));
+}
+
+// Nothing but the memory differs: every ray, every label and every finding is that of a scene whose
+// photos stay.
+void ExpectTheSameWithoutMemory(const SceneOptions& options) {
+  const TrainingScene held(PlanScene(options));
+  ScenePlan plan = PlanScene(options);
+  LoadOptions load;
+  load.cache_bytes = static_cast<int64_t>(plan.MemoryBytes()) - 1;
+  std::vector<int> reports;
+  load.report = [&](int done, int total) {
+    EXPECT_EQ(total, held.NumViews());
+    reports.push_back(done);
+  };
+  TrainingScene scene(std::move(plan), load);
+  EXPECT_TRUE(held.HoldsPixels());
+  ASSERT_FALSE(scene.HoldsPixels());
+  EXPECT_EQ(scene.CacheBytes(), load.cache_bytes);
+  EXPECT_EQ(reports.size(), static_cast<size_t>(held.NumViews()));
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_EQ(scene.MaskReport(), held.MaskReport());
+  EXPECT_EQ(scene.Consistency().Line(), held.Consistency().Line());
+  ASSERT_EQ(scene.NumClasses(), held.NumClasses());
+  for (int c = 0; c < held.NumClasses(); ++c) {
+    EXPECT_EQ(scene.Labels()[c].id, held.Labels()[c].id);
+    EXPECT_EQ(scene.Labels()[c].name, held.Labels()[c].name);
+  }
+  for (int view = 0; view < held.NumViews(); ++view) {
+    EXPECT_EQ(scene.LabelIds(view).data, held.LabelIds(view).data);
+    EXPECT_EQ(scene.Survey(view).patches, held.Survey(view).patches);
+    const std::unique_ptr<ViewPixels> pixels = scene.OpenView(view);
+    for (int y = 0; y < held.Height(view); ++y) {
+      for (int x = 0; x < held.Width(view); ++x) {
+        TrainingRay a, b;
+        const bool is_ray = held.Ray(view, x, y, &a);
+        ASSERT_EQ(scene.RayOf(view, x, y, pixels->At(x, y), &b), is_ray);
+        Eigen::Vector3f direction;
+        ASSERT_EQ(scene.RayDirection(view, x, y, &direction), is_ray);
+        if (!is_ray) continue;
+        ASSERT_EQ(a.direction, b.direction);
+        ASSERT_EQ(a.direction, direction);
+        ASSERT_EQ(a.color, b.color);
+        ASSERT_EQ(a.class_index, b.class_index);
+      }
+    }
+  }
+}
+
+TEST(Scene, PhotosThatDoNotFitIntoMemoryAreTheSame) {
+  SmallWorkspace workspace;
+  ExpectTheSameWithoutMemory(workspace.Options());
+  fs::remove(workspace.temp / "object_mask/b.png");
+  SceneOptions options = workspace.Options();
+  options.max_image_size = 4;
+  options.label_zero = LabelZero::kClass;
+  ExpectTheSameWithoutMemory(options);
+  options.use_masks = false;
+  ExpectTheSameWithoutMemory(options);
+  // Masks of a tracker that the tracks correct: split, renamed and dropped regions.
+  options = TabletopOptions();
+  options.test_every = 8;
+  ExpectTheSameWithoutMemory(options);
+  options.mask_consistency = MaskConsistency::kIndependent;
+  ExpectTheSameWithoutMemory(options);
+}
+
+TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
+  SmallWorkspace workspace;
+  LoadOptions load;
+  load.cache_bytes = 1;
+  const TrainingScene scene(PlanScene(workspace.Options()), load);
+  const auto error_of = [&](int view) { return UserErrorOf([&] { scene.OpenView(view); }); };
+  EXPECT_EQ(error_of(0), "");
+  workspace.WritePhoto("a.png", 16, 12);
+  EXPECT_THAT(error_of(0), HasSubstr("a.png: has changed its size since it was first looked at"));
+  fs::remove(workspace.temp / "images/a.png");
+  EXPECT_THAT(
+      error_of(0),
+      testing::MatchesRegex(".*images/a.png: is no longer there, while training still reads "
+                            "the photos and masks that --image_cache_gb does not hold; "
+                            "files that stay until the end would be right."));
+  std::vector<uint8_t> other(8 * 6, 77);
+  WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);
+  EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: has changed its ids"));
+  fs::remove(workspace.temp / "object_mask/b.png");
+  EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: is no longer there"));
 }
 
 TEST(Scene, WhatIsMissingOrDamagedIsNamed) {

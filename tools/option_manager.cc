@@ -42,6 +42,24 @@ std::string Join(const std::vector<std::string>& parts, const std::string& separ
   return joined;
 }
 
+// The text as one word of a POSIX shell.
+std::string ShellQuoted(const std::string& text) {
+  const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string("_-+=./:,@%").find(c) != std::string::npos;
+  });
+  if (is_plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
 std::string Trim(const std::string& text) {
   const char* space = " \t\r";
   const size_t begin = text.find_first_not_of(space);
@@ -269,7 +287,24 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
   }
 }
 
+std::string OptionManager::CommandLineWith(const std::string& program,
+                                           const std::string& name,
+                                           const std::string& value) const {
+  std::vector<std::string> words = {program};
+  for (size_t i = 0; i < arguments_.size(); ++i) {
+    if (arguments_[i] == "--" + name) {
+      ++i;  // its value
+    } else if (arguments_[i].compare(0, name.size() + 3, "--" + name + "=") != 0) {
+      words.push_back(arguments_[i]);
+    }
+  }
+  words.insert(words.end(), {"--" + name, value});
+  for (std::string& word : words) word = ShellQuoted(word);
+  return Join(words, " ");
+}
+
 bool OptionManager::Parse(int argc, const char* const* argv) {
+  arguments_.assign(argv, argv + argc);
   const std::map<std::string, std::string> from_command_line = ReadCommandLine(argc, argv);
   if (from_command_line.count("help") != 0) {
     std::cout << Help() << std::flush;

@@ -64,6 +64,12 @@ class OptionManager {
   // Whether the user gave this option, on the command line or in the project file.
   bool IsGiven(const std::string& name) const;
 
+  // The command line as it was given, with this option set so: to be pasted into a shell. `program`
+  // comes first.
+  std::string CommandLineWith(const std::string& program,
+                              const std::string& name,
+                              const std::string& value) const;
+
   std::string Help() const;
 
   // As given by the user; 0 by default.
@@ -104,6 +110,7 @@ class OptionManager {
   std::string command_;
   std::string summary_;
   std::vector<Option> options_;
+  std::vector<std::string> arguments_;  // of the command line, its command's name first
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;

@@ -2,10 +2,13 @@
 #include "tools/training_run.h"
 
 #include "foam/available_memory.h"
+#include "foam/checkpoint_state.h"
 #include "foam/error.h"
+#include "foam/interruption.h"
 #include "foam/memory_plan.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
+#include "plugin/scene_checksums.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
 #include "tools/time_budget.h"
@@ -13,10 +16,12 @@
 #include "tools/training_options.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -98,15 +103,58 @@ std::string ScheduleOptions(const TrainingOptions& training) {
   return text;
 }
 
-TrainingSummary Train(const TrainingScene& scene,
+// What shapes the result: options and inputs, by which a checkpoint is known again.
+CheckpointTexts IdentityOf(const OptionManager& options,
+                           const TrainingRun& run,
+                           const ScenePlan& plan) {
+  CheckpointTexts identity;
+  auto& values = identity["options"];
+  for (const char* group : {"Effects", "FoamTraining", "Masks"}) {
+    for (const auto& [name, value] : options.GroupValues(group)) {
+      values[std::string(group) + "." + name] = value;
+    }
+  }
+  values["quality"] = run.quality;
+  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["test_every"] = FormatValue(run.scene.test_every);
+  const SceneChecksums checksums = ChecksumsOf(plan);
+  identity["inputs"] = {
+      {"masks", checksums.masks}, {"model", checksums.model}, {"photos", checksums.photos}};
+  return identity;
+}
+
+// The checkpoint's labels are for people who look into the file.
+std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) {
+  std::map<std::string, std::string> texts;
+  for (const Label& label : labels) texts[std::to_string(label.id)] = label.name;
+  return texts;
+}
+
+// Trains, with checkpoints. Throws Interruption where a signal has asked for it, after the last.
+TrainingSummary Train(const OptionManager& options,
+                      const TrainingScene& scene,
                       const TrainingOptions& training,
-                      std::vector<TrainingProgress>* reports) {
+                      const CheckpointTexts& texts,
+                      std::unique_ptr<Checkpoint> checkpoint,
+                      TrainingFolder* folder) {
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
-  return TrainFoam(
-      scene, scene.Seeds(), scene.NumClasses(), training, [&](const TrainingProgress& progress) {
-        reports->push_back(progress);
-        line.Update(progress);
-      });
+  TrainingHooks hooks;
+  hooks.report = [&](const TrainingProgress& progress) { line.Update(progress); };
+  hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    const int signal = InterruptionRequested();
+    if (signal == 0 && !folder->IsDue()) return;
+    CheckpointContents contents;
+    contents.texts = texts;
+    save(&contents);
+    folder->Write(iteration, std::move(contents));
+    if (signal == 0) return;
+    LOG(WARNING) << "Stopped after iteration " << iteration << ". To go on from there:\n"
+                 << options.CommandLineWith(program_invocation_name, "resume", "1");
+    throw Interruption(signal);
+  };
+  hooks.resume_from = std::move(checkpoint);
+  folder->Begin();
+  return TrainFoam(scene, scene.Seeds(), scene.NumClasses(), training, std::move(hooks));
 }
 
 }  // namespace
@@ -185,11 +233,13 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   }
 }
 
-Model TrainAndWrite(const OptionManager& options,
-                    const std::filesystem::path& output_path,
-                    TrainingRun* run) {
+Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
+  const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
+  folder->SetIdentity(IdentityOf(options, *run, plan));
+  if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
+  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
   const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;
@@ -210,8 +260,19 @@ Model TrainAndWrite(const OptionManager& options,
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
+  CheckpointTexts texts;
+  texts["labels"] = LabelTexts(scene.Labels());
   if (run->time_budget > 0) {
-    FitToBudget(options, scene, begin, run);
+    if (checkpoint != nullptr) {
+      StateReader chosen("chosen_options", *checkpoint);
+      run->training.Serialize(&chosen);
+    } else {
+      FitToBudget(options, scene, begin, run);
+    }
+    CheckpointContents contents;
+    StateWriter chosen("chosen_options", &contents);
+    run->training.Serialize(&chosen);
+    texts.merge(contents.texts);
     RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
     run->effects.sh_degree = run->training.sh_degree;
   }
@@ -223,8 +284,11 @@ Model TrainAndWrite(const OptionManager& options,
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
             << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
 
-  std::vector<TrainingProgress> reports;
-  TrainingSummary summary = Train(scene, run->training, &reports);
+  // A signal that comes when the last iteration has begun waits until the result is safe.
+  const DeferInterruption until_written;
+  TrainingSummary summary =
+      Train(options, scene, run->training, texts, std::move(checkpoint), folder);
+  const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
   if (run->time_budget > 0) {
     run->training.seconds = 0;
@@ -268,6 +332,7 @@ Model TrainAndWrite(const OptionManager& options,
   if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
     WritePlot(output_path / "training_plot", plot);
   }
+  folder->EndTraining();
   return model;
 }
 

@@ -8,6 +8,7 @@
 #include "tools/effects_options.h"
 #include "tools/mask_options.h"
 #include "tools/option_manager.h"
+#include "tools/training_folder.h"
 
 #include <filesystem>
 #include <string>
@@ -49,13 +50,14 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 
 // Loads the photos and masks, probes which effects they call for, says what was found and what is
 // going to be done, trains, and writes scene.foam, effects.json and training_log.csv and, with
-// held-out views, training_plot.svg and .png into `output_path`. Returns the model. The model's
+// held-out views, training_plot.svg and .png into `folder`, and checkpoints on the way. With
+// --resume, goes on where an earlier process was stopped, after training too; its result has the
+// same bytes, the log apart. SIGINT and SIGTERM end it after the iteration, with a checkpoint and
+// the command that goes on from it. Returns the model. The model's
 // options are those that shape the result: quality, random_seed, test_every, --Masks.* and
 // --FoamTraining.*, with the SH degree that was trained at most; and "exposure" and "vignetting",
 // but only where they are on. With a time budget, `run` leaves with the schedule that was chosen,
 // the model holds that, and so do the options: given without a budget, they give the same bytes.
-Model TrainAndWrite(const OptionManager& options,
-                    const std::filesystem::path& output_path,
-                    TrainingRun* run);
+Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run);
 
 }  // namespace semfoam

@@ -28,8 +28,8 @@ TrainingOptions EventfulRun() {
   TrainingOptions options;
   options.num_rays = 120 * 1024;
   options.rays_per_iteration = 1024;
-  options.initial_sites = 200;
-  options.final_sites = 500;
+  options.initial_sites = 100;
+  options.final_sites = 300;
   options.sh_degree = 2;
   options.densify_events = 4;
   options.position_rate = 0.3;

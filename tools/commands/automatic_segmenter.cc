@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
+#include "tools/training_folder.h"
 #include "tools/training_run.h"
 
 #include <filesystem>
@@ -16,6 +16,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   std::string workspace_path;
   std::string output_path;
   TrainingRun run;
+  CheckpointOptions checkpoints;
   VolumeExportOptions volume;
   SurfaceExportOptions surface;
   PieceOptions pieces;
@@ -32,6 +33,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   options.AddDefaultOption(
       "input_path", &run.input_path, "the COLMAP model; by default sparse/0/, then sparse/");
   AddTrainingRunOptions(&options, &run);
+  AddCheckpointOptions(&options, &checkpoints);
   AddVolumeExportOptions(&options, &volume);
   AddMeshExportOptions(&options, &surface);
   AddPieceOptions(&options, &pieces);
@@ -46,15 +48,17 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
 
-  RequireWritableFolder(output_path);
+  TrainingFolder folder(output_path, checkpoints);
+  if (folder.IsFinished()) return;
   const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
   const ExportableScene scene =
-      PrepareExport(TrainAndWrite(options, output_path, &run), foam_path, transform, pieces);
+      PrepareExport(TrainAndWrite(options, &folder, &run), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
   volume.source_checksum = ModelChecksum(foam_path);
   if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
   if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
+  folder.Finish();
   LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
             << ", everything is in " << output_path;
 }

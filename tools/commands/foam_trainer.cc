@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
+#include "tools/training_folder.h"
 #include "tools/training_run.h"
 
 #include <filesystem>
@@ -12,6 +12,7 @@ namespace semfoam {
 void RunFoamTrainer(int argc, char** argv) {
   std::string output_path;
   TrainingRun run;
+  CheckpointOptions checkpoints;
   OptionManager options("foam_trainer",
                         "Trains a foam from a COLMAP model, its photos and instance masks.");
   options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
@@ -21,13 +22,16 @@ void RunFoamTrainer(int argc, char** argv) {
       &output_path,
       "folder for scene.foam, effects.json, labels.json, training_log.csv and its plot");
   AddTrainingRunOptions(&options, &run);
+  AddCheckpointOptions(&options, &checkpoints);
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, &run);
 
-  RequireWritableFolder(output_path);
+  TrainingFolder folder(output_path, checkpoints);
+  if (folder.IsFinished()) return;
   RequireOneFrame({}, output_path, {});
-  const Model model = TrainAndWrite(options, output_path, &run);
+  const Model model = TrainAndWrite(options, &folder, &run);
   WriteLabels(PrepareExport(model, std::filesystem::path(output_path) / "scene.foam"), output_path);
+  folder.Finish();
 }
 
 }  // namespace semfoam

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
+#include "tools/output_lock.h"
 
 #include <set>
 #include <string>
@@ -33,7 +33,7 @@ void RunMeshExporter(int argc, char** argv) {
   RequireValid(pieces);
   const ExportTransform transform = ParseExportTransform(frame);
 
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
   WriteMeshes(scene, output_path, wanted, surface);

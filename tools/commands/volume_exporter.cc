@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
+#include "tools/output_lock.h"
 
 #include <string>
 
@@ -28,7 +28,7 @@ void RunVolumeExporter(int argc, char** argv) {
   RequireValid(pieces);
   const ExportTransform transform = ParseExportTransform(frame);
 
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, {"vdb"});
   volume.source_checksum = ModelChecksum(foam_path);

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/output_lock.h"
+
+#include "foam/error.h"
+#include "foam/output_file.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <glog/logging.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+namespace semfoam {
+
+OutputLock::OutputLock(const std::filesystem::path& folder) {
+  RequireWritableFolder(folder);
+  folder_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder_ >= 0 && ::flock(folder_, LOCK_EX | LOCK_NB) == 0) return;
+  const int error = errno;
+  if (folder_ >= 0) ::close(folder_);
+  folder_ = -1;
+  if (error == EWOULDBLOCK) {
+    throw UserError(folder.string(),
+                    ": another process is writing into this folder; wait for its end, or choose "
+                    "another --output_path.");
+  }
+  LOG(WARNING) << folder.string() << ": cannot be locked (" << std::strerror(error)
+               << "), so nothing keeps a second process from writing into it.";
+}
+
+OutputLock::~OutputLock() {
+  if (folder_ >= 0) ::close(folder_);
+}
+
+}  // namespace semfoam

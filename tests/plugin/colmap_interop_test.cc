@@ -4,9 +4,8 @@
 #include "plugin/colmap_model.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 
+#include "tests/plugin/colmap_program.h"
 #include "tests/plugin/small_model.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -18,22 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// Runs `colmap arguments` and returns its output; fails the test where it fails.
-std::string RunColmap(const TempFolder& temp, const std::string& arguments) {
-  const fs::path log = temp / "colmap.log";
-  const std::string command =
-      "QT_QPA_PLATFORM=offscreen colmap " + arguments + " > '" + log.string() + "' 2>&1";
-  const int status = std::system(command.c_str());
-  const std::string output = ReadFile(log);
-  EXPECT_EQ(status, 0) << command << "\n" << output;
-  return output;
-}
-
 void Convert(const TempFolder& temp, const fs::path& from, const fs::path& to, const char* type) {
-  fs::create_directories(to);
-  RunColmap(temp,
-            "model_converter --input_path '" + from.string() + "' --output_path '" + to.string() +
-                "' --output_type " + type);
+  RunColmap(temp, "model_converter", from, to, std::string("--output_type ") + type);
 }
 
 // COLMAP 3.8 writes in the order of its hash maps: the content is the same, the order is not.

@@ -150,14 +150,16 @@ Jacobian Linearize(const double* k, const Eigen::Vector2d& point) {
   return result;
 }
 
-// The (u, v) that the distortion maps to `target`.
+// Newton's method for the (u, v) that the distortion maps to `target`; empty where it does not
+// converge.
 template <typename Distortion>
-std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d& target) {
+std::optional<Eigen::Vector2d> Solve(const double* k,
+                                     const Eigen::Vector2d& target,
+                                     const Eigen::Vector2d& start) {
   constexpr int kMaxIterations = 100;
   constexpr double kConverged = 1e-13;  // relative step: some digits above rounding
-  Eigen::Vector2d point = target;
-  bool converged = false;
-  for (int i = 0; i < kMaxIterations && !converged; ++i) {
+  Eigen::Vector2d point = start;
+  for (int i = 0; i < kMaxIterations; ++i) {
     const Jacobian j = Linearize<Distortion>(k, point);
     const double determinant = j.Determinant();
     const double ex = j.x.value - target.x();
@@ -170,16 +172,39 @@ std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d&
     const double limit = std::max(0.1 * point.norm(), 0.1);
     if (step.norm() > limit) step *= limit / step.norm();
     point -= step;
-    converged = step.norm() <= kConverged * (1 + point.norm());
+    if (step.norm() <= kConverged * (1 + point.norm())) return point;
   }
-  if (!converged) return std::nullopt;
-  // Between the axis and the root the distortion must neither turn nor fold; where it does, the
-  // lens sees the same pixel in two directions and the root is not the one that was photographed.
+  return std::nullopt;
+}
+
+// Between the axis and the root the distortion must neither turn nor fold; where it does, the lens
+// sees the same pixel in two directions and the root is not the one that was photographed.
+template <typename Distortion>
+bool IsBeforeFold(const double* k, const Eigen::Vector2d& point) {
   constexpr int kSamples = 8;
   for (int i = 1; i <= kSamples; ++i) {
     const Jacobian j = Linearize<Distortion>(k, point * (static_cast<double>(i) / kSamples));
-    if (!(j.Determinant() > 0 && j.Trace() > 0)) return std::nullopt;
+    if (!(j.Determinant() > 0 && j.Trace() > 0)) return false;
   }
+  return true;
+}
+
+// The (u, v) before the first fold that the distortion maps to `target`.
+template <typename Distortion>
+std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d& target) {
+  const auto near_target = Solve<Distortion>(k, target, target);
+  if (near_target && IsBeforeFold<Distortion>(k, *near_target)) return near_target;
+  // A distortion that pushes outwards before it folds may have its fold at `target` or nearer to
+  // the axis, and nothing to find from there. Outwards from the axis the root before it comes
+  // first.
+  constexpr int kSteps = 16;
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();
+  for (int i = 1; i <= kSteps; ++i) {
+    const auto next = Solve<Distortion>(k, target * (static_cast<double>(i) / kSteps), point);
+    if (!next) return std::nullopt;
+    point = *next;
+  }
+  if (!IsBeforeFold<Distortion>(k, point)) return std::nullopt;
   return point;
 }
 

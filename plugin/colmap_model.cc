@@ -4,6 +4,7 @@
 #include "foam/error.h"
 #include "foam/output_file.h"
 #include "plugin/colmap_model_formats.h"
+#include "plugin/rig_poses.h"
 
 #include <cmath>
 #include <fstream>
@@ -169,17 +170,8 @@ void CheckReconstruction(const fs::path& folder,
   for (const Frame& frame : reconstruction.frames.value_or(std::vector<Frame>())) {
     InsertOnce(file("frames"), "frame", frame.id, &frame_ids);
     CheckPose(file("frames"), "frame " + std::to_string(frame.id), frame.rig_from_world);
-    if (reconstruction.rigs && !rig_ids.contains(frame.rig_id)) {
-      throw UserError(file("frames").string(),
-                      ": frame ",
-                      frame.id,
-                      " uses rig ",
-                      frame.rig_id,
-                      ", which ",
-                      file("rigs").filename().string(),
-                      " does not have; are both files of one model?");
-    }
   }
+  CheckRigPoses(reconstruction, file("rigs"), file("frames"), file("images"));
 }
 
 }  // namespace

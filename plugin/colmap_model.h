@@ -44,7 +44,7 @@ struct Image {
   uint32_t id = 0;
   uint32_t camera_id = 0;
   std::string name;     // relative to the image folder, with '/' between folders
-  Pose cam_from_world;  // with rigs: the composed pose, as COLMAP writes it
+  Pose cam_from_world;  // with rigs: what CheckRigPoses has found composed of the frame's
   std::vector<Point2D> points;
 };
 
@@ -112,7 +112,8 @@ std::filesystem::path FindModelFolder(const std::filesystem::path& path);
 // Reads the model in `folder`: binary where both formats are complete, as COLMAP does. Throws
 // UserError, one sentence naming the file, when a file is missing, cut, over-counted, followed by
 // other bytes, or inconsistent: a camera or image that is named but not there, an id or image name
-// that occurs twice, a pose that is not finite or not a rotation, parameters that do not suit the
+// that occurs twice, a pose that is not finite or not a rotation, rigs and frames that do not agree
+// with the images (CheckRigPoses), parameters that do not suit the
 // camera model, an image name that leaves the image folder. No count of a file is trusted: memory
 // is only taken for records that are there.
 Reconstruction ReadReconstruction(const std::filesystem::path& folder);

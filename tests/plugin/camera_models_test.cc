@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "tests/plugin/lenses.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,41 +16,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-Camera MakeCamera(std::string_view model, std::vector<double> params, int width = 640) {
-  Camera camera;
-  camera.id = 7;
-  camera.model_id = FindCameraModel(model)->id;
-  camera.width = width;
-  camera.height = width * 3 / 4;
-  camera.params = std::move(params);
-  return camera;
-}
-
-// Lenses as calibrations find them.
-std::vector<Camera> RealisticCameras() {
-  return {
-      MakeCamera("SIMPLE_PINHOLE", {533.3, 320, 240}),
-      MakeCamera("PINHOLE", {533.3, 540.1, 318.2, 243.7}),
-      MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, -0.08}),
-      MakeCamera("SIMPLE_RADIAL", {533.3, 320, 240, 0.12}),
-      MakeCamera("RADIAL", {533.3, 320, 240, -0.24, 0.09}),
-      MakeCamera("OPENCV", {533.3, 540.1, 318.2, 243.7, -0.28, 0.11, 8e-4, -1.3e-3}),
-      MakeCamera("OPENCV_FISHEYE", {250, 251, 320, 240, 0.05, -0.012, 0.004, -9e-4}),
-      MakeCamera("FULL_OPENCV",
-                 {533.3, 540.1, 318.2, 243.7, 0.3, 0.1, 5e-4, -7e-4, 0.02, 0.55, 0.15, 0.01}),
-      MakeCamera("FOV", {320, 322, 320, 240, 0.92}),
-      MakeCamera("FOV", {533, 533, 320, 240, 1e-7}),
-      MakeCamera("SIMPLE_RADIAL_FISHEYE", {230, 320, 240, 0.03}),
-      MakeCamera("RADIAL_FISHEYE", {230, 320, 240, 0.04, -0.008}),
-      MakeCamera("THIN_PRISM_FISHEYE",
-                 {230, 231, 318, 242, 0.03, -0.006, 4e-4, -6e-4, 1e-3, -1e-4, 8e-4, -5e-4}),
-  };
-}
-
-std::string NameOf(const Camera& camera) {
-  return std::string(FindCameraModel(camera.model_id)->name);
-}
 
 TEST(CameraModels, TheTableIsTheDocumentedOne) {
   const std::vector<std::pair<std::string, int>> documented = {{"SIMPLE_PINHOLE", 3},
@@ -222,6 +188,59 @@ TEST(CameraModels, PixelsBeyondTheFoldHaveNoRay) {
       EXPECT_GE(radius, 0) << distorted;
     }
   }
+}
+
+// The direction at the radius r of a lens's own plane: theta for fisheyes, tan(theta) for others.
+Vector3d DirectionAt(const Camera& camera, double r, double angle) {
+  const bool fisheye = NameOf(camera).find("FISHEYE") != std::string::npos;
+  const double theta = fisheye ? r : std::atan(r);
+  return {std::sin(theta) * std::cos(angle), std::sin(theta) * std::sin(angle), std::cos(theta)};
+}
+
+// Where, going outwards, the picture of the lens begins to run back or to turn over; `reach` where
+// it never does. By differences of Project alone.
+double FoldOf(const Camera& camera, double angle, double reach) {
+  constexpr double kStep = 1e-3;
+  const auto pixel = [&](double r, double a) {
+    return *Project(camera, DirectionAt(camera, r, a));
+  };
+  for (double r = kStep; r < reach; r += kStep) {
+    const Vector2d outwards = pixel(r + kStep / 8, angle) - pixel(r - kStep / 8, angle);
+    const Vector2d around = pixel(r, angle + kStep / 8) - pixel(r, angle - kStep / 8);
+    if (outwards.x() * around.y() - outwards.y() * around.x() <= 0) return r;
+  }
+  return reach;
+}
+
+// Neither too many pixels nor too few have a ray: what lies before the fold is found again, what
+// lies behind it never is.
+TEST(CameraModels, RaysAreThoseBeforeTheFold) {
+  constexpr double kReach = 1.5;
+  int folds = 0;
+  int behind = 0;
+  std::vector<Camera> cameras = RealisticCameras();
+  for (const Camera& camera : WildCameras()) cameras.push_back(camera);
+  for (const Camera& camera : cameras) {
+    SCOPED_TRACE(NameOf(camera) + " " + testing::PrintToString(camera.params));
+    for (int k = 0; k < 24; ++k) {
+      const double angle = 0.1 + k * std::numbers::pi / 12;
+      const double fold = FoldOf(camera, angle, kReach);
+      folds += fold < kReach;
+      for (double r = 0.01; r < kReach; r += 0.01) {
+        const Vector3d direction = DirectionAt(camera, r, angle);
+        const auto ray = Unproject(camera, *Project(camera, direction));
+        if (r < 0.97 * fold) {
+          ASSERT_TRUE(ray) << r << " " << angle << " " << fold;
+          EXPECT_LT((*ray - direction).norm(), 1e-6) << r << " " << angle << " " << fold;
+        } else if (r > 1.03 * fold) {
+          ++behind;
+          EXPECT_FALSE(ray && (*ray - direction).norm() < 1e-3) << r << " " << angle << " " << fold;
+        }
+      }
+    }
+  }
+  EXPECT_GT(folds, 100);
+  EXPECT_GT(behind, 1000);
 }
 
 TEST(CameraModels, WildParametersGiveNoRayRatherThanANonsenseOne) {

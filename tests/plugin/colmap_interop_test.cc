@@ -4,9 +4,9 @@
 #include "plugin/colmap_model.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 
+#include "tests/plugin/colmap_program.h"
+#include "tests/plugin/reprojection.h"
 #include "tests/plugin/small_model.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -18,22 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// Runs `colmap arguments` and returns its output; fails the test where it fails.
-std::string RunColmap(const TempFolder& temp, const std::string& arguments) {
-  const fs::path log = temp / "colmap.log";
-  const std::string command =
-      "QT_QPA_PLATFORM=offscreen colmap " + arguments + " > '" + log.string() + "' 2>&1";
-  const int status = std::system(command.c_str());
-  const std::string output = ReadFile(log);
-  EXPECT_EQ(status, 0) << command << "\n" << output;
-  return output;
-}
-
 void Convert(const TempFolder& temp, const fs::path& from, const fs::path& to, const char* type) {
-  fs::create_directories(to);
-  RunColmap(temp,
-            "model_converter --input_path '" + from.string() + "' --output_path '" + to.string() +
-                "' --output_type " + type);
+  RunColmap(temp, "model_converter", from, to, std::string("--output_type ") + type);
 }
 
 // COLMAP 3.8 writes in the order of its hash maps: the content is the same, the order is not.
@@ -117,29 +103,11 @@ TEST(ColmapInterop, ColmapAcceptsTheRealModelAsText) {
 TEST(ColmapInterop, OurProjectionReproducesColmapsErrors) {
   const Reconstruction model =
       ReadReconstruction(fs::path(SEMFOAM_TEST_DATA) / "tabletop/sparse/0");
-  int points = 0;
   double stored = 0;
-  double ours = 0;
-  for (const Point3D& point : model.points) {
-    double sum = 0;
-    for (const TrackElement& element : point.track) {
-      const auto image = std::find_if(model.images.begin(),
-                                      model.images.end(),
-                                      [&](const Image& i) { return i.id == element.image_id; });
-      ASSERT_NE(image, model.images.end());
-      const Pose& pose = image->cam_from_world;
-      const auto pixel =
-          Project(model.cameras[0], pose.UnitRotation() * point.position + pose.translation);
-      ASSERT_TRUE(pixel);
-      const Point2D& seen = image->points[element.point2d_index];
-      sum += (*pixel - Eigen::Vector2d(seen.x, seen.y)).norm();
-    }
-    ours += sum / static_cast<double>(point.track.size());
-    stored += point.error;
-    ++points;
-  }
-  EXPECT_NEAR(2 * ours / points, stored / points, 0.001);
-  EXPECT_LT(ours / points, 1);
+  for (const Point3D& point : model.points) stored += point.error;
+  const double ours = MeanReprojectionError(model);
+  EXPECT_NEAR(2 * ours, stored / static_cast<double>(model.points.size()), 0.001);
+  EXPECT_LT(ours, 1);
 }
 
 }  // namespace

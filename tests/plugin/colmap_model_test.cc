@@ -96,7 +96,7 @@ TEST_P(ColmapModel, ReadsWhatWasWritten) {
     EXPECT_EQ(read.rigs.has_value(), GetParam());
     EXPECT_EQ(read.frames.has_value(), GetParam());
     if (!GetParam()) continue;
-    EXPECT_EQ((*read.rigs)[0].others[0].sensor_from_rig->translation.x(), 0.1);
+    EXPECT_EQ((*read.rigs)[0].others[0].sensor_from_rig->translation.x(), 1.0 / 3);
     EXPECT_FALSE((*read.rigs)[0].others[1].sensor_from_rig);
     EXPECT_EQ((*read.rigs)[0].others[1].sensor.type, SensorType::kImu);
     EXPECT_FALSE((*read.rigs)[2].reference);
@@ -256,7 +256,7 @@ TEST(ColmapModelFiles, DamagedValuesAreNamed) {
       {"images", "1 1 0 0 0 0 0 0 1 a.jpg\n1 2 3\n2 1 0 0 0 0 0 0 1 b.jpg\n\n"},
       {"points3D", "3 1 2 3 10 20 30 0.5 1 0\n"},
       {"rigs", "1 1 CAMERA 1\n"},
-      {"frames", "1 1 1 0 0 0 0 0 0 1 CAMERA 1 1\n"}};
+      {"frames", "1 1 1 0 0 0 0 0 0 1 CAMERA 1 1\n2 1 1 0 0 0 0 0 0 1 CAMERA 1 2\n"}};
   struct Case {
     std::string stem, text, message;
   };

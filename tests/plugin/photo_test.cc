@@ -95,13 +95,7 @@ TEST(Photo, GreyAlphaAndSixteenBitsBecomeDisplayValues) {
 
 TEST(Photo, StoredPixelsStayWhateverExifSays) {
   TempFolder temp;
-  const std::string jpeg = ReadFile(kPhoto);
-  // An APP1 segment right after the start: TIFF header, one entry, Orientation = 6 (turn right).
-  std::string exif("Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0",
-                   32);
-  const std::string segment =
-      std::string("\xff\xe1\0", 3) + static_cast<char>(exif.size() + 2) + exif;
-  WriteFile(temp / "turned.jpg", jpeg.substr(0, 2) + segment + jpeg.substr(2));
+  WriteFile(temp / "turned.jpg", Turned(ReadFile(kPhoto)));
   const Image8 turned = ReadPhoto(temp / "turned.jpg");
   EXPECT_EQ(turned.width, 320);
   EXPECT_EQ(turned.data, ReadPhoto(kPhoto).data);

@@ -63,7 +63,8 @@ inline Reconstruction SmallModel(bool with_rigs) {
     Rig stereo;
     stereo.id = 12;
     stereo.reference = Sensor{SensorType::kCamera, 4'000'000'000u};
-    stereo.others = {{{SensorType::kCamera, 3}, Pose{a.cam_from_world.rotation, {0.1, 0, 0}}},
+    // Image 5 is where the rig is, and 77 where its camera is on it.
+    stereo.others = {{{SensorType::kCamera, 3}, a.cam_from_world},
                      {{SensorType::kImu, 1}, std::nullopt}};
     Rig single;
     single.id = 1;

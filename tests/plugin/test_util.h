@@ -39,6 +39,16 @@ inline std::string UserErrorOf(const std::function<void()>& call) {
   return "";
 }
 
+// A JPEG whose EXIF says that it is to be turned right to be looked at.
+inline std::string Turned(const std::string& jpeg) {
+  // An APP1 segment right after the start: TIFF header, one entry, Orientation = 6.
+  const std::string exif(
+      "Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0", 32);
+  const std::string segment =
+      std::string("\xff\xe1\0", 3) + static_cast<char>(exif.size() + 2) + exif;
+  return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
 // Writes rows of packed PNG samples, as libpng takes them.
 inline void WritePng(const std::filesystem::path& path,
                      int width,

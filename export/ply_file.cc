@@ -2,12 +2,12 @@
 #include "export/ply_file.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -94,12 +94,7 @@ std::vector<std::string> HeaderLines(const fs::path& path, const std::string& by
 }  // namespace
 
 PlyFile::PlyFile(const fs::path& path) : path_(path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || fs::is_directory(path)) {
-    throw UserError(path.string(), ": there is no such file, or it cannot be read.");
-  }
-  bytes_.assign(std::istreambuf_iterator<char>(file), {});
-  if (file.bad()) throw UserError(path.string(), ": cannot be read to its end.");
+  bytes_ = ReadFileBytes(path, "a PLY file");
 
   size_t at = 0;
   const auto damaged = [&](const std::string& line) {

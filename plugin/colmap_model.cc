@@ -2,12 +2,11 @@
 #include "plugin/colmap_model.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "foam/output_file.h"
 #include "plugin/colmap_model_formats.h"
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <unordered_set>
 
 namespace semfoam {
@@ -24,16 +23,6 @@ bool HasModel(const fs::path& folder, ModelFormat format) {
     if (!fs::is_regular_file(folder / (std::string(stem) + Extension(format)))) return false;
   }
   return true;
-}
-
-std::string ReadBytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  if (file && file.peek() != std::ifstream::traits_type::eof()) bytes << file.rdbuf();
-  if (!file && !file.eof()) {
-    throw UserError(path.string(), ": cannot be read; does it exist, and may you read it?");
-  }
-  return std::move(bytes).str();
 }
 
 void CheckPose(const fs::path& path, const std::string& what, const Pose& pose) {
@@ -212,7 +201,8 @@ ModelFormat FindModelFormat(const fs::path& folder) {
       if (!fs::exists(folder / (std::string(present) + Extension(format)))) continue;
       for (const char* missing : {"cameras", "images", "points3D"}) {
         const fs::path file = folder / (std::string(missing) + Extension(format));
-        if (fs::is_regular_file(file)) continue;
+        if (fs::exists(file)) RequireRegularFile(file, "a COLMAP model's file");
+        if (fs::exists(file)) continue;
         throw UserError(file.string(),
                         ": is missing, while ",
                         present,
@@ -231,7 +221,7 @@ Reconstruction ReadReconstruction(const fs::path& folder) {
   const bool binary = format == ModelFormat::kBinary;
   const auto read = [&](const char* stem, auto parse_binary, auto parse_text) {
     const fs::path path = folder / (std::string(stem) + Extension(format));
-    const std::string bytes = ReadBytes(path);
+    const std::string bytes = ReadFileBytes(path, "a COLMAP model's file");
     return binary ? parse_binary(path, bytes) : parse_text(path, bytes);
   };
   const auto exists = [&](const char* stem) {

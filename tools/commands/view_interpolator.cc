@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
+#include "foam/input_file.h"
+#include "foam/json_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
 #include "foam/view_renderer.h"
@@ -14,7 +16,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -74,13 +75,12 @@ void WriteFilm(const Model& model,
 
 // {frame's file, photo} of the frames that are photos.
 std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& path) {
-  std::ifstream file(path);
-  const auto json = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  const nlohmann::json json = ReadJsonFile(path);
   const auto is_text = [](const nlohmann::json& value, const char* key) {
     return value.contains(key) && value[key].is_string();
   };
-  if (!json.is_object() || json.value("version", 0) != 1 || !json.contains("frames") ||
-      !json["frames"].is_array()) {
+  if (!json.is_object() || !json.contains("version") || json["version"] != 1 ||
+      !json.contains("frames") || !json["frames"].is_array()) {
     throw UserError(path.string(), ": is no manifest that view_interpolator wrote.");
   }
   std::vector<std::pair<std::string, std::string>> photos;
@@ -110,10 +110,7 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
 }
 
 void CopyFile(const fs::path& from, const fs::path& to) {
-  std::ifstream in(from, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(in), {});
-  if (!in.is_open() || in.bad()) throw UserError(from.string(), ": cannot be read.");
-  WriteTextFile(to, bytes);
+  WriteTextFile(to, ReadFileBytes(from, "a mask or pred.json"));
 }
 
 // Brings the tracker's masks of the frames that are photos to the photos' names.

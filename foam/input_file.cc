@@ -35,7 +35,7 @@ void CheckMode(const fs::path& path, const std::string& what, mode_t mode) {
                      : S_ISFIFO(mode) ? "a pipe"
                      : S_ISSOCK(mode) ? "a socket"
                                       : "a device";
-  throw UserError(path.string(), ": is ", kind, ", where ", what, " should be, in a file.");
+  throw UserError(path.string(), ": is ", kind, ", where ", what, " should be.");
 }
 
 // Closes at the end of its scope.
@@ -52,6 +52,7 @@ void RequireRegularFile(const fs::path& path, const std::string& what) {
   struct stat status;
   if (::stat(path.c_str(), &status) != 0) FailUnreadable(path, what, errno);
   CheckMode(path, what, status.st_mode);
+  if (::faccessat(AT_FDCWD, path.c_str(), R_OK, AT_EACCESS) != 0) FailUnreadable(path, what, errno);
 }
 
 std::string ReadFileBytes(const fs::path& path, const std::string& what) {

@@ -7,9 +7,9 @@
 
 namespace semfoam {
 
-// Throws UserError, one sentence, unless `path` is a regular file (or a link to one): a folder, a
-// pipe that would block for ever and a device that never ends are no input. `what` says what it
-// should be, with its article: "a COLMAP model's file".
+// Throws UserError, one sentence, unless `path` is a regular file (or a link to one) that may be
+// read: a folder, a pipe that would block for ever and a device that never ends are no input.
+// `what` says what it should be, with its article: "a COLMAP model's file".
 void RequireRegularFile(const std::filesystem::path& path, const std::string& what);
 
 // All bytes of a regular file, and as much memory as it has bytes. Throws UserError, one sentence

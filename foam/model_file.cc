@@ -325,7 +325,12 @@ Model ReadModel(const std::filesystem::path& path) {
     ParseHeader(header, &model);
     ReadArrays(bytes, kPreambleBytes + header_bytes, header, &model);
   } catch (const Json::exception& error) {
-    throw UserError(file, ": its header is damaged (", error.what(), "); train it again.");
+    // Behind the library's name for the fault.
+    const std::string reason = error.what();
+    throw UserError(file,
+                    ": its header is damaged (",
+                    reason.substr(reason.find("] ") + 2),
+                    "); train it again.");
   } catch (const std::string& reason) {
     throw UserError(file, ": it is damaged (", reason, "); train it again.");
   }

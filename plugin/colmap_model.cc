@@ -78,14 +78,15 @@ void CheckCamera(const fs::path& path, const Camera& camera) {
 // Names become paths below the image folder and below output folders: they must stay there.
 void CheckName(const fs::path& path, const Image& image) {
   const fs::path name(image.name);
-  bool stays = !image.name.empty() && !name.is_absolute() && name.has_filename();
+  bool stays = !image.name.empty() && !name.is_absolute() && name.has_filename() &&
+               image.name.find('\0') == std::string::npos;
   for (const fs::path& part : name) stays = stays && part != "..";
   if (stays) return;
   throw UserError(path.string(),
                   ": image ",
                   image.id,
                   " has the name \"",
-                  image.name,
+                  Shortened(image.name),
                   "\", where a file's path within the image folder would be right.");
 }
 
@@ -114,8 +115,8 @@ void CheckReconstruction(const fs::path& folder,
   std::unordered_set<std::string> names;
   for (const Image& image : reconstruction.images) {
     InsertOnce(file("images"), "image", image.id, &image_ids);
-    InsertOnce(file("images"), "the image name", image.name, &names);
     CheckName(file("images"), image);
+    InsertOnce(file("images"), "the image name", image.name, &names);
     CheckPose(file("images"), "image " + std::to_string(image.id), image.cam_from_world);
     if (!camera_ids.contains(image.camera_id)) {
       throw UserError(file("images").string(),

@@ -94,9 +94,7 @@ void OpenPng(const fs::path& path, Decoder* decoder) {
   Decoder& d = *decoder;
   RequireRegularFile(path, "a mask");
   d.file = std::fopen(path.c_str(), "rb");
-  if (d.file == nullptr) {
-    throw UserError(path.string(), ": cannot be read, where a mask should be; may you read it?");
-  }
+  if (d.file == nullptr) throw UserError(path.string(), ": cannot be read; is it still there?");
   png_byte signature[8];
   if (std::fread(signature, 1, 8, d.file) != 8 || png_sig_cmp(signature, 0, 8) != 0) {
     throw UserError(path.string(), ": is no PNG file, where a mask of object ids should be.");

@@ -187,6 +187,11 @@ std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
 }
 
 std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::string& path) const {
+  if (path.empty()) {
+    throw UserError(
+        "Failed to parse options - the argument ('') for option '--project_path' is invalid; it "
+        "takes an .ini file.");
+  }
   const std::string bytes = ReadFileBytes(path, "an .ini file for --project_path");
   std::istringstream file{std::string(WithoutByteOrderMark(bytes))};
   std::map<std::string, std::string> values;

@@ -200,7 +200,10 @@ int ReadWhole(const Json& json, const char* key, int high, int otherwise, const 
 void RequireKnown(const Json& json, const std::set<std::string>& keys, const fs::path& path) {
   for (const auto& [key, value] : json.items()) {
     if (keys.contains(key)) continue;
-    throw UserError(path.string(), ": has '", Shortened(key), "', which no trajectory has.");
+    std::string known;
+    for (const std::string& one : keys) known += (known.empty() ? "" : ", ") + one;
+    throw UserError(
+        path.string(), ": has '", Shortened(key), "', where only ", known, " would be right.");
   }
 }
 
@@ -219,7 +222,10 @@ std::vector<Keyframe> ReadKeyframes(const Json& json, const Model& model, const 
   for (const Json& one : json["keyframes"]) {
     const std::string name = "keyframe " + std::to_string(keyframes.size());
     if (!one.is_object() || !one.contains("position") || !one.contains("look_at")) {
-      throw UserError(path.string(), ": ", name, " lacks its position or look_at.");
+      throw UserError(path.string(),
+                      ": ",
+                      name,
+                      " lacks its position or look_at; both, as [x, y, z], would be right.");
     }
     RequireKnown(one, {"position", "look_at", "up"}, path);
     Keyframe keyframe;
@@ -229,13 +235,19 @@ std::vector<Keyframe> ReadKeyframes(const Json& json, const Model& model, const 
       keyframe.up = ReadVector(one["up"], name + "'s up", path);
     } else if (model.photos.empty()) {
       throw UserError(
-          path.string(), ": ", name, " has no up, and the foam has no photos that tell it.");
+          path.string(),
+          ": ",
+          name,
+          " has no up, which the foam has no photos to tell; \"up\": [x, y, z] would be right.");
     } else {
       keyframe.up = UpOf(model.photos);
     }
     if (keyframe.up.norm() == 0 || keyframe.look_at == keyframe.position) {
       throw UserError(
-          path.string(), ": ", name, " looks at where it is, or has an up of no length.");
+          path.string(),
+          ": ",
+          name,
+          " looks at where it is, or has an up of no length; other values would be right.");
     }
     keyframe.up.normalize();
     keyframes.push_back(keyframe);
@@ -333,8 +345,10 @@ Trajectory ReadTrajectory(const fs::path& path,
   Trajectory trajectory;
   const bool has_camera = json.contains("width") && json.contains("height") && json.contains("fov");
   if (!has_camera && model.photos.empty()) {
-    throw UserError(path.string(),
-                    ": lacks width, height or fov, and the foam has no photos that tell them.");
+    throw UserError(
+        path.string(),
+        ": lacks width, height or fov, which the foam has no photos to tell; all three would "
+        "be right.");
   }
   Camera like = has_camera ? Pinhole(1, 1, 1) : CameraLike(model.photos.front(), path, 0);
   const int width = ReadWhole(json, "width", kMaxWidth, static_cast<int>(like.width), path);

@@ -81,16 +81,20 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
   };
   if (!json.is_object() || !json.contains("version") || json["version"] != 1 ||
       !json.contains("frames") || !json["frames"].is_array()) {
-    throw UserError(path.string(), ": is no manifest that view_interpolator wrote.");
+    throw UserError(
+        path.string(),
+        ": is no manifest that view_interpolator wrote; the manifest.json beside its frames "
+        "would be right.");
   }
   std::vector<std::pair<std::string, std::string>> photos;
   for (const auto& frame : json["frames"]) {
     if (!frame.is_object() || !is_text(frame, "file")) {
-      throw UserError(path.string(), ": has a frame without its file.");
+      throw UserError(path.string(),
+                      ": has a frame without its file, such as \"000000.png\"; is it damaged?");
     }
     if (!frame.contains("photo")) continue;
     if (!is_text(frame, "photo")) {
-      throw UserError(path.string(), ": has a photo whose name is no text.");
+      throw UserError(path.string(), ": has a photo whose name is no text; is it damaged?");
     }
     const fs::path photo = frame["photo"].get<std::string>();
     // It becomes a path of ours.
@@ -101,8 +105,8 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
     if (leaves || name != name.filename()) {
       throw UserError(path.string(),
                       ": names a file outside of its folder, ",
-                      leaves ? photo.string() : name.string(),
-                      ".");
+                      Shortened(leaves ? photo.string() : name.string()),
+                      "; a name as view_interpolator wrote it would be right.");
     }
     photos.emplace_back(name.string(), photo.string());
   }

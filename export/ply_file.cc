@@ -2,12 +2,12 @@
 #include "export/ply_file.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -72,7 +72,9 @@ double LoadAs(std::string_view type, const char* bytes) {
 // The header's lines without their ends, and where the data begins.
 std::vector<std::string> HeaderLines(const fs::path& path, const std::string& bytes, size_t* data) {
   if (bytes.rfind("ply\n", 0) != 0 && bytes.rfind("ply\r\n", 0) != 0) {
-    throw UserError(path.string(), ": is no PLY file: it does not begin with 'ply'.");
+    throw UserError(
+        path.string(),
+        ": is no PLY file: it does not begin with 'ply'; a binary PLY of points would be right.");
   }
   std::vector<std::string> lines;
   size_t at = 0;
@@ -88,23 +90,22 @@ std::vector<std::string> HeaderLines(const fs::path& path, const std::string& by
     }
     lines.push_back(line);
   }
-  throw UserError(path.string(), ": is no whole PLY file: its header has no end_header.");
+  throw UserError(path.string(),
+                  ": is no whole PLY file: its header has no end_header; is the copy complete?");
 }
 
 }  // namespace
 
 PlyFile::PlyFile(const fs::path& path) : path_(path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || fs::is_directory(path)) {
-    throw UserError(path.string(), ": there is no such file, or it cannot be read.");
-  }
-  bytes_.assign(std::istreambuf_iterator<char>(file), {});
-  if (file.bad()) throw UserError(path.string(), ": cannot be read to its end.");
+  bytes_ = ReadFileBytes(path, "a PLY file");
 
   size_t at = 0;
   const auto damaged = [&](const std::string& line) {
     return UserError(
-        path.string(), ": has a line in its header that is not understood: '", line, "'.");
+        path.string(),
+        ": has a line in its header that is not understood, '",
+        Shortened(line),
+        "'; 'element NAME COUNT', 'property TYPE NAME', each name once, would be right.");
   };
   for (const std::string& line : HeaderLines(path, bytes_, &at)) {
     std::istringstream words(line);
@@ -119,7 +120,7 @@ PlyFile::PlyFile(const fs::path& path) : path_(path) {
       if (encoding == "binary_little_endian") continue;
       throw UserError(path.string(),
                       ": is a PLY of format ",
-                      encoding,
+                      Shortened(encoding),
                       "; binary_little_endian is what can be read.");
     }
     std::string name;
@@ -142,7 +143,7 @@ PlyFile::PlyFile(const fs::path& path) : path_(path) {
     if (type == "list") {
       throw UserError(path.string(),
                       ": has lists (",
-                      line,
+                      Shortened(line),
                       "); a file of points, not of faces, would be right.");
     }
     const size_t size = BytesOf(type);
@@ -171,8 +172,10 @@ PlyFile::PlyFile(const fs::path& path) : path_(path) {
     at += element.stride * element.count;
   }
   if (at != bytes_.size()) {
-    throw UserError(
-        path.string(), ": has ", bytes_.size() - at, " bytes more than its header says.");
+    throw UserError(path.string(),
+                    ": has ",
+                    bytes_.size() - at,
+                    " bytes more than its header says; is it damaged?");
   }
 }
 
@@ -202,7 +205,12 @@ std::vector<double> PlyFile::Values(const std::string& element, const std::strin
   const Element* found = Find(element);
   const auto known = [&](const Property& p) { return p.name == property; };
   if (found == nullptr || std::none_of(found->properties.begin(), found->properties.end(), known)) {
-    throw UserError(path_.string(), ": has no property ", property, " of ", element, ".");
+    throw UserError(path_.string(),
+                    ": has no property ",
+                    property,
+                    " of ",
+                    element,
+                    ", which should be there; is it of another program?");
   }
   const Property& column = *std::find_if(found->properties.begin(), found->properties.end(), known);
   std::vector<double> values;

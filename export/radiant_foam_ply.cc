@@ -69,7 +69,8 @@ void CheckAdjacency(const PlyFile& ply) {
   double last = 0;
   for (const double end : ply.Values("vertex", "adjacency_offset")) {
     if (end < last) {
-      throw UserError(ply.path().string(), ": has adjacency_offsets that do not ascend.");
+      throw UserError(ply.path().string(),
+                      ": has adjacency_offsets that do not ascend; is it damaged?");
     }
     last = end;
   }
@@ -79,7 +80,7 @@ void CheckAdjacency(const PlyFile& ply) {
                     ply.Count("adjacency"),
                     " neighbours, while the last adjacency_offset is ",
                     static_cast<uint64_t>(last),
-                    ".");
+                    "; both would be the same; is it damaged?");
   }
   if (last == 0) return;
   for (const double neighbor : ply.Values("adjacency", "adjacency")) {
@@ -89,7 +90,7 @@ void CheckAdjacency(const PlyFile& ply) {
                       static_cast<uint64_t>(neighbor),
                       " of ",
                       ply.Count("vertex"),
-                      " sites.");
+                      " sites, of which the first is 0; is it damaged?");
     }
   }
 }
@@ -166,7 +167,9 @@ void WriteRadiantFoamPly(const fs::path& path, const Model& model, const Exporta
 Model ReadRadiantFoamPly(const fs::path& path) {
   const PlyFile ply(path);
   const size_t num_sites = ply.Count("vertex");
-  if (num_sites == 0) throw UserError(path.string(), ": has no sites.");
+  if (num_sites == 0)
+    throw UserError(path.string(),
+                    ": has no sites; an element vertex with one at least would be right.");
   Model model;
   Foam& foam = model.foam;
   foam.sh_degree = DegreeOf(ply);
@@ -179,7 +182,8 @@ Model ReadRadiantFoamPly(const fs::path& path) {
   }
   for (size_t i = 0; i < num_sites; ++i) {
     if (sites[i].allFinite()) continue;
-    throw UserError(path.string(), ": site ", i, " has a position that is not finite.");
+    throw UserError(
+        path.string(), ": site ", i, " has a position that is not finite; is it damaged?");
   }
   const Similarity frame = FrameOfSites(sites);
   model.world_from_normalized = frame;
@@ -210,7 +214,8 @@ Model ReadRadiantFoamPly(const fs::path& path) {
     foam.raw_density.push_back(raw);
     for (const std::vector<double>& coefficient : sh) {
       if (!std::isfinite(coefficient[i])) {
-        throw UserError(path.string(), ": site ", i, " has a colour that is not finite.");
+        throw UserError(
+            path.string(), ": site ", i, " has a colour that is not finite; is it damaged?");
       }
       foam.sh.push_back(static_cast<float>(coefficient[i]));
     }

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <bit>
+#include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
+#include <set>
 #include <span>
+#include <string_view>
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
 
 #define XXH_INLINE_ALL
 #include "foam/error.h"
+#include "foam/input_file.h"
+#include "foam/json_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
 
@@ -28,6 +32,8 @@ constexpr uint32_t kVersion = 1;
 constexpr size_t kPreambleBytes = 24;  // magic, version, reserved, header length
 constexpr size_t kAlignment = 64;
 constexpr size_t kHashBytes = 8;
+constexpr int kMaxClasses = 65536;
+constexpr int kMaxPhotoSide = 1'000'000;
 
 size_t AlignUp(size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
 
@@ -114,23 +120,33 @@ T Read(const std::string& bytes, size_t offset) {
   return value;
 }
 
+// A whole number of the header: get<int>() would make one of 1e300, and of 2^32 as well.
+template <typename T>
+T Whole(const Json& json, const std::string& key, int64_t low, int64_t high) {
+  const auto number = JsonInteger(json.at(key), low, high);
+  if (number.has_value()) return static_cast<T>(*number);
+  throw "its '" + key + "' is not " + std::to_string(low) + " to " + std::to_string(high);
+}
+
 Eigen::Vector3d VectorFromJson(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+Json ParseHeaderText(const std::filesystem::path& path, std::string_view text) {
+  try {
+    return ParseJson(path, text);
+  } catch (const UserError&) {  // it speaks of a JSON file, which this is not
+    throw std::string("its header is not as it was written");
+  }
 }
 
 // Fills everything but the arrays. Throws Json::exception or std::string (what is wrong) where the
 // header is not as Header() writes it.
 void ParseHeader(const Json& header, Model* model) {
   Foam& foam = model->foam;
-  foam.sh_degree = header.at("sh_degree").get<int>();
-  foam.num_classes = header.at("classes").get<int>();
-  if (foam.sh_degree < 0 || foam.sh_degree > 3) throw std::string("its SH degree is not 0 to 3");
-  if (foam.num_classes < 0 || foam.num_classes > 65536) {
-    throw std::string("its number of classes is not 0 to 65536");
-  }
-  if (header.at("identity_dimension").get<int>() != kIdentityDim) {
-    throw std::string("its identity features have another length than 16");
-  }
+  foam.sh_degree = Whole<int>(header, "sh_degree", 0, 3);
+  foam.num_classes = Whole<int>(header, "classes", 0, kMaxClasses);
+  Whole<int>(header, "identity_dimension", kIdentityDim, kIdentityDim);
   const Json& similarity = header.at("world_from_normalized");
   model->world_from_normalized.scale = similarity.at("scale").get<double>();
   model->world_from_normalized.translation = VectorFromJson(similarity.at("translation"));
@@ -138,12 +154,15 @@ void ParseHeader(const Json& header, Model* model) {
       !std::isfinite(model->world_from_normalized.scale)) {
     throw std::string("its scale is not positive");
   }
+  std::set<int32_t> ids;
   for (const Json& entry : header.at("labels")) {
     Label& label = model->labels.emplace_back();
-    label.id = entry.at("id").get<int32_t>();
-    label.source_id = entry.at("source_id").get<uint32_t>();
+    label.id = Whole<int32_t>(entry, "id", 0, kMaxClasses - 1);
+    label.source_id = Whole<uint32_t>(entry, "source_id", 0, std::numeric_limits<uint32_t>::max());
     label.name = entry.at("name").get<std::string>();
-    if (label.id < 0 || label.id > 65535) throw std::string("a label id is not 0 to 65535");
+    if (!ids.insert(label.id).second) {
+      throw "it has two labels of id " + std::to_string(label.id);
+    }
   }
   if (model->labels.size() != static_cast<size_t>(foam.num_classes)) {
     throw std::string("its label table has another length than its classifier");
@@ -152,32 +171,37 @@ void ParseHeader(const Json& header, Model* model) {
     PhotoRecord& photo = model->photos.emplace_back();
     photo.name = entry.at("name").get<std::string>();
     photo.camera_model = entry.at("camera_model").get<std::string>();
-    photo.width = entry.at("width").get<int>();
-    photo.height = entry.at("height").get<int>();
+    photo.width = Whole<int>(entry, "width", 1, kMaxPhotoSide);
+    photo.height = Whole<int>(entry, "height", 1, kMaxPhotoSide);
     photo.camera_params = entry.at("camera_params").get<std::vector<double>>();
     const Json& q = entry.at("cam_from_world_rotation_wxyz");
     photo.cam_from_world_rotation = Eigen::Quaterniond(
         q.at(0).get<double>(), q.at(1).get<double>(), q.at(2).get<double>(), q.at(3).get<double>());
+    if (!(std::abs(photo.cam_from_world_rotation.norm() - 1) < 1e-3)) {
+      throw "the rotation of photo '" + Shortened(photo.name) + "' has another length than 1";
+    }
     photo.cam_from_world_translation = VectorFromJson(entry.at("cam_from_world_translation"));
     photo.held_out = entry.at("held_out").get<bool>();
   }
   model->options = header.at("options").get<std::map<std::string, std::string>>();
 }
 
-// Copies one array of the file to `out`, whose length the header has set; the table must agree with
-// it and lie in the file.
+// Copies one array of the file to `out`, whose length the header has set; the table, whose offsets
+// count from `base`, must agree with it and lie in the file.
 void ReadArray(const std::string& bytes,
+               size_t base,
                const Json& table,
                const std::string& name,
                size_t num_values,
                float* out) {
   const Json& entry = table.at(name);
-  const size_t offset = entry.at("offset").get<size_t>();
+  const auto file_size = static_cast<int64_t>(bytes.size());
+  const auto offset = base + Whole<size_t>(entry, "offset", 0, file_size);
   size_t in_file = 1;
   for (const Json& extent : entry.at("shape")) {
-    const size_t length = extent.get<size_t>();
-    if (length > bytes.size()) throw "array '" + name + "' is larger than the file";
-    in_file *= length;
+    const auto length = JsonInteger(extent, 0, file_size);
+    if (!length) throw "array '" + name + "' is larger than the file";
+    in_file *= static_cast<size_t>(*length);
     if (in_file > bytes.size()) throw "array '" + name + "' is larger than the file";
   }
   if (entry.at("type") != "float32" || in_file != num_values) {
@@ -193,22 +217,20 @@ void ReadArray(const std::string& bytes,
   }
 }
 
-void ReadArrays(const std::string& bytes, const Json& header, Model* model) {
+void ReadArrays(const std::string& bytes, size_t base, const Json& header, Model* model) {
   const Json& table = header.at("arrays");
   // Bounded before anything is allocated: every site has at least its 12 bytes of position in the
   // file.
-  const size_t n = header.at("sites").get<size_t>();
-  if (n > bytes.size() / sizeof(Eigen::Vector3f)) {
-    throw std::string("it claims more sites than the file can hold");
-  }
+  const auto most = static_cast<int64_t>(bytes.size() / sizeof(Eigen::Vector3f));
+  const auto n = Whole<size_t>(header, "sites", 0, most);
   const auto read = [&](const std::string& name, size_t length, auto* out) {
     if (length > bytes.size() / sizeof(float)) throw "array '" + name + "' is larger than the file";
     out->resize(length);
-    ReadArray(bytes, table, name, length, out->data());
+    ReadArray(bytes, base, table, name, length, out->data());
   };
   const auto read_vectors = [&](const std::string& name, std::vector<Eigen::Vector3f>* out) {
     out->resize(n);
-    ReadArray(bytes, table, name, 3 * n, reinterpret_cast<float*>(out->data()));
+    ReadArray(bytes, base, table, name, 3 * n, reinterpret_cast<float*>(out->data()));
   };
   Foam& foam = model->foam;
   read_vectors("positions", &foam.positions);
@@ -274,12 +296,7 @@ void WriteModel(const std::filesystem::path& path, const Model& model) {
 
 Model ReadModel(const std::filesystem::path& path) {
   const std::string file = path.string();
-  if (!std::filesystem::is_regular_file(path)) {
-    throw UserError(file, ": there is no such file; foam_trainer writes one named scene.foam.");
-  }
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!in.good() && !in.eof()) throw UserError(file, ": cannot be read.");
+  const std::string bytes = ReadFileBytes(path, "a foam model such as foam_trainer's scene.foam");
   if (bytes.size() < kPreambleBytes + kHashBytes ||
       std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     throw UserError(file, ": this is not a foam model; foam_trainer writes one named scene.foam.");
@@ -303,18 +320,17 @@ Model ReadModel(const std::filesystem::path& path) {
   }
   Model model;
   try {
-    Json header =
-        Json::parse(bytes.begin() + kPreambleBytes, bytes.begin() + kPreambleBytes + header_bytes);
-    const size_t base = kPreambleBytes + header_bytes;
-    for (auto& [name, entry] : header.at("arrays").items()) {
-      const size_t offset = entry.at("offset").get<size_t>();
-      if (offset > bytes.size()) throw "array '" + name + "' reaches beyond the end of the file";
-      entry["offset"] = base + offset;
-    }
+    const Json header =
+        ParseHeaderText(path, std::string_view(bytes).substr(kPreambleBytes, header_bytes));
     ParseHeader(header, &model);
-    ReadArrays(bytes, header, &model);
+    ReadArrays(bytes, kPreambleBytes + header_bytes, header, &model);
   } catch (const Json::exception& error) {
-    throw UserError(file, ": its header is damaged (", error.what(), "); train it again.");
+    // Behind the library's name for the fault.
+    const std::string reason = error.what();
+    throw UserError(file,
+                    ": its header is damaged (",
+                    reason.substr(reason.find("] ") + 2),
+                    "); train it again.");
   } catch (const std::string& reason) {
     throw UserError(file, ": it is damaged (", reason, "); train it again.");
   }

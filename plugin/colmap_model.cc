@@ -2,13 +2,12 @@
 #include "plugin/colmap_model.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "foam/output_file.h"
 #include "plugin/colmap_model_formats.h"
 #include "plugin/rig_poses.h"
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <unordered_set>
 
 namespace semfoam {
@@ -25,16 +24,6 @@ bool HasModel(const fs::path& folder, ModelFormat format) {
     if (!fs::is_regular_file(folder / (std::string(stem) + Extension(format)))) return false;
   }
   return true;
-}
-
-std::string ReadBytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  if (file && file.peek() != std::ifstream::traits_type::eof()) bytes << file.rdbuf();
-  if (!file && !file.eof()) {
-    throw UserError(path.string(), ": cannot be read; does it exist, and may you read it?");
-  }
-  return std::move(bytes).str();
 }
 
 void CheckPose(const fs::path& path, const std::string& what, const Pose& pose) {
@@ -90,14 +79,15 @@ void CheckCamera(const fs::path& path, const Camera& camera) {
 // Names become paths below the image folder and below output folders: they must stay there.
 void CheckName(const fs::path& path, const Image& image) {
   const fs::path name(image.name);
-  bool stays = !image.name.empty() && !name.is_absolute() && name.has_filename();
+  bool stays = !image.name.empty() && !name.is_absolute() && name.has_filename() &&
+               image.name.find('\0') == std::string::npos;
   for (const fs::path& part : name) stays = stays && part != "..";
   if (stays) return;
   throw UserError(path.string(),
                   ": image ",
                   image.id,
                   " has the name \"",
-                  image.name,
+                  Shortened(image.name),
                   "\", where a file's path within the image folder would be right.");
 }
 
@@ -126,8 +116,8 @@ void CheckReconstruction(const fs::path& folder,
   std::unordered_set<std::string> names;
   for (const Image& image : reconstruction.images) {
     InsertOnce(file("images"), "image", image.id, &image_ids);
-    InsertOnce(file("images"), "the image name", image.name, &names);
     CheckName(file("images"), image);
+    InsertOnce(file("images"), "the image name", image.name, &names);
     CheckPose(file("images"), "image " + std::to_string(image.id), image.cam_from_world);
     if (!camera_ids.contains(image.camera_id)) {
       throw UserError(file("images").string(),
@@ -204,7 +194,8 @@ ModelFormat FindModelFormat(const fs::path& folder) {
       if (!fs::exists(folder / (std::string(present) + Extension(format)))) continue;
       for (const char* missing : {"cameras", "images", "points3D"}) {
         const fs::path file = folder / (std::string(missing) + Extension(format));
-        if (fs::is_regular_file(file)) continue;
+        if (fs::exists(file)) RequireRegularFile(file, "a COLMAP model's file");
+        if (fs::exists(file)) continue;
         throw UserError(file.string(),
                         ": is missing, while ",
                         present,
@@ -223,7 +214,7 @@ Reconstruction ReadReconstruction(const fs::path& folder) {
   const bool binary = format == ModelFormat::kBinary;
   const auto read = [&](const char* stem, auto parse_binary, auto parse_text) {
     const fs::path path = folder / (std::string(stem) + Extension(format));
-    const std::string bytes = ReadBytes(path);
+    const std::string bytes = ReadFileBytes(path, "a COLMAP model's file");
     return binary ? parse_binary(path, bytes) : parse_text(path, bytes);
   };
   const auto exists = [&](const char* stem) {

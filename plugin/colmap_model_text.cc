@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "plugin/colmap_model_formats.h"
 
 #include <algorithm>
@@ -50,13 +51,13 @@ class Fields {
     T value{};
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error == std::errc::result_out_of_range && std::is_floating_point_v<T>) {
-      Fail(" has ", what, " \"", word, "\", which exceeds a double; is it damaged?");
+      Fail(" has ", what, " \"", Shortened(word), "\", which exceeds a double; is it damaged?");
     }
     if (error != std::errc() || end != digits.data() + digits.size()) {
       Fail(" has ",
            what,
            " \"",
-           word,
+           Shortened(word),
            "\", where ",
            std::is_floating_point_v<T> ? "a number" : "a whole number in range",
            " would be right.");
@@ -70,7 +71,7 @@ class Fields {
   }
 
   void Finish() const {
-    if (!rest_.empty()) Fail(" goes on with \"", rest_, "\", where it should end.");
+    if (!rest_.empty()) Fail(" goes on with \"", Shortened(rest_), "\", where it should end.");
   }
 
  private:
@@ -81,7 +82,7 @@ class Fields {
 
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text) : rest_(WithoutByteOrderMark(text)) {}
 
   // The next line, whatever is in it. False at the end.
   bool NextRaw(std::string_view* line) {
@@ -131,7 +132,8 @@ Sensor GetSensor(Fields& fields) {
   for (const auto& [name, type] : kSensorNames) {
     if (word == name) return {type, fields.Number<uint32_t>("SENSOR_ID")};
   }
-  fields.Fail(" has the sensor type \"", word, "\", where CAMERA or IMU would be right.");
+  fields.Fail(
+      " has the sensor type \"", Shortened(word), "\", where CAMERA or IMU would be right.");
 }
 
 // 17 digits hold every double, and are what COLMAP writes.
@@ -179,7 +181,7 @@ std::vector<Camera> ParseCamerasText(const std::filesystem::path& path, const st
     const CameraModel* model = FindCameraModel(name);
     if (model == nullptr) {
       fields.Fail(" has the unknown camera model \"",
-                  name,
+                  Shortened(name),
                   "\", where one of COLMAP's would be right, such as SIMPLE_RADIAL.");
     }
     camera.model_id = model->id;

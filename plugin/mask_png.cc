@@ -2,6 +2,7 @@
 #include "plugin/mask_png.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "plugin/photo.h"
 
 #include <csetjmp>
@@ -91,10 +92,9 @@ bool ReadPixels(Decoder& d) {
 // Reads up to the pixels.
 void OpenPng(const fs::path& path, Decoder* decoder) {
   Decoder& d = *decoder;
+  RequireRegularFile(path, "a mask");
   d.file = std::fopen(path.c_str(), "rb");
-  if (d.file == nullptr || !fs::is_regular_file(path)) {
-    throw UserError(path.string(), ": cannot be read, where a mask should be.");
-  }
+  if (d.file == nullptr) throw UserError(path.string(), ": cannot be read; is it still there?");
   png_byte signature[8];
   if (std::fread(signature, 1, 8, d.file) != 8 || png_sig_cmp(signature, 0, 8) != 0) {
     throw UserError(path.string(), ": is no PNG file, where a mask of object ids should be.");
@@ -131,6 +131,7 @@ PhotoSize ReadMaskSize(const fs::path& path) {
 }
 
 MaskPng ReadMaskPng(const fs::path& path) {
+  RequireRegularFile(path, "a mask");
   CheckPngChunks(path);
   Decoder d;
   OpenPng(path, &d);

@@ -4,18 +4,15 @@
 #include "foam/error.h"
 #include "plugin/files.h"
 #include "plugin/mask_png.h"
+#include "plugin/mask_tables.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <map>
-#include <optional>
 #include <set>
 #include <unordered_map>
 
 #include <glog/logging.h>
-#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
@@ -58,59 +55,17 @@ DecodedMask Decode(const fs::path& path) {
   return mask;
 }
 
-nlohmann::json ReadJson(const fs::path& path) {
-  std::ifstream file(path);
-  if (!file || !fs::is_regular_file(path)) {
-    throw UserError(path.string(), ": cannot be read, where a JSON file should be.");
-  }
-  nlohmann::json json = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded()) {
-    throw UserError(path.string(), ": is no valid JSON file; is it damaged?");
-  }
-  return json;
-}
-
-// The ids that DEVA lists in pred.json: annotations[].segments_info[].id. Nothing where there is no
-// such file.
-std::optional<std::set<uint32_t>> ReadPredictedIds(const fs::path& mask_folder) {
-  const fs::path file = FindPredictions(mask_folder);
-  if (file.empty()) return std::nullopt;
-  std::set<uint32_t> ids;
-  const nlohmann::json json = ReadJson(file);
-  const auto bad_form = [&] {
-    throw UserError(file.string(),
-                    ": is not as DEVA writes it; annotations, each with segments_info, each "
-                    "with an id, would be right.");
-  };
-  if (!json.is_object() || !json.contains("annotations") || !json["annotations"].is_array()) {
-    bad_form();
-  }
-  for (const auto& annotation : json["annotations"]) {
-    if (!annotation.is_object() || !annotation.contains("segments_info") ||
-        !annotation["segments_info"].is_array()) {
-      bad_form();
-    }
-    for (const auto& segment : annotation["segments_info"]) {
-      if (!segment.is_object() || !segment.contains("id") || !segment["id"].is_number_unsigned() ||
-          segment["id"].get<uint64_t>() > 0xffffff) {
-        bad_form();
-      }
-      ids.insert(segment["id"].get<uint32_t>());
-    }
-  }
-  return ids;
-}
-
 // Long ids and nothing between them: interpolated colours are no ids.
 void CheckPredictedIds(const fs::path& mask_folder,
                        const std::vector<fs::path>& paths,
                        const std::vector<MaskContents>& masks) {
-  const auto predicted = ReadPredictedIds(mask_folder);
-  if (!predicted) return;
+  const fs::path file = FindPredictions(mask_folder);
+  if (file.empty()) return;
+  const std::set<uint32_t> predicted = ReadPredictedIds(file);
   for (size_t i = 0; i < masks.size(); ++i) {
     if (!masks[i].is_rgb) continue;
     const auto unknown = std::count_if(masks[i].ids.begin(), masks[i].ids.end(), [&](uint32_t id) {
-      return id != 0 && !predicted->contains(id);
+      return id != 0 && !predicted.contains(id);
     });
     if (unknown == 0) continue;
     throw UserError(paths[i].string(),
@@ -400,23 +355,7 @@ MaskSet LoadMasks(const MaskPairing& pairing,
 }
 
 void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
-  const nlohmann::json json = ReadJson(labels_file);
-  if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
-    throw UserError(labels_file.string(),
-                    ": has no \"labels\"; {\"labels\": {\"7\": \"mug\"}} would be right.");
-  }
-  std::map<uint64_t, std::string> names;
-  for (const auto& [key, value] : json["labels"].items()) {
-    const bool is_id = !key.empty() && key.size() <= 10 &&
-                       key.find_first_not_of("0123456789") == std::string::npos;
-    if (!is_id || !value.is_string()) {
-      throw UserError(labels_file.string(),
-                      ": the label \"",
-                      key,
-                      "\" is not as in {\"labels\": {\"7\": \"mug\"}}, an id with a name.");
-    }
-    names[std::strtoull(key.c_str(), nullptr, 10)] = value.get<std::string>();
-  }
+  const std::map<uint32_t, std::string> names = ReadLabelNames(labels_file);
   for (Label& label : *labels) {
     const auto found = names.find(label.source_id);
     if (found != names.end()) label.name = found->second;

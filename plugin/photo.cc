@@ -2,6 +2,7 @@
 #include "plugin/photo.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "foam/srgb.h"
 
 #include <algorithm>
@@ -42,9 +43,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   // --num_threads.
   static const bool single_threaded = OIIO::attribute("threads", 1);
   CHECK(single_threaded);
-  if (!fs::is_regular_file(path)) {
-    throw UserError(path.string(), ": there is no such file, where a photo should be.");
-  }
+  RequireRegularFile(path, "a photo");
   OIIO::ImageSpec hints;
   hints["oiio:UnassociatedAlpha"] = 1;
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &hints);
@@ -56,6 +55,9 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
                     "); a photo, such as a JPEG or PNG, would be right.");
   }
   const OIIO::ImageSpec& spec = input->spec();
+  if (spec.get_int_attribute("oiio:Movie") != 0) {
+    throw UserError(path.string(), ": is an animation, where one still picture would be right.");
+  }
   const uint64_t pixels = static_cast<uint64_t>(std::max(spec.width, 0)) *
                           static_cast<uint64_t>(std::max(spec.height, 0));
   // No compressed photo comes near this; a damaged header easily does.
@@ -103,7 +105,12 @@ void CheckPngChunks(const fs::path& path) {
     if (crc != BigEndian(chunk.data() + 4 + length)) {
       ThrowUndecodable(path, "a checksum in the PNG is wrong");
     }
-    if (std::string_view(chunk.data(), 4) == "IEND") return;
+    const std::string_view name(chunk.data(), 4);
+    if (name == "IEND") return;
+    if (name == "acTL") {
+      throw UserError(path.string(),
+                      ": is an animated PNG, where one still picture would be right.");
+    }
     left -= length + 12;
   }
 }
@@ -176,6 +183,7 @@ PhotoSize ReadPhotoSize(const fs::path& path) {
 }
 
 Image8 ReadPhoto(const fs::path& path) {
+  RequireRegularFile(path, "a photo");
   CheckPngChunks(path);
   const auto input = Open(path);
   const OIIO::ImageSpec& spec = input->spec();

@@ -4,6 +4,7 @@
 #include "export/label_sidecar.h"
 #include "export/names.h"
 #include "foam/error.h"
+#include "foam/json_file.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
 
@@ -188,8 +189,8 @@ std::set<std::string> ParseFormats(const std::string& formats, const std::string
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats) {
-  std::ifstream file(output_path / "labels.json");
-  const Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (!std::filesystem::exists(output_path / "labels.json")) return;
+  const Json there = ReadJsonFile(output_path / "labels.json");
   // No sidecar of ours says nothing of a frame.
   if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
   if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;

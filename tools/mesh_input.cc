@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/semantic_mesh.h"
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "tools/mesh_distance.h"
 
 #include <algorithm>
@@ -62,9 +63,7 @@ bool ReadOm(const fs::path& path, std::vector<Eigen::Vector3d>* vertices, Polygo
 }  // namespace
 
 TriangleMesh ReadTriangleMesh(const fs::path& path) {
-  if (!std::ifstream(path) || fs::is_directory(path)) {
-    throw UserError(path.string(), ": there is no such file that can be read.");
-  }
+  RequireRegularFile(path, "a mesh");
   TriangleMesh mesh;
   Polygons polygons;
   std::vector<Point> points;
@@ -111,6 +110,7 @@ TriangleMesh ReadTriangleMesh(const fs::path& path) {
 }
 
 std::vector<Eigen::Vector3d> ReadPlyPoints(const fs::path& path) {
+  RequireRegularFile(path, "a list of points");
   std::ifstream file(path, std::ios::binary);
   std::vector<Point> points;
   bool read = false;

@@ -3,10 +3,10 @@
 
 #include "export/names.h"
 #include "foam/error.h"
+#include "foam/json_file.h"
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <map>
 #include <numeric>
 
@@ -60,8 +60,8 @@ NamedFile NamedByStem(const fs::path& path) {
 // The meshes that an export's labels.json lists; none where there is no such file.
 std::vector<NamedFile> FilesOfExport(const fs::path& folder) {
   std::vector<NamedFile> files;
-  std::ifstream file(folder / "labels.json");
-  const auto labels = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (!fs::exists(folder / "labels.json")) return files;
+  const nlohmann::json labels = ReadJsonFile(folder / "labels.json");
   if (!labels.is_object() || !labels.value("objects", nlohmann::json()).is_array()) return files;
   for (const nlohmann::json& object : labels["objects"]) {
     if (!object.is_object() || !object.value("name", nlohmann::json()).is_string()) continue;

@@ -3,13 +3,12 @@
 
 #include "foam/error.h"
 #include "foam/number_text.h"
+#include "foam/input_file.h"
 #include "foam/parallel.h"
 #include "tools/logging.h"
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <sstream>
 
@@ -186,7 +185,7 @@ std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
     for (const po::option& option : parsed.options) {
       if (option.position_key != -1) {
         throw UserError("Failed to parse options - '",
-                        Join(option.value, " "),
+                        Shortened(Join(option.value, " ")),
                         "' stands where an option was expected; options are written '--name "
                         "value'.");
       }
@@ -210,10 +209,13 @@ std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
 }
 
 std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::string& path) const {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) {
-    throw UserError(path, ": this project file cannot be read; give an .ini file.");
+  if (path.empty()) {
+    throw UserError(
+        "Failed to parse options - the argument ('') for option '--project_path' is invalid; it "
+        "takes an .ini file.");
   }
+  const std::string bytes = ReadFileBytes(path, "an .ini file for --project_path");
+  std::istringstream file{std::string(WithoutByteOrderMark(bytes))};
   std::map<std::string, std::string> values;
   std::string group;
   std::string line;
@@ -234,7 +236,8 @@ std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::str
     }
     const std::string name = group + Trim(line.substr(0, equals));
     if (!values.emplace(FullName(name), Trim(line.substr(equals + 1))).second) {
-      throw UserError(path, ": gives the option '", name, "' more than once; give it once.");
+      throw UserError(
+          path, ": gives the option '", Shortened(name), "' more than once; give it once.");
     }
   }
   return values;
@@ -247,7 +250,7 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
     if (Find(name) == nullptr || name == "project_path") {
       throw UserError(project_path,
                       ": holds the option '",
-                      name,
+                      Shortened(name),
                       "', which the command ",
                       command_,
                       " does not have; `semfoam ",
@@ -272,14 +275,17 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
       const bool is_choice =
           option.choices.empty() ||
           std::find(option.choices.begin(), option.choices.end(), text) != option.choices.end();
-      if (!is_choice || !option.parse(text)) {
+      const bool lacks_value = option.required && text.empty();
+      if (!is_choice || lacks_value || !option.parse(text)) {
         throw UserError(where,
                         " argument ('",
-                        text,
+                        Shortened(text),
                         "') for option '--",
                         option.name,
                         "' is invalid; it takes ",
-                        is_choice ? option.expected : "{" + Join(option.choices, ", ") + "}",
+                        lacks_value ? "what is not empty"
+                        : is_choice ? option.expected
+                                    : "{" + Join(option.choices, ", ") + "}",
                         ".");
       }
     }

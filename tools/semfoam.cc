@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 
@@ -65,10 +66,17 @@ void PrintHelp() {
   std::printf("  %-20s %s\n", "version", "says which version this is");
 }
 
+// One line, whatever names of files and of things in files are in the sentence: no control
+// character reaches the terminal.
 int Fail(const std::string& sentence) {
   WaitIfExiting();
+  std::string line;
+  for (const char c : sentence) {
+    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+    line += is_control ? '?' : c;
+  }
   std::fprintf(
-      stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", sentence.c_str());
+      stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", line.c_str());
   return EXIT_FAILURE;
 }
 
@@ -92,6 +100,9 @@ int Main(int argc, char** argv) {
       return interruption.ExitCode();
     } catch (const UserError& error) {
       return Fail(error.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+      return Fail(error.path1().string() + ": cannot be reached (" + error.code().message() +
+                  "); may you read and enter its folders?");
     } catch (const std::bad_alloc&) {
       return Fail("the memory is used up; choose a lower --quality or fewer sites.");
     } catch (const std::exception& error) {

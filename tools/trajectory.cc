@@ -2,11 +2,12 @@
 #include "tools/trajectory.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
+#include "foam/json_file.h"
 #include "plugin/camera_rays.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <set>
 
@@ -156,7 +157,8 @@ Vector3d ReadVector(const Json& json, const std::string& what, const fs::path& p
     if (good) vector[c] = json[c].get<double>();
   }
   if (good && vector.allFinite()) return vector;
-  throw UserError(path.string(), ": ", what, " is ", json.dump(), "; [x, y, z] would be right.");
+  throw UserError(
+      path.string(), ": ", what, " is ", Shortened(json.dump()), "; [x, y, z] would be right.");
 }
 
 double ReadNumber(const Json& json,
@@ -174,7 +176,7 @@ double ReadNumber(const Json& json,
                   ": ",
                   key,
                   " is ",
-                  value.dump(),
+                  Shortened(value.dump()),
                   "; a number from ",
                   low,
                   " to ",
@@ -182,10 +184,26 @@ double ReadNumber(const Json& json,
                   " would be right.");
 }
 
+int ReadWhole(const Json& json, const char* key, int high, int otherwise, const fs::path& path) {
+  if (!json.contains(key)) return otherwise;
+  if (const auto value = JsonInteger(json[key], 1, high)) return static_cast<int>(*value);
+  throw UserError(path.string(),
+                  ": ",
+                  key,
+                  " is ",
+                  Shortened(json[key].dump()),
+                  "; a whole number from 1 to ",
+                  high,
+                  " would be right.");
+}
+
 void RequireKnown(const Json& json, const std::set<std::string>& keys, const fs::path& path) {
   for (const auto& [key, value] : json.items()) {
     if (keys.contains(key)) continue;
-    throw UserError(path.string(), ": has '", key, "', which no trajectory has.");
+    std::string known;
+    for (const std::string& one : keys) known += (known.empty() ? "" : ", ") + one;
+    throw UserError(
+        path.string(), ": has '", Shortened(key), "', where only ", known, " would be right.");
   }
 }
 
@@ -204,7 +222,10 @@ std::vector<Keyframe> ReadKeyframes(const Json& json, const Model& model, const 
   for (const Json& one : json["keyframes"]) {
     const std::string name = "keyframe " + std::to_string(keyframes.size());
     if (!one.is_object() || !one.contains("position") || !one.contains("look_at")) {
-      throw UserError(path.string(), ": ", name, " lacks its position or look_at.");
+      throw UserError(path.string(),
+                      ": ",
+                      name,
+                      " lacks its position or look_at; both, as [x, y, z], would be right.");
     }
     RequireKnown(one, {"position", "look_at", "up"}, path);
     Keyframe keyframe;
@@ -214,13 +235,19 @@ std::vector<Keyframe> ReadKeyframes(const Json& json, const Model& model, const 
       keyframe.up = ReadVector(one["up"], name + "'s up", path);
     } else if (model.photos.empty()) {
       throw UserError(
-          path.string(), ": ", name, " has no up, and the foam has no photos that tell it.");
+          path.string(),
+          ": ",
+          name,
+          " has no up, which the foam has no photos to tell; \"up\": [x, y, z] would be right.");
     } else {
       keyframe.up = UpOf(model.photos);
     }
     if (keyframe.up.norm() == 0 || keyframe.look_at == keyframe.position) {
       throw UserError(
-          path.string(), ": ", name, " looks at where it is, or has an up of no length.");
+          path.string(),
+          ": ",
+          name,
+          " looks at where it is, or has an up of no length; other values would be right.");
     }
     keyframe.up.normalize();
     keyframes.push_back(keyframe);
@@ -294,12 +321,12 @@ Trajectory MakeTrajectory(const Model& model,
 Trajectory ReadTrajectory(const fs::path& path,
                           const Model& model,
                           const TrajectoryOptions& options) {
-  std::ifstream file(path);
-  const Json json = Json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (!file || !json.is_object()) {
+  const Json json =
+      ParseJson(path, ReadFileBytes(path, "a trajectory (orbit, spiral or a JSON file)"));
+  if (!json.is_object()) {
     throw UserError(path.string(),
-                    ": is no trajectory that can be read; --trajectory takes orbit, spiral or a "
-                    "JSON file with keyframes.");
+                    ": is no trajectory; --trajectory takes orbit, spiral or a JSON file with "
+                    "keyframes.");
   }
   RequireKnown(
       json, {"version", "keyframes", "frames", "fps", "closed", "width", "height", "fov"}, path);
@@ -308,40 +335,59 @@ Trajectory ReadTrajectory(const fs::path& path,
   }
   const std::vector<Keyframe> keyframes = ReadKeyframes(json, model, path);
   if (json.contains("closed") && !json["closed"].is_boolean()) {
-    throw UserError(
-        path.string(), ": closed is ", json["closed"].dump(), "; true or false would be right.");
+    throw UserError(path.string(),
+                    ": closed is ",
+                    Shortened(json["closed"].dump()),
+                    "; true or false would be right.");
   }
   const bool closed = json.value("closed", false);
 
   Trajectory trajectory;
   const bool has_camera = json.contains("width") && json.contains("height") && json.contains("fov");
   if (!has_camera && model.photos.empty()) {
-    throw UserError(path.string(),
-                    ": lacks width, height or fov, and the foam has no photos that tell them.");
+    throw UserError(
+        path.string(),
+        ": lacks width, height or fov, which the foam has no photos to tell; all three would "
+        "be right.");
   }
   Camera like = has_camera ? Pinhole(1, 1, 1) : CameraLike(model.photos.front(), path, 0);
-  const double width =
-      ReadNumber(json, "width", 1, kMaxWidth, static_cast<double>(like.width), path);
-  const double height =
-      ReadNumber(json, "height", 1, kMaxWidth, static_cast<double>(like.height), path);
+  const int width = ReadWhole(json, "width", kMaxWidth, static_cast<int>(like.width), path);
+  const int height = ReadWhole(json, "height", kMaxWidth, static_cast<int>(like.height), path);
   const double like_fov =
       360 / pi * std::atan(static_cast<double>(like.width) / 2 / like.params[0]);
   const double fov = ReadNumber(json, "fov", 1, 170, like_fov, path);
-  const double scale = options.width > 0 ? options.width / width : 1;
+  const double scale = options.width > 0 ? static_cast<double>(options.width) / width : 1;
   const int columns = std::max(1, static_cast<int>(std::lround(scale * width)));
   const int rows = std::max(1, static_cast<int>(std::lround(scale * height)));
+  if (columns > kMaxWidth || rows > kMaxWidth) {
+    throw UserError(path.string(),
+                    ": frames of ",
+                    columns,
+                    " x ",
+                    rows,
+                    " pixels are too large; at most ",
+                    kMaxWidth,
+                    " a side would be right.");
+  }
   trajectory.camera = Pinhole(columns, rows, columns / 2.0 / std::tan(fov * pi / 360));
   trajectory.frames_per_second = ReadNumber(json, "fps", 1, 100, 24, path);
 
-  int num_frames =
-      static_cast<int>(ReadNumber(json, "frames", 1, kMaxFrames, kDefaultFrames, path));
+  int num_frames = ReadWhole(json, "frames", kMaxFrames, kDefaultFrames, path);
   if (options.num_frames > 0) num_frames = options.num_frames;
   const auto n = static_cast<double>(keyframes.size());
   for (int frame = 0; frame < num_frames; ++frame) {
     // A closed path ends one frame before it begins again, an open one in its last keyframe.
     const double share = closed ? static_cast<double>(frame) / num_frames
                                 : static_cast<double>(frame) / std::max(num_frames - 1, 1);
-    trajectory.cam_from_world.push_back(PoseAt(keyframes, closed, share * (closed ? n : n - 1)));
+    const Pose pose = PoseAt(keyframes, closed, share * (closed ? n : n - 1));
+    if (!pose.rotation.coeffs().allFinite() || !pose.translation.allFinite()) {
+      throw UserError(path.string(),
+                      ": in frame ",
+                      frame,
+                      " the camera would look at where it is, or be too far away; keyframes whose "
+                      "position and look_at stay apart would be right.");
+    }
+    trajectory.cam_from_world.push_back(pose);
   }
   return trajectory;
 }

@@ -185,8 +185,9 @@ TEST(MaskPng, DamageIsNamed) {
   }
   WriteFile(path, "\xff\xd8\xff\xe0 a JPEG by another name");
   EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(path); }), HasSubstr("is no PNG file"));
-  EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(temp / "none.png"); }), HasSubstr("cannot be read"));
-  EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(temp.path()); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(temp / "none.png"); }),
+              HasSubstr("there is no such file"));
+  EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(temp.path()); }), HasSubstr("is a folder"));
 }
 
 // A PNG whose header is valid, checksum included, and promises far more than its bytes hold.
@@ -331,7 +332,7 @@ TEST(Masks, PredJsonKnowsTheIds) {
                           R"({"annotations": [{"segments_info": [{"id": "x"}]}]})",
                           R"({"annotations": [{"segments_info": [{"id": 16777216}]}]})"}) {
     WriteFile(temp / "Annotations/pred.json", bad);
-    EXPECT_THAT(UserErrorOf([&] { LoadDeva(temp); }), HasSubstr("pred.json: is ")) << bad;
+    EXPECT_THAT(UserErrorOf([&] { LoadDeva(temp); }), HasSubstr("pred.json: ")) << bad;
   }
 }
 
@@ -422,7 +423,7 @@ TEST(Labels, AreNamedByTheIdsOfTheMasks) {
         << bad;
   }
   EXPECT_THAT(UserErrorOf([&] { NameLabels(temp / "none.json", &labels); }),
-              HasSubstr("none.json: cannot be read"));
+              HasSubstr("none.json: there is no such file"));
 }
 
 }  // namespace

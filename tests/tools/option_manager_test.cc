@@ -207,7 +207,7 @@ TEST(OptionManager, NamesTheProjectFileAndWhatIsWrongInIt) {
   }
   EXPECT_THAT(Command().Error({"--project_path", "no/such.ini"}), HasSubstr("no/such.ini"));
   EXPECT_THAT(Command().Error({"--project_path", testing::TempDir().c_str()}),
-              HasSubstr("cannot be read"));
+              HasSubstr("is a folder"));
 }
 
 TEST(OptionManager, HelpNeedsNothingElseAndShowsDefaultsAndChoices) {

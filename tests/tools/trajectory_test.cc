@@ -209,7 +209,7 @@ TEST_F(TrajectoryFile, SaysWhatIsWrong) {
     std::string text;
     const char* sentence;
   } cases[] = {
-      {"", "is no trajectory"},
+      {"", "ends after 0 bytes"},
       {"[1]", "is no trajectory"},
       {R"({"keyframes": [)" + key + "]}", "\"version\": 1"},
       {R"({"version": 2, "keyframes": [)" + key + "]}", "\"version\": 1"},
@@ -331,7 +331,7 @@ TEST(FoamRenderer, RendersFramesAndAnAnimation) {
       {{"--trajectory", "orbit", "--object", "spoon"}, "'spoon'"},
       {{"--trajectory", "orbit", "--frames", "-1"}, "--frames 0 to"},
       {{"--trajectory", "orbit", "--width", "20000"}, "--width 0 to"},
-      {{"--trajectory", "figure8"}, "figure8: is no trajectory"},
+      {{"--trajectory", "figure8"}, "figure8: there is no such file, where a trajectory"},
       {{"--trajectory", "orbit", "--preview", "1", "--image_path", "x"}, "no trajectory"},
   };
   for (const auto& [more, sentence] : cases) {

@@ -2,6 +2,7 @@
 #include "export/exportable_scene.h"
 #include "export/object_selection.h"
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
 #include "foam/view_renderer.h"
@@ -17,10 +18,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,12 +42,9 @@ struct View {
 };
 
 std::vector<std::string> ReadNames(const std::string& path) {
-  std::ifstream file(path);
-  if (!file || fs::is_directory(path)) {
-    throw UserError(path,
-                    ": is no list of image names that can be read; --views takes all, train, test "
-                    "or a file with one name a line.");
-  }
+  const std::string bytes =
+      ReadFileBytes(path, "what --views takes (all, train, test or a file with one name a line)");
+  std::istringstream file{std::string(WithoutByteOrderMark(bytes))};
   std::vector<std::string> names;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();

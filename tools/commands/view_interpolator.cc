@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
+#include "foam/input_file.h"
+#include "foam/json_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
 #include "foam/view_renderer.h"
@@ -14,7 +16,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -74,23 +75,26 @@ void WriteFilm(const Model& model,
 
 // {frame's file, photo} of the frames that are photos.
 std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& path) {
-  std::ifstream file(path);
-  const auto json = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  const nlohmann::json json = ReadJsonFile(path);
   const auto is_text = [](const nlohmann::json& value, const char* key) {
     return value.contains(key) && value[key].is_string();
   };
-  if (!json.is_object() || json.value("version", 0) != 1 || !json.contains("frames") ||
-      !json["frames"].is_array()) {
-    throw UserError(path.string(), ": is no manifest that view_interpolator wrote.");
+  if (!json.is_object() || !json.contains("version") || json["version"] != 1 ||
+      !json.contains("frames") || !json["frames"].is_array()) {
+    throw UserError(
+        path.string(),
+        ": is no manifest that view_interpolator wrote; the manifest.json beside its frames "
+        "would be right.");
   }
   std::vector<std::pair<std::string, std::string>> photos;
   for (const auto& frame : json["frames"]) {
     if (!frame.is_object() || !is_text(frame, "file")) {
-      throw UserError(path.string(), ": has a frame without its file.");
+      throw UserError(path.string(),
+                      ": has a frame without its file, such as \"000000.png\"; is it damaged?");
     }
     if (!frame.contains("photo")) continue;
     if (!is_text(frame, "photo")) {
-      throw UserError(path.string(), ": has a photo whose name is no text.");
+      throw UserError(path.string(), ": has a photo whose name is no text; is it damaged?");
     }
     const fs::path photo = frame["photo"].get<std::string>();
     // It becomes a path of ours.
@@ -101,8 +105,8 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
     if (leaves || name != name.filename()) {
       throw UserError(path.string(),
                       ": names a file outside of its folder, ",
-                      leaves ? photo.string() : name.string(),
-                      ".");
+                      Shortened(leaves ? photo.string() : name.string()),
+                      "; a name as view_interpolator wrote it would be right.");
     }
     photos.emplace_back(name.string(), photo.string());
   }
@@ -110,10 +114,7 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
 }
 
 void CopyFile(const fs::path& from, const fs::path& to) {
-  std::ifstream in(from, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(in), {});
-  if (!in.is_open() || in.bad()) throw UserError(from.string(), ": cannot be read.");
-  WriteTextFile(to, bytes);
+  WriteTextFile(to, ReadFileBytes(from, "a mask or pred.json"));
 }
 
 // Brings the tracker's masks of the frames that are photos to the photos' names.

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Writes the hand-made part of the corpora: small valid inputs that reach far into each reader, and
+// the headers that promise 2^60 of what follows. fuzz_seeds FOLDER (tests/fuzz/corpus).
+#include "foam/model.h"
+#include "plugin/colmap_model_formats.h"
+
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/plugin/small_model.h"
+#include "tests/plugin/test_util.h"
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kBetween[] = "--8<--\n";
+
+template <typename T>
+void Append(T value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+std::string Together(const std::vector<std::string>& parts) {
+  std::string input;
+  for (const std::string& part : parts) input += (&part == &parts[0] ? "" : kBetween) + part;
+  return input;
+}
+
+std::vector<std::string> Encoded(const Reconstruction& model, bool binary) {
+  std::vector<std::string> parts = binary ? std::vector{CamerasToBinary(model.cameras),
+                                                        ImagesToBinary(model.images),
+                                                        PointsToBinary(model.points)}
+                                          : std::vector{CamerasToText(model.cameras),
+                                                        ImagesToText(model.images),
+                                                        PointsToText(model.points)};
+  if (model.rigs) parts.push_back(binary ? RigsToBinary(*model.rigs) : RigsToText(*model.rigs));
+  if (model.frames) {
+    parts.push_back(binary ? FramesToBinary(*model.frames) : FramesToText(*model.frames));
+  }
+  return parts;
+}
+
+void WriteModels(const fs::path& folder) {
+  for (const bool rigs : {false, true}) {
+    const std::string name = rigs ? "seed_rigs" : "seed";
+    WriteFile(folder / "colmap_binary" / name, Together(Encoded(SmallModel(rigs), true)));
+    WriteFile(folder / "colmap_text" / name, Together(Encoded(SmallModel(rigs), false)));
+  }
+  // A track that shorter files have no image for, and every number that is none.
+  Reconstruction odd = SmallModel(false);
+  odd.points[0].position = {std::nan(""), 0, INFINITY};
+  odd.points[0].track = {{77, 4'000'000'000u}, {77, 0}, {77, 0}};
+  odd.images[0].points[0] = {std::nan(""), -1e300, 12};
+  WriteFile(folder / "colmap_binary" / "seed_odd", Together(Encoded(odd, true)));
+  WriteFile(folder / "colmap_text" / "seed_odd", Together(Encoded(odd, false)));
+  std::string count;
+  Append(uint64_t{1} << 60, &count);
+  for (size_t file = 0; file < 5; ++file) {
+    std::vector<std::string> parts = Encoded(SmallModel(true), true);
+    parts[file].replace(0, 8, count);
+    WriteFile(folder / "colmap_binary" / ("huge_count_" + std::to_string(file)), Together(parts));
+  }
+  // The number of an image's features, and of a point's sightings.
+  Reconstruction one = SmallModel(false);
+  one.images.resize(1);
+  one.images[0].points.clear();
+  one.points.clear();
+  std::vector<std::string> parts = Encoded(one, true);
+  parts[1].replace(parts[1].size() - 8, 8, count);
+  WriteFile(folder / "colmap_binary" / "huge_features", Together(parts));
+  one.points.resize(1);
+  parts = Encoded(one, true);
+  parts[2].replace(parts[2].size() - 8, 8, count);
+  WriteFile(folder / "colmap_binary" / "huge_track", Together(parts));
+  std::vector<std::string> text = Encoded(SmallModel(true), false);
+  text[3] = "1 4000000000 CAMERA 3 CAMERA 4\n";
+  WriteFile(folder / "colmap_text" / "huge_rig", Together(text));
+  text = Encoded(SmallModel(true), false);
+  text[4] = "1 12 1 0 0 0 0 0 0 4294967295 CAMERA 3 1\n";
+  WriteFile(folder / "colmap_text" / "huge_frame", Together(text));
+}
+
+void WriteMasks(const fs::path& folder) {
+  const fs::path file = folder / "as_is";
+  const struct {
+    const char* name;
+    int bits;
+    int color_type;
+    size_t bytes;
+    bool interlaced;
+  } kinds[] = {{"grey8", 8, PNG_COLOR_TYPE_GRAY, 8 * 6, false},
+               {"grey16", 16, PNG_COLOR_TYPE_GRAY, 16 * 6, false},
+               {"grey1", 1, PNG_COLOR_TYPE_GRAY, 6, true},
+               {"palette4", 4, PNG_COLOR_TYPE_PALETTE, 4 * 6, false},
+               {"rgb", 8, PNG_COLOR_TYPE_RGB, 24 * 6, true},
+               {"grey_alpha", 8, PNG_COLOR_TYPE_GRAY_ALPHA, 16 * 6, false},
+               {"rgba", 8, PNG_COLOR_TYPE_RGBA, 32 * 6, false}};
+  for (const auto& kind : kinds) {
+    std::vector<uint8_t> samples(kind.bytes);
+    for (size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<uint8_t>(i * i + 3);
+    WritePng(file, 8, 6, kind.bits, kind.color_type, samples, kind.interlaced);
+    const std::string png = ReadFile(file);
+    WriteFile(folder / "mask_png" / kind.name, "r" + png);
+    if (std::string(kind.name) != "grey8") continue;
+    // Width and height in the header.
+    std::string huge = png;
+    huge.replace(16, 8, std::string("\x10\0\0\0\x10\0\0\0", 8));
+    WriteFile(folder / "mask_png" / "huge_size", "r" + huge);
+  }
+  fs::remove(file);
+  std::string rows("s\x08\x06\x03\x02\0", 6);
+  rows += std::string(6 * 25, '\1');
+  WriteFile(folder / "mask_png" / "packed_rgb", rows);
+}
+
+Model SmallFoam() {
+  Model model;
+  Foam& foam = model.foam;
+  foam.sh_degree = 1;
+  foam.num_classes = 2;
+  for (int i = 0; i < 3; ++i) {
+    foam.positions.push_back(Eigen::Vector3f(0.5f, 1, 2) * static_cast<float>(i));
+    foam.raw_density.push_back(1);
+  }
+  foam.sh.assign(3 * foam.ShStride(), 0.25f);
+  foam.identity.assign(3 * kIdentityDim, 0.5f);
+  foam.classifier_weight.assign(2 * kIdentityDim, -1);
+  foam.classifier_bias.assign(2, 0);
+  model.statistics.contribution.assign(3, 1);
+  model.statistics.mean_color.assign(3, {0.5f, 0.5f, 0.5f});
+  model.statistics.passed.assign(3, 1);
+  model.statistics.stopped.assign(3, 1);
+  model.labels = {{0, 0, ""}, {7, 0x123456, "mug"}};
+  PhotoRecord photo;
+  photo.name = "a/b.jpg";
+  photo.camera_model = "PINHOLE";
+  photo.width = 64;
+  photo.height = 48;
+  photo.camera_params = {50, 50, 32, 24};
+  photo.held_out = true;
+  model.photos = {photo};
+  model.options = {{"num_rays", "100"}};
+  return model;
+}
+
+void WriteFoams(const fs::path& folder) {
+  const fs::path file = folder / "model_file" / "seed";
+  fs::create_directories(file.parent_path());
+  WriteModel(file, SmallFoam());
+  std::string bytes = ReadFile(file);
+  bytes.resize(bytes.size() - 8);
+  WriteFile(file, bytes);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = bytes;
+    changed.replace(changed.find(from), from.size(), to);
+    return changed;
+  };
+  const std::string huge = "1152921504606846976";
+  WriteFile(folder / "model_file" / "huge_sites", with("\"sites\": 3", "\"sites\": " + huge));
+  WriteFile(folder / "model_file" / "huge_float", with("\"sites\": 3", "\"sites\": 1e300"));
+  WriteFile(folder / "model_file" / "huge_offset", with("\"offset\": 0", "\"offset\": " + huge));
+  WriteFile(folder / "model_file" / "huge_width", with("\"width\": 64", "\"width\": 1e99"));
+  std::string header = bytes;
+  header.replace(16, 8, std::string("\0\0\0\0\0\0\0\x10", 8));
+  WriteFile(folder / "model_file" / "huge_header", header);
+}
+
+std::string RadiantFoam(const std::string& num_sites) {
+  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " + num_sites + "\n";
+  for (const char* name : {"float x",
+                           "float y",
+                           "float z",
+                           "uchar red",
+                           "uchar green",
+                           "uchar blue",
+                           "float density",
+                           "uint adjacency_offset"}) {
+    ply += std::string("property ") + name + "\n";
+  }
+  for (int k = 0; k < 9; ++k) ply += "property float color_sh_" + std::to_string(k) + "\n";
+  ply += "element adjacency 2\nproperty uint adjacency\nend_header\n";
+  for (const float x : {0.f, 1.f, 2.f}) {
+    for (const float value : {x, -x, 1.f}) Append(value, &ply);
+    ply += "abc";
+    Append(0.5f, &ply);
+    Append(uint32_t{x > 0 ? 2u : 1u}, &ply);
+    for (int k = 0; k < 9; ++k) Append(0.125f, &ply);
+  }
+  Append(uint32_t{1}, &ply);
+  Append(uint32_t{0}, &ply);
+  return ply;
+}
+
+void WriteTexts(const fs::path& folder) {
+  WriteFile(folder / "radiant_foam_ply" / "seed", RadiantFoam("3"));
+  WriteFile(folder / "radiant_foam_ply" / "huge_count", RadiantFoam("1152921504606846976"));
+  WriteFile(folder / "radiant_foam_ply" / "huge_product", RadiantFoam("18446744073709551615"));
+
+  const std::string nested(100'000, '[');
+  WriteFile(folder / "label_names" / "seed",
+            R"({"version": 1, "labels": {"7": "mug", "16777215": "großer Ball"}, "objects": []})");
+  WriteFile(folder / "label_names" / "deep", R"({"labels": )" + nested);
+  WriteFile(folder / "label_names" / "twice", R"({"labels": {"7": "mug", "07": "cup"}})");
+  WriteFile(folder / "predicted_ids" / "seed",
+            R"({"annotations": [{"file_name": "a.png", "segments_info": [{"id": 1}, {"id": 9,
+                "score": 0.5}]}, {"segments_info": []}]})");
+  WriteFile(folder / "predicted_ids" / "huge",
+            R"({"annotations": [{"segments_info": [{"id": 1e300}]}]})");
+  const std::string key = R"({"position": [0, 0, 1], "look_at": [0, 0, 0], "up": [0, 1, 0]})";
+  WriteFile(folder / "trajectory" / "seed",
+            R"(-{"version": 1, "keyframes": [)" + key +
+                R"(, {"position": [1, 0, 1], "look_at": [0.5, 0, 0], "up": [0, 1, 0]}], "frames": 9,
+                "fps": 12.5, "closed": true, "width": 64, "height": 48, "fov": 60})");
+  WriteFile(folder / "trajectory" / "from_photo",
+            R"(p{"version": 1, "keyframes": [{"position": [0, 0, 1], "look_at": [0, 0, 0]}]})");
+  WriteFile(folder / "trajectory" / "deep",
+            R"(p{"version": 1, "keyframes": [{"position": )" + nested);
+  WriteFile(folder / "trajectory" / "far",
+            R"(p{"version": 1, "keyframes": [{"position": [1e308, 0, 0], "look_at": [-1e308, 0, 0]},
+                {"position": [-1e308, 0, 0], "look_at": [1e308, 0, 0]}]})");
+  WriteFile(folder / "options" / "seed",
+            "# a comment\npath = a folder\ntest_every=4\n[FoamTraining]\nnum_rays = 77\n[Export]\n"
+            "voxel_size = 1e-3\n--8<--\n--quality\nlow\n--preview=1\n--share\n0.5\n--checksum\n"
+            "18446744073709551615\n--num_threads\n1");
+  WriteFile(folder / "options" / "help", "path=a\n--8<--\n-h");
+}
+
+void WriteMeshes(const fs::path& folder) {
+  WriteFile(folder / "mesh" / "obj",
+            "ov 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1/1 -1 2\n");
+  WriteFile(folder / "mesh" / "off", "fOFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 3 1\n");
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty "
+      "double z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  WriteFile(folder / "mesh" / "ply", "p" + header + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  WriteFile(folder / "mesh" / "points", "P" + header + "end_header\n0 0 0\n1 0 0\n0 1 0\n");
+  std::string binary =
+      "pply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+      "property float y\nproperty float z\n" +
+      faces;
+  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) Append(x, &binary);
+  binary += '\3';
+  for (const int32_t corner : {0, 1, 2}) Append(corner, &binary);
+  WriteFile(folder / "mesh" / "ply_binary", binary);
+  std::string stl = "s" + std::string(80, ' ');
+  Append(uint32_t{1}, &stl);
+  for (const float x : {0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f})
+    Append(x, &stl);
+  Append(uint16_t{0}, &stl);
+  WriteFile(folder / "mesh" / "stl", stl);
+}
+
+}  // namespace
+}  // namespace semfoam
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "ERROR: fuzz_seeds takes one folder, tests/fuzz/corpus.\n");
+    return EXIT_FAILURE;
+  }
+  const std::filesystem::path folder = argv[1];
+  semfoam::WriteModels(folder);
+  semfoam::WriteMasks(folder);
+  semfoam::WriteFoams(folder);
+  semfoam::WriteTexts(folder);
+  semfoam::WriteMeshes(folder);
+  return EXIT_SUCCESS;
+}

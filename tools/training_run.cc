@@ -130,6 +130,12 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
   return texts;
 }
 
+[[noreturn]] void Stop(const OptionManager& options, const std::string& where, int signal) {
+  LOG(WARNING) << "Stopped " << where << ". To go on from there:\n"
+               << options.CommandLineWith(program_invocation_name, "resume", "1");
+  throw Interruption(signal);
+}
+
 // Trains, with checkpoints. Throws Interruption where a signal has asked for it, after the last.
 TrainingSummary Train(const OptionManager& options,
                       const TrainingScene& scene,
@@ -147,10 +153,7 @@ TrainingSummary Train(const OptionManager& options,
     contents.texts = texts;
     save(&contents);
     folder->Write(iteration, std::move(contents));
-    if (signal == 0) return;
-    LOG(WARNING) << "Stopped after iteration " << iteration << ". To go on from there:\n"
-                 << options.CommandLineWith(program_invocation_name, "resume", "1");
-    throw Interruption(signal);
+    if (signal != 0) Stop(options, "after iteration " + FormatValue(iteration), signal);
   };
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
@@ -237,9 +240,6 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
-  folder->SetIdentity(IdentityOf(options, *run, plan));
-  if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
-  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
   const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;
@@ -248,6 +248,9 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
             << PlanMemory(run->training, has_semantics, num_seeds, photo_bytes).Report() << ", "
             << FormatBytes(available) << " available";
   RequireMemory(run->training, has_semantics, num_seeds, photo_bytes, available);
+  folder->SetIdentity(IdentityOf(options, *run, plan));
+  if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
+  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
   LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
   TrainingScene scene(std::move(plan));
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
@@ -268,12 +271,12 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
       run->training.Serialize(&chosen);
     } else {
       FitToBudget(options, scene, begin, run);
+      RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
     }
     CheckpointContents contents;
     StateWriter chosen("chosen_options", &contents);
     run->training.Serialize(&chosen);
     texts.merge(contents.texts);
-    RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
     run->effects.sh_degree = run->training.sh_degree;
   }
   const SceneEffects effects = ProbeEffects(scene, run->effects);
@@ -333,6 +336,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     WritePlot(output_path / "training_plot", plot);
   }
   folder->EndTraining();
+  if (const int signal = InterruptionRequested()) Stop(options, "after training", signal);
   return model;
 }
 

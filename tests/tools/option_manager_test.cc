@@ -222,6 +222,24 @@ TEST(OptionManager, HelpNeedsNothingElseAndShowsDefaultsAndChoices) {
   EXPECT_THAT(help, HasSubstr("--num_threads arg (=-1)"));
 }
 
+TEST(OptionManager, GivesItsCommandLineBackForAShell) {
+  Command command;
+  ASSERT_TRUE(command.Parse(
+      {"--input_path", "it's a \"model\" $HOME", "--preview=0", "--FoamTraining.step=-1"}));
+  EXPECT_EQ(
+      command.options.CommandLineWith("a b/semfoam", "preview", "1"),
+      "'a b/semfoam' foam_trainer --input_path 'it'\\''s a \"model\" $HOME' --FoamTraining.step=-1 "
+      "--preview 1");
+  EXPECT_EQ(command.options.CommandLineWith("semfoam", "FoamTraining.step", "2"),
+            "semfoam foam_trainer --input_path 'it'\\''s a \"model\" $HOME' --preview=0 "
+            "--FoamTraining.step 2");
+  // An empty word stays one.
+  Command other;
+  ASSERT_TRUE(other.Parse({"--input_path", "", "--preview", "0"}));
+  EXPECT_EQ(other.options.CommandLineWith("semfoam", "preview", "1"),
+            "semfoam foam_trainer --input_path '' --preview 1");
+}
+
 TEST(OptionManager, GroupValuesReadBackAsTheSameValues) {
   Command command;
   EXPECT_TRUE(command.Parse({"--input_path", "a", "--FoamTraining.step", "0.1"}));

@@ -153,7 +153,7 @@ TEST_F(Resume, KeepsTheScheduleOfATimeBudget) {
                                            "--output_path",
                                            output.string(),
                                            "--FoamTraining.time_budget",
-                                           "6"};
+                                           "12"};
   {
     std::vector<std::string> first = budget;
     first.insert(first.end(), {"--checkpoint_every", "0.001"});

@@ -164,7 +164,7 @@ PlyFile::PlyFile(const fs::path& path) : path_(path) {
                       ": ends too early: its header says ",
                       element.count,
                       " of ",
-                      element.name,
+                      Shortened(element.name),
                       ", of which there are ",
                       left / element.stride,
                       "; is the copy complete?");

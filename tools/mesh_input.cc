@@ -8,6 +8,7 @@
 #include <cctype>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 
 #include <CGAL/IO/polygon_soup_io.h>
@@ -36,6 +37,21 @@ Eigen::Vector3d ToVector(const Point& point) { return {point.x(), point.y(), poi
   throw UserError(path.string(),
                   ": cannot be read as a mesh; .obj, .ply, .off, .stl and .om files can, where "
                   "they are complete.");
+}
+
+// Whether the header of a PLY names an element before the first property: CGAL's reader takes that
+// for granted.
+bool HasElementFirst(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string keyword, name;
+    uint64_t count = 0;
+    words >> keyword >> name >> count;
+    if (keyword == "element") return !words.fail();
+    if (keyword == "property" || keyword == "end_header") return false;
+  }
+  return false;
 }
 
 // False where the file cannot be read.
@@ -71,7 +87,7 @@ TriangleMesh ReadTriangleMesh(const fs::path& path) {
   try {
     if (LowerExtension(path) == ".om") {
       read = ReadOm(path, &mesh.vertices, &polygons);
-    } else {
+    } else if (LowerExtension(path) != ".ply" || HasElementFirst(path)) {
       read = CGAL::IO::read_polygon_soup(path.string(), points, polygons);
     }
   } catch (const std::exception&) {  // a count that no memory holds, say
@@ -115,7 +131,7 @@ std::vector<Eigen::Vector3d> ReadPlyPoints(const fs::path& path) {
   std::vector<Point> points;
   bool read = false;
   try {
-    read = file && LowerExtension(path) == ".ply" &&
+    read = file && LowerExtension(path) == ".ply" && HasElementFirst(path) &&
            CGAL::IO::read_PLY(file, std::back_inserter(points));
   } catch (const std::exception&) {
     read = false;

@@ -176,8 +176,8 @@ TEST(BadInput, ColmapText) {
        "folder would be right."},
       {"a NUL in a name",
        images(std::string("1 1 0 0 0 0 0 0 1 a\0.jpg\n\n", 26)),
-       "IN/points3D.txt: point 7 is seen by image 2, which images.txt does not have; are both "
-       "files of one model?"},
+       "IN/images.txt: image 1 has the name \"a\\x00.jpg\", where a file's path within the image "
+       "folder would be right."},
       {"the line of features is missing",
        images("1 1 0 0 0 0 0 0 1 a.jpg\n2 1 0 0 0 1 0 0 1 b.jpg\n"),
        "IN/images.txt: line 2 has X \"b.jpg\", where a number would be right."},

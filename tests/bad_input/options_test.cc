@@ -125,7 +125,10 @@ TEST(BadInput, Options) {
        "--share|-0.1",
        "Failed to parse options - --share is -0.1; it must be from 0 to 1."},
       // Renders, films, conversions
-      {"render", "--views|IN/none|--input_path|TABLETOP/sparse", ""},
+      {"render",
+       "--views|IN/none|--input_path|TABLETOP/sparse",
+       "IN/none: there is no such file, where what --views takes (all, train, test or a file with "
+       "one name a line) should be."},
       {"render",
        "--trajectory|orbit",
        "IN/a.foam: has no photos, so nothing says from where to look; --trajectory takes a file "
@@ -140,9 +143,14 @@ TEST(BadInput, Options) {
       {"render",
        "--trajectory|orbit|--width|-1",
        "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right."},
-      {"render", "--frames|9|--input_path|TABLETOP/sparse", ""},
-      {"render", "--object|nobody|--trajectory|orbit", ""},
-      {"render", "--preview|1|--input_path|TABLETOP/sparse", ""},
+      {"render",
+       "--object|nobody|--trajectory|orbit",
+       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "(label_8)."},
+      {"render",
+       "--preview|1|--input_path|TABLETOP/sparse",
+       "Failed to parse options - --preview 1 needs the photos' folder, --image_path, and views, "
+       "no trajectory."},
       {"film",
        "--between|101",
        "Failed to parse options - --between 101: 0 to 100 would be right."},
@@ -166,7 +174,10 @@ TEST(BadInput, Options) {
        "--labels|nobody|--output_type|splats",
        "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
-      {"convert", "--input_path|IN/none.foam", ""},
+      {"convert",
+       "--input_path|IN/none.foam",
+       "IN/none.foam: there is no such file, where a foam model such as foam_trainer's scene.foam "
+       "should be."},
       {"convert",
        "--output_path|IN/b.xyz",
        "IN/b.xyz: its name does not say what to write; --output_type radiant_foam, splats or "
@@ -269,9 +280,18 @@ TEST(BadInput, ProjectFiles) {
       {"same option twice, by two names",
        put("voxel_size=1\n[VolumeExport]\nvoxel_size=1\n"),
        "IN/a.ini: gives the option 'VolumeExport.voxel_size' more than once; give it once."},
-      {"no value", put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=\n"), ""},
-      {"no number", put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=small\n"), ""},
-      {"nan", put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=nan\n"), ""},
+      {"no value",
+       put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=\n"),
+       "IN/a.ini: the argument ('') for option '--VolumeExport.voxel_size' is invalid; it takes a "
+       "number."},
+      {"no number",
+       put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=small\n"),
+       "IN/a.ini: the argument ('small') for option '--VolumeExport.voxel_size' is invalid; it "
+       "takes a number."},
+      {"nan",
+       put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=nan\n"),
+       "IN/a.ini: the argument ('nan') for option '--VolumeExport.voxel_size' is invalid; it takes "
+       "a number."},
       {"beyond 32 bits",
        put("num_threads=4294967297\n"),
        "IN/a.ini: the argument ('4294967297') for option '--num_threads' is invalid; it takes an "
@@ -290,7 +310,8 @@ TEST(BadInput, ProjectFiles) {
       {"a NUL in a value",
        put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=1" + std::string(1, '\0') +
            "\n"),
-       ""},
+       "IN/a.ini: the argument ('1\\x00') for option '--VolumeExport.voxel_size' is invalid; it "
+       "takes a number."},
       {"no option before =",
        put("= 3\n"),
        "IN/a.ini: holds the option '', which the command volume_exporter does not have; `semfoam "
@@ -298,7 +319,8 @@ TEST(BadInput, ProjectFiles) {
       {"very long value",
        put("foam_path=a\noutput_path=b\n[VolumeExport]\nvoxel_size=" + std::string(100'000, '9') +
            "\n"),
-       ""},
+       "IN/a.ini: the argument ('999999999999999999999999999999999999999999999999999999999999...') "
+       "for option '--VolumeExport.voxel_size' is invalid; it takes a number."},
       {"very long line",
        put(std::string(100'000, 'x') + "\n"),
        "IN/a.ini: line 1 is neither 'option = value' nor '[Group]' nor a comment that begins with "

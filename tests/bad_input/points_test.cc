@@ -224,6 +224,9 @@ TEST(BadInput, Meshes) {
            "ply\nformat ascii 1.0\nelement vertex 1152921504606846976\nproperty double x\nproperty "
            "double y\nproperty double z\nend_header\n0 0 0\n"),
        "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+      {"a property of no element",
+       Put("a.ply", "ply\nformat ascii 1.0\nproperty double x\nend_header\n0 0 0\n"),
+       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
       {"no points",
        Put("a.ply",
            "ply\nformat ascii 1.0\nelement vertex 0\nproperty double x\nproperty double "

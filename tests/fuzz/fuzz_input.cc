@@ -42,16 +42,15 @@ std::vector<std::string_view> Parts(std::string_view input) {
   }
 }
 
-bool ReadsOrRefuses(const std::string& file, const std::function<void()>& read) {
+void ReadsOrRefuses(const std::string& file, const std::function<void()>& read) {
   try {
     read();
-    return true;
   } catch (const UserError& error) {
     const std::string_view sentence = error.what();
-    // Names of images, which are as long as the input makes them, may be quoted whole.
-    Require(sentence.starts_with(file), "the sentence begins with the file");
-    Require(sentence.ends_with('.') || sentence.ends_with('?'), "the sentence has an end");
-    return false;
+    if (!sentence.starts_with(file) || !(sentence.ends_with('.') || sentence.ends_with('?'))) {
+      std::fprintf(stderr, "\"%s\"\n", error.what());
+      Require(false, "the sentence begins with the file and has an end");
+    }
   }
 }
 

@@ -32,10 +32,9 @@ class MemoryFile {
 // The parts of an input that stands for several files, apart by lines of "--8<--".
 std::vector<std::string_view> Parts(std::string_view input);
 
-// Calls `read`, which may throw UserError and nothing else. Aborts where the sentence does not
-// begin with `file`, does not end as one does, or is longer than any that a user would read. True
-// where there was none.
-bool ReadsOrRefuses(const std::string& file, const std::function<void()>& read);
+// Calls `read`, which may throw UserError and nothing else. Aborts where its sentence does not
+// begin with `file`, or does not end as one does.
+void ReadsOrRefuses(const std::string& file, const std::function<void()>& read);
 
 // Aborts, with a text, where a property that must hold does not.
 void Require(bool holds, const char* what);

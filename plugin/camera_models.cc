@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/camera_models.h"
 
-#include "foam/error.h"
+#include "plugin/lens_distortion.h"
 
 #include <algorithm>
 #include <array>
@@ -14,110 +14,25 @@ namespace semfoam {
 namespace {
 
 constexpr std::array<CameraModel, 18> kModels = {{
-    {0, "SIMPLE_PINHOLE", 3, 1, true},
-    {1, "PINHOLE", 4, 2, true},
-    {2, "SIMPLE_RADIAL", 4, 1, true},
-    {3, "RADIAL", 5, 1, true},
-    {4, "OPENCV", 8, 2, true},
-    {5, "OPENCV_FISHEYE", 8, 2, true},
-    {6, "FULL_OPENCV", 12, 2, true},
-    {7, "FOV", 5, 2, true},
-    {8, "SIMPLE_RADIAL_FISHEYE", 4, 1, true},
-    {9, "RADIAL_FISHEYE", 5, 1, true},
-    {10, "THIN_PRISM_FISHEYE", 12, 2, true},
-    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2, false},
-    {12, "SIMPLE_DIVISION", 4, 1, false},
-    {13, "DIVISION", 5, 2, false},
-    {14, "SIMPLE_FISHEYE", 3, 1, false},
-    {15, "FISHEYE", 4, 2, false},
-    {16, "EUCM", 6, 2, false},
-    {17, "EQUIRECTANGULAR", 2, 0, false},
+    {0, "SIMPLE_PINHOLE", 3, 1},
+    {1, "PINHOLE", 4, 2},
+    {2, "SIMPLE_RADIAL", 4, 1},
+    {3, "RADIAL", 5, 1},
+    {4, "OPENCV", 8, 2},
+    {5, "OPENCV_FISHEYE", 8, 2},
+    {6, "FULL_OPENCV", 12, 2},
+    {7, "FOV", 5, 2},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, 1},
+    {9, "RADIAL_FISHEYE", 5, 1},
+    {10, "THIN_PRISM_FISHEYE", 12, 2},
+    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 2},
+    {12, "SIMPLE_DIVISION", 4, 1},
+    {13, "DIVISION", 5, 2},
+    {14, "SIMPLE_FISHEYE", 3, 1},
+    {15, "FISHEYE", 4, 2},
+    {16, "EUCM", 6, 2},
+    {17, "EQUIRECTANGULAR", 2, 0},
 }};
-
-// A number and its derivatives by the two coordinates of a point: what Newton's method needs of
-// the distortion, exactly and from the one formula.
-struct Dual {
-  double value;
-  double du = 0;
-  double dv = 0;
-
-  Dual(double value) : value(value) {}  // NOLINT: a plain number is a constant
-  Dual(double value, double du, double dv) : value(value), du(du), dv(dv) {}
-};
-
-Dual operator+(const Dual& a, const Dual& b) {
-  return {a.value + b.value, a.du + b.du, a.dv + b.dv};
-}
-Dual operator*(const Dual& a, const Dual& b) {
-  return {a.value * b.value, a.value * b.du + b.value * a.du, a.value * b.dv + b.value * a.dv};
-}
-Dual operator/(const Dual& a, const Dual& b) {
-  const double q = a.value / b.value;
-  return {q, (a.du - q * b.du) / b.value, (a.dv - q * b.dv) / b.value};
-}
-
-// The distortions map (u, v) to (x, y). For perspective models (u, v) is the point on the plane at
-// depth 1; for fisheye models it is the same direction at the length theta, the angle to the axis.
-// `k` are the model's parameters after the principal point.
-
-// x = u (1 + k_0 r^2 + k_1 r^4 + ...): SIMPLE_RADIAL, RADIAL and, in theta, their fisheyes and
-// OPENCV_FISHEYE.
-template <int kNumCoefficients>
-struct RadialDistortion {
-  template <typename T>
-  static void Apply(const double* k, const T& u, const T& v, T* x, T* y) {
-    const T r2 = u * u + v * v;
-    T factor = 0.0;
-    for (int i = kNumCoefficients - 1; i >= 0; --i) factor = (factor + T(k[i])) * r2;
-    factor = factor + T(1.0);
-    *x = u * factor;
-    *y = v * factor;
-  }
-};
-
-template <typename T>
-T TangentialX(double p1, double p2, const T& u, const T& v, const T& r2) {
-  return T(2 * p1) * u * v + T(p2) * (r2 + T(2.0) * u * u);
-}
-
-template <typename T>
-T TangentialY(double p1, double p2, const T& u, const T& v, const T& r2) {
-  return T(2 * p2) * u * v + T(p1) * (r2 + T(2.0) * v * v);
-}
-
-// k: k1 k2 p1 p2
-struct OpenCvDistortion {
-  template <typename T>
-  static void Apply(const double* k, const T& u, const T& v, T* x, T* y) {
-    const T r2 = u * u + v * v;
-    const T factor = T(1.0) + r2 * (T(k[0]) + r2 * T(k[1]));
-    *x = u * factor + TangentialX(k[2], k[3], u, v, r2);
-    *y = v * factor + TangentialY(k[2], k[3], u, v, r2);
-  }
-};
-
-// k: k1 k2 p1 p2 k3 k4 k5 k6
-struct FullOpenCvDistortion {
-  template <typename T>
-  static void Apply(const double* k, const T& u, const T& v, T* x, T* y) {
-    const T r2 = u * u + v * v;
-    const T factor = (T(1.0) + r2 * (T(k[0]) + r2 * (T(k[1]) + r2 * T(k[4])))) /
-                     (T(1.0) + r2 * (T(k[5]) + r2 * (T(k[6]) + r2 * T(k[7]))));
-    *x = u * factor + TangentialX(k[2], k[3], u, v, r2);
-    *y = v * factor + TangentialY(k[2], k[3], u, v, r2);
-  }
-};
-
-// k: k1 k2 p1 p2 k3 k4 sx1 sy1
-struct ThinPrismDistortion {
-  template <typename T>
-  static void Apply(const double* k, const T& u, const T& v, T* x, T* y) {
-    const T r2 = u * u + v * v;
-    const T factor = T(1.0) + r2 * (T(k[0]) + r2 * (T(k[1]) + r2 * (T(k[4]) + r2 * T(k[5]))));
-    *x = u * factor + TangentialX(k[2], k[3], u, v, r2) + T(k[6]) * r2;
-    *y = v * factor + TangentialY(k[2], k[3], u, v, r2) + T(k[7]) * r2;
-  }
-};
 
 // tan(x) / x and atan(x) / x, right at 0 too.
 double TanOverX(double x) { return std::abs(x) < 1e-4 ? 1 + x * x / 3 : std::tan(x) / x; }
@@ -136,78 +51,6 @@ std::optional<double> FovUndistortionFactor(double w, double r_distorted) {
   return TanOverX(angle) / TanOverX(w / 2);
 }
 
-struct Jacobian {
-  Dual x = 0.0;
-  Dual y = 0.0;
-  double Determinant() const { return x.du * y.dv - x.dv * y.du; }
-  double Trace() const { return x.du + y.dv; }
-};
-
-template <typename Distortion>
-Jacobian Linearize(const double* k, const Eigen::Vector2d& point) {
-  Jacobian result;
-  Distortion::Apply(k, Dual(point.x(), 1, 0), Dual(point.y(), 0, 1), &result.x, &result.y);
-  return result;
-}
-
-// Newton's method for the (u, v) that the distortion maps to `target`; empty where it does not
-// converge.
-template <typename Distortion>
-std::optional<Eigen::Vector2d> Solve(const double* k,
-                                     const Eigen::Vector2d& target,
-                                     const Eigen::Vector2d& start) {
-  constexpr int kMaxIterations = 100;
-  constexpr double kConverged = 1e-13;  // relative step: some digits above rounding
-  Eigen::Vector2d point = start;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const Jacobian j = Linearize<Distortion>(k, point);
-    const double determinant = j.Determinant();
-    const double ex = j.x.value - target.x();
-    const double ey = j.y.value - target.y();
-    Eigen::Vector2d step((j.y.dv * ex - j.x.dv * ey) / determinant,
-                         (j.x.du * ey - j.y.du * ex) / determinant);
-    if (!step.allFinite()) return std::nullopt;
-    // The limit keeps the iteration near the root next to the start: the ones farther out are
-    // beyond a fold of the distortion.
-    const double limit = std::max(0.1 * point.norm(), 0.1);
-    if (step.norm() > limit) step *= limit / step.norm();
-    point -= step;
-    if (step.norm() <= kConverged * (1 + point.norm())) return point;
-  }
-  return std::nullopt;
-}
-
-// Between the axis and the root the distortion must neither turn nor fold; where it does, the lens
-// sees the same pixel in two directions and the root is not the one that was photographed.
-template <typename Distortion>
-bool IsBeforeFold(const double* k, const Eigen::Vector2d& point) {
-  constexpr int kSamples = 8;
-  for (int i = 1; i <= kSamples; ++i) {
-    const Jacobian j = Linearize<Distortion>(k, point * (static_cast<double>(i) / kSamples));
-    if (!(j.Determinant() > 0 && j.Trace() > 0)) return false;
-  }
-  return true;
-}
-
-// The (u, v) before the first fold that the distortion maps to `target`.
-template <typename Distortion>
-std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d& target) {
-  const auto near_target = Solve<Distortion>(k, target, target);
-  if (near_target && IsBeforeFold<Distortion>(k, *near_target)) return near_target;
-  // A distortion that pushes outwards before it folds may have its fold at `target` or nearer to
-  // the axis, and nothing to find from there. Outwards from the axis the root before it comes
-  // first.
-  constexpr int kSteps = 16;
-  Eigen::Vector2d point = Eigen::Vector2d::Zero();
-  for (int i = 1; i <= kSteps; ++i) {
-    const auto next = Solve<Distortion>(k, target * (static_cast<double>(i) / kSteps), point);
-    if (!next) return std::nullopt;
-    point = *next;
-  }
-  if (!IsBeforeFold<Distortion>(k, point)) return std::nullopt;
-  return point;
-}
-
 struct Intrinsics {
   double fx;
   double fy;
@@ -218,18 +61,38 @@ struct Intrinsics {
 
 Intrinsics IntrinsicsOf(const Camera& camera) {
   const CameraModel& model = kModels.at(camera.model_id);
-  CHECK(model.has_rays) << model.name;
   CHECK_EQ(camera.params.size(), static_cast<size_t>(model.num_params));
   const double* p = camera.params.data();
+  if (model.num_focal_lengths == 0) {
+    return {p[0] / (2 * std::numbers::pi), p[1] / std::numbers::pi, p[0] / 2, p[1] / 2, p + 2};
+  }
   if (model.num_focal_lengths == 1) return {p[0], p[0], p[1], p[2], p + 3};
   return {p[0], p[1], p[2], p[3], p + 4};
 }
 
 bool IsFisheye(int model_id) {
-  return model_id == 5 || model_id == 8 || model_id == 9 || model_id == 10;
+  switch (model_id) {
+    case 5:
+    case 8:
+    case 9:
+    case 10:
+    case 11:
+    case 14:
+    case 15:
+      return true;
+    default:
+      return false;
+  }
 }
 
-// Calls visitor.operator()<Distortion>() with the distortion of the model; FOV has its own way.
+constexpr int kFov = 7;
+constexpr int kSimpleDivision = 12;
+constexpr int kDivision = 13;
+constexpr int kEucm = 16;
+constexpr int kEquirectangular = 17;
+
+// Calls visitor.operator()<Distortion>() with the distortion of the model, for those that have
+// one.
 template <typename Visitor>
 auto WithDistortion(int model_id, Visitor&& visitor) {
   switch (model_id) {
@@ -247,9 +110,90 @@ auto WithDistortion(int model_id, Visitor&& visitor) {
       return visitor.template operator()<FullOpenCvDistortion>();
     case 10:
       return visitor.template operator()<ThinPrismDistortion>();
+    case 11:
+      return visitor.template operator()<RadTanThinPrismDistortion>();
     default:
       return visitor.template operator()<RadialDistortion<0>>();
   }
+}
+
+// The point of the image plane, before focal length and principal point, that shows x_cam.
+std::optional<Eigen::Vector2d> ToImagePlane(int model_id,
+                                            const double* k,
+                                            const Eigen::Vector3d& x_cam) {
+  const double rho = x_cam.head<2>().norm();
+  Eigen::Vector2d uv;
+  if (IsFisheye(model_id)) {
+    if (rho == 0 && !(x_cam.z() > 0)) return std::nullopt;
+    uv = rho == 0 ? Eigen::Vector2d::Zero()
+                  : Eigen::Vector2d(x_cam.head<2>() * (std::atan2(rho, x_cam.z()) / rho));
+  } else if (model_id == kEquirectangular) {
+    if (!(x_cam.norm() > 0)) return std::nullopt;
+    return Eigen::Vector2d(std::atan2(x_cam.x(), x_cam.z()),
+                           std::atan2(x_cam.y(), std::hypot(x_cam.x(), x_cam.z())));
+  } else if (model_id == kSimpleDivision || model_id == kDivision) {
+    const double square = x_cam.z() * x_cam.z() - 4 * k[0] * rho * rho;
+    const double denominator = x_cam.z() + std::sqrt(square);
+    if (!(square >= 0 && denominator > 0)) return std::nullopt;
+    return x_cam.head<2>() * (2 / denominator);
+  } else {
+    if (!(x_cam.z() > 0)) return std::nullopt;
+    if (model_id == kEucm) {
+      const double length = std::sqrt(k[1] * rho * rho + x_cam.z() * x_cam.z());
+      return x_cam.head<2>() / (k[0] * length + (1 - k[0]) * x_cam.z());
+    }
+    uv = x_cam.head<2>() / x_cam.z();
+  }
+  if (model_id == kFov) return uv * FovDistortionFactor(k[0], uv.norm());
+  Eigen::Vector2d distorted;
+  WithDistortion(model_id, [&]<typename Distortion>() {
+    Distortion::Apply(k, uv.x(), uv.y(), &distorted.x(), &distorted.y());
+  });
+  return distorted;
+}
+
+// The unit direction that a point of the image plane shows: the inverse of ToImagePlane.
+std::optional<Eigen::Vector3d> FromImagePlane(int model_id,
+                                              const double* k,
+                                              const Eigen::Vector2d& image,
+                                              bool distorted) {
+  const double r2 = image.squaredNorm();
+  if (model_id == kEquirectangular) {
+    const double azimuth = image.x(), elevation = image.y();
+    constexpr double kRounding = 1e-9;  // at the very borders of the image
+    if (std::abs(azimuth) > std::numbers::pi + kRounding ||
+        std::abs(elevation) > std::numbers::pi / 2 + kRounding) {
+      return std::nullopt;
+    }
+    return Eigen::Vector3d(std::cos(elevation) * std::sin(azimuth),
+                           std::sin(elevation),
+                           std::cos(elevation) * std::cos(azimuth));
+  }
+  if (model_id == kSimpleDivision || model_id == kDivision) {
+    // r / (1 + k r^2) grows up to k r^2 = 1.
+    if (!(k[0] * r2 < 1)) return std::nullopt;
+    return Eigen::Vector3d(image.x(), image.y(), 1 + k[0] * r2).normalized();
+  }
+  if (model_id == kEucm) {
+    const double square = 1 - (2 * k[0] - 1) * k[1] * r2;
+    const double z = (1 - k[0] * k[0] * k[1] * r2) / (k[0] * std::sqrt(square) + 1 - k[0]);
+    if (!(square >= 0 && z > 0)) return std::nullopt;
+    return Eigen::Vector3d(image.x(), image.y(), z).normalized();
+  }
+  std::optional<Eigen::Vector2d> uv = image;
+  if (model_id == kFov) {
+    const auto factor = FovUndistortionFactor(k[0], image.norm());
+    uv = factor ? std::optional<Eigen::Vector2d>(image * *factor) : std::nullopt;
+  } else if (distorted) {
+    uv = WithDistortion(model_id,
+                        [&]<typename Distortion>() { return Undistort<Distortion>(k, image); });
+  }
+  if (!uv) return std::nullopt;
+  if (!IsFisheye(model_id)) return Eigen::Vector3d(uv->x(), uv->y(), 1).normalized();
+  const double theta = uv->norm();
+  if (theta > std::numbers::pi) return std::nullopt;
+  const double sine_over_theta = theta < 1e-8 ? 1 : std::sin(theta) / theta;
+  return Eigen::Vector3d(uv->x() * sine_over_theta, uv->y() * sine_over_theta, std::cos(theta));
 }
 
 }  // namespace
@@ -265,68 +209,33 @@ const CameraModel* FindCameraModel(std::string_view name) {
   return found == kModels.end() ? nullptr : &*found;
 }
 
-void RequireRays(const Camera& camera, const std::filesystem::path& file) {
-  const CameraModel& model = kModels.at(camera.model_id);
-  if (model.has_rays) return;
-  throw UserError(file.string(),
-                  ": camera ",
-                  camera.id,
-                  " has the model ",
-                  model.name,
-                  ", whose rays are not known here; undistort the photos with `colmap "
-                  "image_undistorter` or use one of COLMAP's models up to THIN_PRISM_FISHEYE.");
+bool MustBePositive(const CameraModel& model, int parameter) {
+  return model.num_focal_lengths == 0 || parameter < model.num_focal_lengths;
 }
 
 bool IsDistorted(const Camera& camera) {
   const Intrinsics in = IntrinsicsOf(camera);
-  if (IsFisheye(camera.model_id)) return true;
+  if (IsFisheye(camera.model_id) || camera.model_id == kEquirectangular) return true;
   const double* end = camera.params.data() + camera.params.size();
   return std::any_of(in.distortion, end, [](double k) { return k != 0; });
 }
 
 std::optional<Eigen::Vector2d> Project(const Camera& camera, const Eigen::Vector3d& x_cam) {
   const Intrinsics in = IntrinsicsOf(camera);
-  Eigen::Vector2d uv;
-  if (IsFisheye(camera.model_id)) {
-    const double rho = x_cam.head<2>().norm();
-    if (rho == 0 && !(x_cam.z() > 0)) return std::nullopt;
-    uv = rho == 0 ? Eigen::Vector2d::Zero()
-                  : Eigen::Vector2d(x_cam.head<2>() * (std::atan2(rho, x_cam.z()) / rho));
-  } else {
-    if (!(x_cam.z() > 0)) return std::nullopt;
-    uv = x_cam.head<2>() / x_cam.z();
-  }
-  Eigen::Vector2d distorted;
-  if (camera.model_id == 7) {
-    distorted = uv * FovDistortionFactor(in.distortion[0], uv.norm());
-  } else {
-    WithDistortion(camera.model_id, [&]<typename Distortion>() {
-      Distortion::Apply(in.distortion, uv.x(), uv.y(), &distorted.x(), &distorted.y());
-    });
-  }
-  const Eigen::Vector2d pixel(in.fx * distorted.x() + in.cx, in.fy * distorted.y() + in.cy);
+  const std::optional<Eigen::Vector2d> image = ToImagePlane(camera.model_id, in.distortion, x_cam);
+  if (!image) return std::nullopt;
+  const Eigen::Vector2d pixel(in.fx * image->x() + in.cx, in.fy * image->y() + in.cy);
   if (!pixel.allFinite()) return std::nullopt;
   return pixel;
 }
 
 std::optional<Eigen::Vector3d> Unproject(const Camera& camera, const Eigen::Vector2d& pixel) {
   const Intrinsics in = IntrinsicsOf(camera);
-  const Eigen::Vector2d distorted((pixel.x() - in.cx) / in.fx, (pixel.y() - in.cy) / in.fy);
-  std::optional<Eigen::Vector2d> uv = distorted;
-  if (camera.model_id == 7) {
-    const auto factor = FovUndistortionFactor(in.distortion[0], distorted.norm());
-    uv = factor ? std::optional<Eigen::Vector2d>(distorted * *factor) : std::nullopt;
-  } else if (IsDistorted(camera)) {
-    uv = WithDistortion(camera.model_id, [&]<typename Distortion>() {
-      return Undistort<Distortion>(in.distortion, distorted);
-    });
-  }
-  if (!uv || !uv->allFinite()) return std::nullopt;
-  if (!IsFisheye(camera.model_id)) return Eigen::Vector3d(uv->x(), uv->y(), 1).normalized();
-  const double theta = uv->norm();
-  if (theta > std::numbers::pi) return std::nullopt;
-  const double sine_over_theta = theta < 1e-8 ? 1 : std::sin(theta) / theta;
-  return Eigen::Vector3d(uv->x() * sine_over_theta, uv->y() * sine_over_theta, std::cos(theta));
+  const Eigen::Vector2d image((pixel.x() - in.cx) / in.fx, (pixel.y() - in.cy) / in.fy);
+  const std::optional<Eigen::Vector3d> ray =
+      FromImagePlane(camera.model_id, in.distortion, image, IsDistorted(camera));
+  if (!ray || !ray->allFinite()) return std::nullopt;
+  return ray;
 }
 
 double DistortionAtCorners(const Camera& camera) {
@@ -357,13 +266,16 @@ Camera WithoutDistortion(const Camera& camera) {
 
 Camera RescaledCamera(const Camera& camera, uint64_t width, uint64_t height) {
   const CameraModel& model = kModels.at(camera.model_id);
-  CHECK_GT(model.num_focal_lengths, 0) << model.name;
   const double sx = static_cast<double>(width) / static_cast<double>(camera.width);
   const double sy = static_cast<double>(height) / static_cast<double>(camera.height);
   Camera result = camera;
   result.width = width;
   result.height = height;
   int next = 0;
+  if (model.num_focal_lengths == 0) {
+    result.params = {sx * camera.params[0], sy * camera.params[1]};
+    return result;
+  }
   if (model.num_focal_lengths == 1) {
     result.params[next++] *= (sx + sy) / 2;
   } else {

@@ -10,10 +10,9 @@ namespace semfoam {
 
 PixelRays::PixelRays(const Camera& camera, bool tabulate)
     : camera_(camera), distorted_(IsDistorted(camera)), width_(camera.width) {
-  const bool one_focal_length = FindCameraModel(camera.model_id)->num_focal_lengths == 1;
-  const double* p = camera.params.data();
-  focal_ = {p[0], one_focal_length ? p[0] : p[1]};
-  center_ = one_focal_length ? Eigen::Vector2d(p[1], p[2]) : Eigen::Vector2d(p[2], p[3]);
+  const std::vector<double> plain = WithoutDistortion(camera).params;
+  focal_ = {plain[0], plain[1]};
+  center_ = {plain[2], plain[3]};
   if (!distorted_ || !tabulate) return;
   std::vector<Eigen::Vector3f> table(camera.width * camera.height);
   ParallelForBlocks(static_cast<int64_t>(camera.height), 16, [&](int64_t begin, int64_t end) {
@@ -83,11 +82,11 @@ Pose PoseOf(const PhotoRecord& photo) {
 
 Camera CameraOf(const PhotoRecord& photo, const std::filesystem::path& model_file) {
   const CameraModel* model = FindCameraModel(photo.camera_model);
-  bool valid = model != nullptr && model->has_rays && photo.width > 0 && photo.height > 0 &&
+  bool valid = model != nullptr && photo.width > 0 && photo.height > 0 &&
                photo.camera_params.size() == static_cast<size_t>(model->num_params);
   for (int i = 0; valid && i < model->num_params; ++i) {
     valid = std::isfinite(photo.camera_params[i]) &&
-            (i >= model->num_focal_lengths || photo.camera_params[i] > 0);
+            (!MustBePositive(*model, i) || photo.camera_params[i] > 0);
   }
   if (!valid) {
     throw UserError(model_file.string(),

@@ -18,7 +18,7 @@ namespace semfoam {
 // method for each. All three give the same bits for the same camera.
 class PixelRays {
  public:
-  // CHECKs that the camera's model has rays. Builds the table in parallel.
+  // Builds the table in parallel.
   PixelRays(const Camera& camera, bool tabulate);
 
   // Bytes of the table that this camera would have: 0 where it needs none.
@@ -58,13 +58,13 @@ inline Eigen::Vector3f TurnedRay(const Eigen::Matrix3d& world_from_cam,
 }
 
 // All rays of a view, at the camera's size, in the normalised frame: the very rays that training
-// casts. The camera's model must have rays (RequireRays).
+// casts.
 CameraRays MakeCameraRays(const Camera& camera,
                           const Pose& cam_from_world,
                           const Similarity& world_from_normalized);
 
 // The same for a photo of a model file. Throws UserError naming `model_file` when the record holds
-// no camera that has rays.
+// no valid camera (CameraOf).
 CameraRays MakeCameraRays(const PhotoRecord& photo,
                           const Similarity& world_from_normalized,
                           const std::filesystem::path& model_file);

@@ -65,12 +65,12 @@ void CheckCamera(const fs::path& path, const Camera& camera) {
                       " has a parameter that is not finite; is it damaged?");
     }
   }
-  for (int i = 0; i < model.num_focal_lengths; ++i) {
-    if (camera.params[i] > 0) continue;
+  for (int i = 0; i < model.num_params; ++i) {
+    if (!MustBePositive(model, i) || camera.params[i] > 0) continue;
     throw UserError(path.string(),
                     ": camera ",
                     camera.id,
-                    " has the focal length ",
+                    model.num_focal_lengths > 0 ? " has the focal length " : " has the size ",
                     camera.params[i],
                     ", where a positive one would be right; did the calibration fail?");
   }

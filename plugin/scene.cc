@@ -143,7 +143,6 @@ ScenePlan PlanScene(const SceneOptions& options) {
   Reconstruction model = ReadReconstruction(model_folder);
   const char* extension = FindModelFormat(model_folder) == ModelFormat::kBinary ? ".bin" : ".txt";
   const fs::path images_file = model_folder / (std::string("images") + extension);
-  const fs::path cameras_file = model_folder / (std::string("cameras") + extension);
   if (model.images.empty()) {
     throw UserError(images_file.string(),
                     ": has no registered image, where at least one would be right; did the "
@@ -168,7 +167,6 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.photos.resize(num_views);
   plan.file_sizes.resize(num_views);
   for (const Image& image : model.images) {
-    RequireRays(*cameras.at(image.camera_id), cameras_file);
     plan.distortion = std::max(plan.distortion, DistortionAtCorners(*cameras.at(image.camera_id)));
     plan.files.push_back(options.image_path / image.name);
   }

@@ -98,7 +98,7 @@ struct LoadOptions {
 //
 // Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
-// image or has another aspect than its camera; a camera model without rays; a test_every that
+// image or has another aspect than its camera; a test_every that
 // holds out everything or is negative; a mask or label path that is given but missing.
 ScenePlan PlanScene(const SceneOptions& options);
 

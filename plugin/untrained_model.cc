@@ -28,7 +28,6 @@ Model UntrainedModel(const Reconstruction& reconstruction,
   std::vector<Eigen::Vector3d> centers;
   for (const Image& image : reconstruction.images) {
     const Camera& camera = *cameras.at(image.camera_id);
-    RequireRays(camera, model_folder);
     model.photos.push_back(MakePhotoRecord(camera, image, /*held_out=*/false));
     centers.push_back(model.world_from_normalized.Invert(image.cam_from_world.Center()));
   }

@@ -15,7 +15,7 @@ namespace semfoam {
 // where depth maps have their depth; nothing, where that cell is no object's. Looked at is a grid
 // of pixels, 96 along a photo's longer side, of all photos, held out or not; each stands for its
 // share of the photo's pixels, at the size that was trained on. The same on any number of threads.
-// Throws UserError naming `foam_path` when a photo's record holds no camera that has rays.
+// Throws UserError naming `foam_path` when a photo's record holds no valid camera.
 void FindPhotosOfObjects(const Model& model,
                          const std::filesystem::path& foam_path,
                          ExportableScene* scene);

@@ -269,6 +269,7 @@ TEST(ColmapModelFiles, DamagedValuesAreNamed) {
       {"cameras", "1 PINHOLE 99999999999 480 500 500 320 240\n", "99999999999 x 480 pixels"},
       {"cameras", "1 PINHOLE 640 480 nan 500 320 240\n", "a parameter that is not finite"},
       {"cameras", "1 PINHOLE 640 480 500 -500 320 240\n", "the focal length -500"},
+      {"cameras", "1 EQUIRECTANGULAR 640 480 640 0\n", "camera 1 has the size 0"},
       {"cameras", good.at("cameras") + good.at("cameras"), "camera 1 occurs twice"},
       {"images", "1 1 0 0 0 0 0 0 2 a.jpg\n\n", "uses camera 2, which cameras.txt does not have"},
       {"images", "1 0 0 0 0 0 0 0 1 a.jpg\n\n", "rotation quaternion of length 0"},

@@ -45,6 +45,35 @@ inline std::vector<Camera> RealisticCameras() {
   };
 }
 
+// The same for the models that came after COLMAP 3.8.
+inline std::vector<Camera> LaterCameras() {
+  return {
+      MakeCamera("RAD_TAN_THIN_PRISM_FISHEYE",
+                 {230,
+                  231,
+                  318,
+                  242,
+                  0.03,
+                  -0.006,
+                  1e-3,
+                  -1e-4,
+                  2e-5,
+                  -1e-5,
+                  4e-4,
+                  -6e-4,
+                  8e-4,
+                  -1e-4,
+                  -5e-4,
+                  1e-4}),
+      MakeCamera("SIMPLE_DIVISION", {533.3, 320, 240, -0.2}),
+      MakeCamera("DIVISION", {533.3, 540.1, 318.2, 243.7, 0.1}),
+      MakeCamera("SIMPLE_FISHEYE", {230, 320, 240}),
+      MakeCamera("FISHEYE", {230, 231, 318, 242}),
+      MakeCamera("EUCM", {300, 301, 318, 242, 0.62, 1.07}),
+      MakeCamera("EQUIRECTANGULAR", {640, 480}),
+  };
+}
+
 // Lenses that bend light far more than glass does, or calibrations that went wrong at the borders:
 // most of them fold back within the image, so that some of its pixels are nothing that they see.
 inline std::vector<Camera> WildCameras() {

@@ -44,7 +44,7 @@ class OddWorkspaceTest : public testing::Test {
     const Camera large = model_.cameras[0];
     Camera small = RescaledCamera(large, 160, 120);
     small.id = kSmallCamera;
-    Camera idle = large;  // of a model that has no rays
+    Camera idle = large;
     idle.id = kIdleCamera;
     idle.model_id = FindCameraModel("FISHEYE")->id;
     idle.params = {200, 200, 160, 120};

@@ -96,7 +96,6 @@ std::vector<View> ChooseViews(const std::string& views,
     view.cam_from_world = image->second->cam_from_world;
     view.stem = fs::path(name).replace_extension();
     view.photo = name;
-    RequireRays(view.camera, model_folder);
     if (!stems.insert(view.stem).second) {
       throw UserError(model_folder.string(),
                       ": has two images ",

@@ -2,8 +2,8 @@
 #include "tools/option_manager.h"
 
 #include "foam/error.h"
-#include "foam/number_text.h"
 #include "foam/input_file.h"
+#include "foam/number_text.h"
 #include "foam/parallel.h"
 #include "tools/logging.h"
 

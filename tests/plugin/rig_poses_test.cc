@@ -156,6 +156,11 @@ TEST(RigPoses, DisagreementIsNamed) {
        "4 0.5 0.5 0.5 -0.5 4.1 0.52 1.97",
        "4 " HALF_ROOT " " HALF_ROOT " 0 0 -2 0.5 4",
        "frame 9 has image 4 (right/1.png) at another place than images.txt has it"},
+      // Turned alone: the translation is still the same.
+      {"images",
+       "3 " HALF_ROOT " " HALF_ROOT " 0 0",
+       "3 1 0 0 0",
+       "frame 9 has image 3 (left/1.png) at another place than images.txt has it"},
       {"frames", "1 2 3 2 CAMERA", "1 2 3.1 2 CAMERA", "frame 3 has image 1 (left/0.png) at"},
       {"rigs", "1 " HALF_ROOT " 0", "1 0 " HALF_ROOT, "frame 3 has image 2 (right/0.png) at"},
       {"frames",

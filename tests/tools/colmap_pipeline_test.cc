@@ -2,6 +2,9 @@
 //
 // From photos to objects: COLMAP itself makes the model, as a user would have it made, and the
 // program takes the workspace as COLMAP left it.
+#include "plugin/colmap_model.h"
+
+#include <optional>
 #include <sstream>
 
 #include "tests/tools/program.h"
@@ -194,6 +197,44 @@ TEST_F(ColmapPipelineTest, TextTrainsTheSameFoam) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
   EXPECT_TRUE(ReadFile(Out("bin") / "scene.foam") == ReadFile(Out("txt") / "scene.foam"));
+}
+
+// A photo that is taken out of the model and registered again is where it was.
+TEST_F(ColmapPipelineTest, RegisteredPhotosAreRead) {
+  const fs::path less = *folder_ / "less", again = *folder_ / "again";
+  fs::create_directories(less);
+  fs::create_directories(again);
+  WriteFile(*folder_ / "names.txt", "0012.jpg\n");
+  Colmap({"image_deleter",
+          "--input_path",
+          (Workspace() / "sparse/0").string(),
+          "--output_path",
+          less.string(),
+          "--image_names_path",
+          (*folder_ / "names.txt").string()});
+  Colmap({"image_registrator",
+          "--database_path",
+          (Workspace() / "database.db").string(),
+          "--input_path",
+          less.string(),
+          "--output_path",
+          again.string(),
+          "--Mapper.abs_pose_min_num_inliers",
+          "12",
+          "--Mapper.abs_pose_min_inlier_ratio",
+          "0.1"});
+  const auto center_in = [](const fs::path& folder, const std::string& name) {
+    for (const Image& image : ReadReconstruction(folder).images) {
+      if (image.name == name) return std::optional(image.cam_from_world.Center());
+    }
+    return std::optional<Eigen::Vector3d>();
+  };
+  const auto before = center_in(Workspace() / "sparse/0", "0012.jpg");
+  const auto next = center_in(Workspace() / "sparse/0", "0013.jpg");
+  const auto after = center_in(again, "0012.jpg");
+  ASSERT_TRUE(before && next && after);
+  EXPECT_FALSE(center_in(less, "0012.jpg"));
+  EXPECT_LT((*after - *before).norm(), 0.1 * (*next - *before).norm());
 }
 
 }  // namespace

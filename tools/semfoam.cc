@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
 #include "foam/error.h"
 #include "foam/interruption.h"
 #include "foam/scratch_folder.h"
@@ -11,6 +12,7 @@
 #include <new>
 #include <string>
 
+#include <poll.h>
 #include <unistd.h>
 
 namespace semfoam {
@@ -66,9 +68,20 @@ void PrintHelp() {
 
 int Fail(const std::string& sentence) {
   WaitIfExiting();
-  std::fprintf(
-      stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", sentence.c_str());
+  // Names in it come with data of others: they neither begin a line nor steer the terminal.
+  std::fprintf(stderr,
+               "%sERROR: %s\n",
+               ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "",
+               OneLine(sentence).c_str());
   return EXIT_FAILURE;
+}
+
+// What a command prints is its result too. A reader that had enough (`| head`) is no error.
+void RequireWrittenOutput() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  pollfd reader{STDOUT_FILENO, 0, 0};
+  if (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0) return;
+  throw UserError("The standard output cannot be written completely; is the disk full?");
 }
 
 int Main(int argc, char** argv) {
@@ -86,6 +99,7 @@ int Main(int argc, char** argv) {
     try {
       HandleInterruptions();
       command.run(argc - 1, argv + 1);
+      RequireWrittenOutput();
       return EXIT_SUCCESS;
     } catch (const Interruption& interruption) {
       return interruption.ExitCode();

@@ -6,6 +6,7 @@
 #include "foam/memory_plan.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
+#include "foam/photo_name.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
 #include "tools/time_budget.h"
@@ -190,6 +191,13 @@ Model TrainAndWrite(const OptionManager& options,
                     TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   ScenePlan plan = PlanScene(run->scene);
+  for (const PhotoRecord& photo : plan.photos) {
+    if (IsUtf8(photo.name)) continue;
+    // Before the training, not at its end.
+    throw UserError((run->scene.image_path / photo.name).string(),
+                    ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
+                    "COLMAP model too.");
+  }
   const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;

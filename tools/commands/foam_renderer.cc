@@ -96,7 +96,7 @@ std::vector<View> ChooseViews(const std::string& views,
     View view;
     view.camera = *cameras.at(image->second->camera_id);
     view.cam_from_world = image->second->cam_from_world;
-    view.stem = fs::path(name).replace_extension();
+    view.stem = fs::path(name).lexically_normal().replace_extension();
     view.photo = name;
     RequireRays(view.camera, model_folder);
     if (!stems.insert(view.stem).second) {

@@ -2,6 +2,7 @@
 #include "foam/error.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
 #include "plugin/photo.h"
@@ -11,7 +12,6 @@
 #include "tools/option_manager.h"
 #include "tools/view_images.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -92,19 +92,14 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
     if (!is_text(frame, "photo")) {
       throw UserError(path.string(), ": has a photo whose name is no text.");
     }
-    const fs::path photo = frame["photo"].get<std::string>();
-    // It becomes a path of ours.
-    const bool leaves =
-        photo.is_absolute() || photo.empty() ||
-        std::any_of(photo.begin(), photo.end(), [](const fs::path& part) { return part == ".."; });
-    const fs::path name = frame["file"].get<std::string>();
-    if (leaves || name != name.filename()) {
-      throw UserError(path.string(),
-                      ": names a file outside of its folder, ",
-                      leaves ? photo.string() : name.string(),
-                      ".");
+    const std::string photo = frame["photo"].get<std::string>();
+    const std::string name = frame["file"].get<std::string>();
+    const bool leaves = !StaysBelowFolder(photo);
+    if (leaves || !StaysBelowFolder(name) || fs::path(name) != fs::path(name).filename()) {
+      throw UserError(
+          path.string(), ": names a file outside of its folder, ", leaves ? photo : name, ".");
     }
-    photos.emplace_back(name.string(), photo.string());
+    photos.emplace_back(name, photo);
   }
   return photos;
 }

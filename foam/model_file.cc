@@ -16,6 +16,7 @@
 #include "foam/json_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 
 #include <xxhash.h>
 
@@ -170,6 +171,9 @@ void ParseHeader(const Json& header, Model* model) {
   for (const Json& entry : header.at("photos")) {
     PhotoRecord& photo = model->photos.emplace_back();
     photo.name = entry.at("name").get<std::string>();
+    if (!StaysBelowFolder(photo.name)) {
+      throw "a photo's name, \"" + photo.name + "\", leaves the image folder";
+    }
     photo.camera_model = entry.at("camera_model").get<std::string>();
     photo.width = Whole<int>(entry, "width", 1, kMaxPhotoSide);
     photo.height = Whole<int>(entry, "height", 1, kMaxPhotoSide);

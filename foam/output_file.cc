@@ -62,7 +62,7 @@ void OutputFile::Commit() {
 
 void RequireWritableFolder(const fs::path& folder) { const ScratchFolder probe(folder); }
 
-void WriteTextFile(const fs::path& target, const std::string& text) {
+void WriteTextFile(const fs::path& target, std::string_view text) {
   OutputFile file(target);
   {
     std::ofstream out(file.temporary_path(), std::ios::binary);

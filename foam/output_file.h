@@ -4,7 +4,7 @@
 #include "foam/scratch_folder.h"
 
 #include <filesystem>
-#include <string>
+#include <string_view>
 
 namespace semfoam {
 
@@ -42,6 +42,6 @@ class OutputFile {
 void RequireWritableFolder(const std::filesystem::path& folder);
 
 // The whole text as a file, by OutputFile's rules.
-void WriteTextFile(const std::filesystem::path& target, const std::string& text);
+void WriteTextFile(const std::filesystem::path& target, std::string_view text);
 
 }  // namespace semfoam

@@ -4,6 +4,7 @@
 #include "foam/error.h"
 #include "foam/input_file.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 #include "plugin/colmap_model_formats.h"
 #include "plugin/rig_poses.h"
 
@@ -78,11 +79,7 @@ void CheckCamera(const fs::path& path, const Camera& camera) {
 
 // Names become paths below the image folder and below output folders: they must stay there.
 void CheckName(const fs::path& path, const Image& image) {
-  const fs::path name(image.name);
-  bool stays = !image.name.empty() && !name.is_absolute() && name.has_filename() &&
-               image.name.find('\0') == std::string::npos;
-  for (const fs::path& part : name) stays = stays && part != "..";
-  if (stays) return;
+  if (StaysBelowFolder(image.name)) return;
   throw UserError(path.string(),
                   ": image ",
                   image.id,

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <glog/logging.h>
 
@@ -15,19 +17,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WriteImage(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels) {
-  OutputFile file(path);
-  std::unique_ptr<OIIO::ImageOutput> output =
-      OIIO::ImageOutput::create(file.temporary_path().string());
-  const bool written = output != nullptr && output->open(file.temporary_path().string(), spec) &&
-                       output->write_image(spec.format, pixels) && output->close();
-  if (!written) {
-    throw UserError(path.string(),
-                    ": this image cannot be written (",
-                    output == nullptr ? OIIO::geterror() : output->geterror(),
-                    "); is the disk full?");
+// OpenImageIO does not look whether its bytes reach the disk: it writes into memory, we write the
+// file.
+class MemoryOutput {
+ public:
+  // The format is chosen by the extension of `path`; `what` is what error sentences call the file.
+  MemoryOutput(fs::path path, const char* what)
+      : path_(std::move(path)),
+        what_(what),
+        output_(OIIO::ImageOutput::create(path_.extension().string().substr(1))) {
+    Require(output_ != nullptr && output_->supports("ioproxy"));
   }
-  file.Commit();
+
+  void Add(OIIO::ImageSpec spec, const void* pixels, OIIO::ImageOutput::OpenMode mode) {
+    void* bytes = &bytes_;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &bytes);
+    // Else OpenEXR's files would carry the time at which they were written.
+    spec.attribute("DateTime", "");
+    Require(output_->open(path_.string(), spec, mode) && output_->write_image(spec.format, pixels));
+  }
+
+  void Finish() {
+    Require(output_->close());
+    const std::vector<unsigned char>& bytes = bytes_.buffer();
+    WriteTextFile(path_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+
+ private:
+  void Require(bool good) const {
+    if (good) return;
+    throw UserError(path_.string(),
+                    ": this ",
+                    what_,
+                    " cannot be written (",
+                    output_ == nullptr ? OIIO::geterror() : output_->geterror(),
+                    "); is it too large?");
+  }
+
+  fs::path path_;
+  const char* what_;
+  OIIO::Filesystem::IOVecOutput bytes_;
+  std::unique_ptr<OIIO::ImageOutput> output_;
+};
+
+void WriteImage(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels) {
+  MemoryOutput output(path, "image");
+  output.Add(spec, pixels, OIIO::ImageOutput::Create);
+  output.Finish();
 }
 
 }  // namespace
@@ -60,26 +96,13 @@ void WriteDepthExr(const fs::path& path, int width, int height, const std::vecto
 }
 
 struct GifWriter::State {
-  fs::path path;
-  OutputFile file;
-  std::unique_ptr<OIIO::ImageOutput> output;
+  MemoryOutput output;
   OIIO::ImageSpec spec;
   int num_images = 0;
-
-  void Require(bool good) const {
-    if (good) return;
-    throw UserError(path.string(),
-                    ": this animation cannot be written (",
-                    output == nullptr ? OIIO::geterror() : output->geterror(),
-                    "); is the disk full?");
-  }
 };
 
 GifWriter::GifWriter(const fs::path& path, double frames_per_second)
-    : state_(new State{path, OutputFile(path), nullptr, {}, 0}) {
-  state_->output = OIIO::ImageOutput::create(state_->file.temporary_path().string());
-  state_->Require(state_->output != nullptr);
-  state_->spec = OIIO::ImageSpec(0, 0, 3, OIIO::TypeDesc::UINT8);
+    : state_(new State{{path, "animation"}, OIIO::ImageSpec(0, 0, 3, OIIO::TypeDesc::UINT8)}) {
   state_->spec.attribute("gif:FPS", static_cast<float>(frames_per_second));
   state_->spec.attribute("FramesPerSecond", static_cast<float>(frames_per_second));
   state_->spec.attribute("gif:LoopCount", 0);
@@ -92,16 +115,15 @@ void GifWriter::Add(const Image8& image) {
   OIIO::ImageSpec spec = state_->spec;
   spec.width = spec.full_width = image.width;
   spec.height = spec.full_height = image.height;
-  const auto mode =
-      state_->num_images++ == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage;
-  state_->Require(state_->output->open(state_->file.temporary_path().string(), spec, mode) &&
-                  state_->output->write_image(spec.format, image.data.data()));
+  state_->output.Add(
+      spec,
+      image.data.data(),
+      state_->num_images++ == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage);
 }
 
 void GifWriter::Finish() {
   CHECK_GT(state_->num_images, 0);
-  state_->Require(state_->output->close());
-  state_->file.Commit();
+  state_->output.Finish();
 }
 
 LabelImage ReadForeground(const fs::path& path) {

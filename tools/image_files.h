@@ -25,8 +25,8 @@ void WriteDepthExr(const std::filesystem::path& path,
                    int height,
                    const std::vector<float>& depth);
 
-// An animated GIF that begins anew at its end; all images of one size. Written image by image, so
-// that no animation is too long. Without Finish nothing is left of it.
+// An animated GIF that begins anew at its end; all images of one size. Only the compressed images
+// are kept, so that no animation is too long. Without Finish there is no file.
 class GifWriter {
  public:
   GifWriter(const std::filesystem::path& path, double frames_per_second);

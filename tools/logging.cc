@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/logging.h"
 
+#include "export/names.h"
+
 #include <cstdio>
+#include <string>
 
 #include <glog/logging.h>
 #include <unistd.h>
@@ -21,11 +24,10 @@ class PlainLines : public google::LogSink {
     // glog itself reports the fatal ones, with a stack trace.
     if (severity >= google::GLOG_FATAL) return;
     std::fprintf(stderr,
-                 "%s%s%.*s\n",
+                 "%s%s%s\n",
                  is_terminal_ ? "\r\x1b[K" : "",
                  severity >= google::GLOG_WARNING ? "WARNING: " : "",
-                 static_cast<int>(length),
-                 message);
+                 OneLine(std::string(message, length)).c_str());
   }
 
  private:

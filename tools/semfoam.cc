@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
 #include "foam/error.h"
 #include "foam/interruption.h"
 #include "foam/scratch_folder.h"
@@ -12,6 +13,7 @@
 #include <new>
 #include <string>
 
+#include <poll.h>
 #include <unistd.h>
 
 namespace semfoam {
@@ -70,14 +72,19 @@ void PrintHelp() {
 // character reaches the terminal.
 int Fail(const std::string& sentence) {
   WaitIfExiting();
-  std::string line;
-  for (const char c : sentence) {
-    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-    line += is_control ? '?' : c;
-  }
-  std::fprintf(
-      stderr, "%sERROR: %s\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", line.c_str());
+  std::fprintf(stderr,
+               "%sERROR: %s\n",
+               ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "",
+               OneLine(sentence).c_str());
   return EXIT_FAILURE;
+}
+
+// What a command prints is its result too. A reader that had enough (`| head`) is no error.
+void RequireWrittenOutput() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  pollfd reader{STDOUT_FILENO, 0, 0};
+  if (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0) return;
+  throw UserError("The standard output cannot be written completely; is the disk full?");
 }
 
 int Main(int argc, char** argv) {
@@ -95,6 +102,7 @@ int Main(int argc, char** argv) {
     try {
       HandleInterruptions();
       command.run(argc - 1, argv + 1);
+      RequireWrittenOutput();
       return EXIT_SUCCESS;
     } catch (const Interruption& interruption) {
       return interruption.ExitCode();

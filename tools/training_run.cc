@@ -8,6 +8,7 @@
 #include "foam/memory_plan.h"
 #include "foam/output_file.h"
 #include "foam/parallel.h"
+#include "foam/photo_name.h"
 #include "plugin/scene_checksums.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
@@ -240,6 +241,13 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
+  for (const PhotoRecord& photo : plan.photos) {
+    if (IsUtf8(photo.name)) continue;
+    // Before the training, not at its end.
+    throw UserError((run->scene.image_path / photo.name).string(),
+                    ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
+                    "COLMAP model too.");
+  }
   const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -136,8 +137,15 @@ void RunFoamEvaluator(int argc, char** argv) {
   const Model model = ReadModel(foam_path);
   const bool fits_exposure =
       fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
+  std::set<fs::path> map_files;
   const auto write_maps = [&](const std::string& name, const ViewMaps& maps) {
-    const fs::path file = fs::path(name).replace_extension(".png");
+    const fs::path file = fs::path(name).lexically_normal().replace_extension(".png");
+    if (!map_files.insert(file).second) {
+      throw UserError(foam_path,
+                      ": has two photos ",
+                      file.stem().string(),
+                      ".*, whose maps would have the same name; leave --maps_path out.");
+    }
     WriteRgbPng(fs::path(maps_path) / "error" / file, maps.error);
     if (maps.confidence.width == 0) return;
     WriteRgbPng(fs::path(maps_path) / "confidence" / file, maps.confidence);

@@ -94,7 +94,7 @@ std::vector<View> ChooseViews(const std::string& views,
     View view;
     view.camera = *cameras.at(image->second->camera_id);
     view.cam_from_world = image->second->cam_from_world;
-    view.stem = fs::path(name).replace_extension();
+    view.stem = fs::path(name).lexically_normal().replace_extension();
     view.photo = name;
     if (!stems.insert(view.stem).second) {
       throw UserError(model_folder.string(),

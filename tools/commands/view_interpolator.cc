@@ -4,6 +4,7 @@
 #include "foam/json_file.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
 #include "plugin/photo.h"
@@ -13,7 +14,6 @@
 #include "tools/option_manager.h"
 #include "tools/view_images.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -96,19 +96,16 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
     if (!is_text(frame, "photo")) {
       throw UserError(path.string(), ": has a photo whose name is no text; is it damaged?");
     }
-    const fs::path photo = frame["photo"].get<std::string>();
-    // It becomes a path of ours.
-    const bool leaves =
-        photo.is_absolute() || photo.empty() ||
-        std::any_of(photo.begin(), photo.end(), [](const fs::path& part) { return part == ".."; });
-    const fs::path name = frame["file"].get<std::string>();
-    if (leaves || name != name.filename()) {
+    const std::string photo = frame["photo"].get<std::string>();
+    const std::string name = frame["file"].get<std::string>();
+    const bool leaves = !StaysBelowFolder(photo);
+    if (leaves || !StaysBelowFolder(name) || fs::path(name) != fs::path(name).filename()) {
       throw UserError(path.string(),
                       ": names a file outside of its folder, ",
-                      Shortened(leaves ? photo.string() : name.string()),
+                      Shortened(leaves ? photo : name),
                       "; a name as view_interpolator wrote it would be right.");
     }
-    photos.emplace_back(name.string(), photo.string());
+    photos.emplace_back(name, photo);
   }
   return photos;
 }

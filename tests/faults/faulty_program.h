@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/tools/program.h"
+
+// The built program, with faults put into it (fault_injection.cc).
+namespace semfoam {
+
+// Whether this is the long run of the label "slow".
+inline bool ManyFaults() { return std::getenv("SEMFOAM_MANY_FAULTS") != nullptr; }
+
+// File -> bytes of all below the folder.
+inline std::map<std::string, std::string> Snapshot(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const std::string& file : FilesBelow(folder)) files[file] = ReadFile(folder / file);
+  return files;
+}
+
+// The hidden folders and files below `folder`, of which there must be none once the program ended.
+inline std::vector<std::string> HiddenBelow(const std::filesystem::path& folder) {
+  std::vector<std::string> hidden;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().filename().string()[0] == '.') hidden.push_back(entry.path().string());
+  }
+  return hidden;
+}
+
+// Runs `semfoam arguments` with `fault` (fault_injection.cc says how they are spelled; "" is none)
+// on the files below `folder`; what it did is counted in `report`, where that is not empty.
+inline Outcome RunWithFault(const std::vector<std::string>& arguments,
+                            const std::filesystem::path& folder,
+                            const std::string& fault,
+                            const std::filesystem::path& report = {}) {
+  std::vector<std::string> line = {
+      // The sanitizers want to be loaded first, and need not be.
+      "ASAN_OPTIONS=verify_asan_link_order=0",
+      "LD_PRELOAD=" SEMFOAM_FAULT_INJECTION,
+      "SEMFOAM_FAULT_FOLDER=" + folder.string(),
+      "SEMFOAM_FAULT=" + fault,
+  };
+  if (!report.empty()) line.push_back("SEMFOAM_FAULT_REPORT=" + report.string());
+  line.push_back(SEMFOAM_PROGRAM);
+  line.insert(line.end(), arguments.begin(), arguments.end());
+  return RunProgram("/usr/bin/env", line);
+}
+
+// A training of seconds, whose foam is worth nothing but has cells, labels and held-out views.
+inline std::vector<std::string> TinyTrainingCommand(const std::filesystem::path& scene,
+                                                    const std::filesystem::path& output) {
+  return {"foam_trainer",
+          "--image_path",
+          (scene / "images").string(),
+          "--input_path",
+          (scene / "sparse" / "0").string(),
+          "--mask_path",
+          (scene / "object_mask").string(),
+          "--output_path",
+          output.string(),
+          "--quality",
+          "low",
+          "--test_every",
+          "8",
+          "--FoamTraining.num_rays",
+          "60000",
+          "--FoamTraining.rays_per_iteration",
+          "512",
+          "--FoamTraining.final_sites",
+          "2000",
+          "--FoamTraining.max_image_size",
+          "80"};
+}
+
+}  // namespace semfoam

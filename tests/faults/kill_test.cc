@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include "tests/faults/faulty_program.h"
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::IsEmpty;
+
+// Starts the program without a shell between, so that the signal meets it.
+pid_t Start(const std::vector<std::string>& arguments) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  std::vector<char*> line = {const_cast<char*>(SEMFOAM_PROGRAM)};
+  for (const std::string& argument : arguments) line.push_back(const_cast<char*>(argument.c_str()));
+  line.push_back(nullptr);
+  const int nowhere = ::open("/dev/null", O_WRONLY);
+  ::dup2(nowhere, STDOUT_FILENO);
+  ::dup2(nowhere, STDERR_FILENO);
+  ::execv(SEMFOAM_PROGRAM, line.data());
+  ::_exit(127);
+}
+
+int Wait(pid_t child) {
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+// A command that is ended again and again, at times drawn from the length of a whole run.
+class Kills {
+ public:
+  explicit Kills(std::vector<std::string> arguments, fs::path output)
+      : arguments_(std::move(arguments)), output_(std::move(output)) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(Wait(Start(arguments_)), 0);
+    length_ = std::chrono::steady_clock::now() - begin;
+    good_ = Snapshot(output_);
+    EXPECT_FALSE(good_.empty());
+  }
+
+  // Replaces all files by older ones, ends a run by `signal`, and expects old or complete files.
+  void KillOnce(int signal) {
+    for (const auto& [file, bytes] : good_) {
+      WriteFile(output_ / file, file.ends_with(".json") ? bytes + " " : "older");
+    }
+    const double share = std::uniform_real_distribution<double>(0.02, 1)(random_);
+    const pid_t child = Start(arguments_);
+    std::this_thread::sleep_for(share * length_);
+    ::kill(child, signal);
+    const int exit_code = Wait(child);
+    // It may have been quicker than before.
+    EXPECT_TRUE(exit_code == 128 + signal || exit_code == 0) << exit_code;
+    num_ended_ += exit_code != 0;
+    for (const auto& [file, bytes] : Snapshot(output_)) {
+      if (file.find(".semfoam-tmp-") != std::string::npos) continue;
+      ASSERT_TRUE(good_.contains(file)) << file;
+      EXPECT_TRUE(bytes == good_[file] || bytes == "older" || bytes == good_[file] + " ") << file;
+    }
+    if (signal != SIGKILL) {
+      EXPECT_THAT(HiddenBelow(output_), IsEmpty());
+    }
+  }
+
+  // The next run does all, and leaves nothing of those before.
+  void ExpectGoodRun() {
+    EXPECT_EQ(Wait(Start(arguments_)), 0);
+    EXPECT_TRUE(Snapshot(output_) == good_);
+    EXPECT_THAT(HiddenBelow(output_), IsEmpty());
+  }
+
+  int num_ended() const { return num_ended_; }
+
+ private:
+  std::vector<std::string> arguments_;
+  fs::path output_;
+  std::chrono::duration<double> length_{};
+  std::map<std::string, std::string> good_;
+  std::mt19937 random_{7};
+  int num_ended_ = 0;
+};
+
+void KillOften(Kills* kills, int often) {
+  for (int i = 0; i < often; ++i) {
+    kills->KillOnce(SIGKILL);
+    if (i % 5 == 4) kills->ExpectGoodRun();
+  }
+  for (const int signal : {SIGINT, SIGTERM}) kills->KillOnce(signal);
+  kills->ExpectGoodRun();
+  EXPECT_GT(kills->num_ended(), often / 2);
+  std::printf("%d of %d runs ended by signals\n", kills->num_ended(), often + 2);
+}
+
+TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
+  const TempFolder folder;
+  Kills kills(TinyTrainingCommand(kTabletop, folder / "out"), folder / "out");
+  KillOften(&kills, ManyFaults() ? 25 : 2);
+}
+
+TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
+  const TempFolder folder;
+  EXPECT_EQ(Wait(Start(TinyTrainingCommand(kTabletop, folder / "foam"))), 0);
+  Kills kills({"mesh_exporter",
+               "--foam_path",
+               (folder / "foam" / "scene.foam").string(),
+               "--output_path",
+               (folder / "out").string()},
+              folder / "out");
+  KillOften(&kills, ManyFaults() ? 25 : 3);
+}
+
+// A photo that goes, or is cut, while the program runs: after the model and the folder were read,
+// and again each time it is read.
+TEST(Neighbour, TakesAPhotoAway) {
+  const TempFolder folder;
+  CopyTabletop(folder / "scene");
+  const fs::path photo = folder / "scene" / "images" / "0003.jpg";
+  for (const char* deed : {"unlink", "cut"}) {
+    for (int time = 0;; ++time) {
+      SCOPED_TRACE(std::string(deed) + " at opening " + std::to_string(time));
+      fs::copy_file(kTabletop / "images" / "0003.jpg", photo, fs::copy_options::overwrite_existing);
+      fs::remove_all(folder / "out");
+      const Outcome outcome = RunWithFault(TinyTrainingCommand(folder / "scene", folder / "out"),
+                                           photo,
+                                           std::string(deed) + ":" + std::to_string(time) + ":0");
+      if (outcome.exit_code == 0) {
+        // It was not opened that often.
+        EXPECT_GT(time, 0);
+        break;
+      }
+      EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+      ASSERT_EQ(outcome.Errors().size(), 1u) << outcome.err;
+      EXPECT_THAT(outcome.Errors()[0], ::testing::HasSubstr("ERROR: " + photo.string()));
+      EXPECT_THAT(FilesBelow(folder / "out"), ::testing::Not(::testing::Contains("scene.foam")));
+      EXPECT_THAT(HiddenBelow(folder / "out"), IsEmpty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace semfoam

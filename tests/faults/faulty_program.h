@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -20,6 +21,30 @@ inline std::map<std::string, std::string> Snapshot(const std::filesystem::path& 
   std::map<std::string, std::string> files;
   for (const std::string& file : FilesBelow(folder)) files[file] = ReadFile(folder / file);
   return files;
+}
+
+// Whether `bytes` is what a whole run writes, as `good` is. Files whose results are seconds differ
+// from run to run: of them only that no end is cut off.
+inline bool IsGood(const std::string& file, const std::string& bytes, const std::string& good) {
+  const auto has_all_lines = [&](const std::string& text) {
+    return std::count(text.begin(), text.end(), '\n') ==
+               std::count(good.begin(), good.end(), '\n') &&
+           text.ends_with('\n');
+  };
+  if (file == "training_log.csv") return has_all_lines(bytes);
+  if (file == "training_plot.svg") return bytes.ends_with("</svg>\n");
+  // The last chunk, with its checksum.
+  if (file == "training_plot.png") return bytes.ends_with("IEND\xAE\x42\x60\x82");
+  return bytes == good;
+}
+
+// Whether it holds the good files and no others.
+inline bool AreGood(const std::map<std::string, std::string>& files,
+                    const std::map<std::string, std::string>& good) {
+  return std::equal(
+      files.begin(), files.end(), good.begin(), good.end(), [](const auto& a, const auto& b) {
+        return a.first == b.first && IsGood(a.first, a.second, b.second);
+      });
 }
 
 // The hidden folders and files below `folder`, of which there must be none once the program ended.

@@ -200,7 +200,13 @@ std::set<std::string> ParseFormats(const std::string& formats, const std::string
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats) {
-  std::ifstream file(output_path / "labels.json");
+  const std::filesystem::path sidecar = output_path / "labels.json";
+  if (std::filesystem::is_directory(sidecar)) {
+    throw UserError(sidecar.string(),
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "--output_path.");
+  }
+  std::ifstream file(sidecar);
   const Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
   // No sidecar of ours says nothing of a frame.
   if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;

@@ -189,8 +189,14 @@ std::set<std::string> ParseFormats(const std::string& formats, const std::string
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats) {
-  if (!std::filesystem::exists(output_path / "labels.json")) return;
-  const Json there = ReadJsonFile(output_path / "labels.json");
+  const std::filesystem::path sidecar = output_path / "labels.json";
+  if (!std::filesystem::exists(sidecar)) return;
+  if (std::filesystem::is_directory(sidecar)) {
+    throw UserError(sidecar.string(),
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "--output_path.");
+  }
+  const Json there = ReadJsonFile(sidecar);
   // No sidecar of ours says nothing of a frame.
   if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
   if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -20,6 +21,33 @@ inline std::map<std::string, std::string> Snapshot(const std::filesystem::path& 
   std::map<std::string, std::string> files;
   for (const std::string& file : FilesBelow(folder)) files[file] = ReadFile(folder / file);
   return files;
+}
+
+// Whether `bytes` is what a whole run writes, as `good` is. Files whose results are seconds differ
+// from run to run: of them only that no end is cut off.
+inline bool IsGood(const std::string& file, const std::string& bytes, const std::string& good) {
+  if (file == "training_log.csv") {
+    const auto commas = [](const std::string& line) {
+      return std::count(line.begin(), line.end(), ',');
+    };
+    const std::string header = good.substr(0, good.find('\n') + 1);
+    const size_t last = bytes.size() < 2 ? bytes.npos : bytes.rfind('\n', bytes.size() - 2);
+    return bytes.starts_with(header) && bytes.ends_with('\n') && last != bytes.npos &&
+           commas(bytes.substr(last)) == commas(header);
+  }
+  if (file == "training_plot.svg") return bytes.ends_with("</svg>\n");
+  // The last chunk, with its checksum.
+  if (file == "training_plot.png") return bytes.ends_with("IEND\xAE\x42\x60\x82");
+  return bytes == good;
+}
+
+// Whether it holds the good files and no others.
+inline bool AreGood(const std::map<std::string, std::string>& files,
+                    const std::map<std::string, std::string>& good) {
+  return std::equal(
+      files.begin(), files.end(), good.begin(), good.end(), [](const auto& a, const auto& b) {
+        return a.first == b.first && IsGood(a.first, a.second, b.second);
+      });
 }
 
 // The hidden folders and files below `folder`, of which there must be none once the program ended.

@@ -162,7 +162,7 @@ TEST_F(HostileNames, OfPhotosThatTheFileSystemTakesAreTaken) {
             "--foam_path",
             Foam(),
             "--pick",
-            names[0] + ",100,100",
+            names[0] + ",40,30",
             "--output_path",
             out("picked")}}) {
     SCOPED_TRACE(arguments[0]);
@@ -239,6 +239,8 @@ TEST_F(HostileNames, ThatBecomeTheSameResultAreRefused) {
     SCOPED_TRACE(other);
     fs::remove_all(Scene());
     MakeScene({"0000.jpg", other});
+    // By its name the mask of both, which would be refused first.
+    fs::remove(Scene() / "object_mask" / "0000.png");
     const Outcome trained = Train();
     ASSERT_EQ(trained.exit_code, 0) << trained.err;
     const Outcome rendered = RunSemfoam({"foam_renderer",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/exportable_scene.h"
+#include "export/names.h"
 #include "foam/model.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
@@ -83,7 +84,7 @@ void PrintObjects(const ExportableScene& scene) {
                   at.z());
     std::printf("  %5d  %-14s %7zu %6d %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
                 object.id,
-                object.name.c_str(),
+                OneLine(object.name).c_str(),
                 object.cells.size(),
                 object.pieces,
                 object.volume,
@@ -96,7 +97,7 @@ void PrintObjects(const ExportableScene& scene) {
                 size.z());
   }
   for (const Label& label : scene.labels_without_cells) {
-    std::printf("  %5d  %-14s has no solid cells\n", label.id, label.name.c_str());
+    std::printf("  %5d  %-14s has no solid cells\n", label.id, OneLine(label.name).c_str());
   }
 }
 
@@ -115,7 +116,7 @@ void RunFoamAnalyzer(int argc, char** argv) {
   PrintObjects(PrepareExport(model, foam_path));
   std::printf("Options of the training\n");
   for (const auto& [name, value] : model.options) {
-    std::printf("  %s = %s\n", name.c_str(), value.c_str());
+    std::printf("  %s = %s\n", OneLine(name).c_str(), OneLine(value).c_str());
   }
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
 #include "foam/error.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 void Print(const ViewScore& view, const std::optional<LabelScore>& labels) {
-  std::printf("%-32s %8.2f %8.4f", view.name.c_str(), view.psnr, view.ssim);
+  std::printf("%-32s %8.2f %8.4f", OneLine(view.name).c_str(), view.psnr, view.ssim);
   if (labels.has_value()) std::printf(" %8.3f", labels->iou);
   std::printf("\n");
 }
@@ -38,7 +39,7 @@ void Print(const std::optional<LabelScore>& score) {
 void Print(const std::string& name,
            const std::optional<LabelScore>& direct,
            const LabelScore& prompt) {
-  std::printf("%-24s", name.c_str());
+  std::printf("%-24s", OneLine(name).c_str());
   Print(direct);
   Print(std::optional<LabelScore>(prompt));
   std::printf("\n");

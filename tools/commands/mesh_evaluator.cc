@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/export_transform.h"
+#include "export/names.h"
 #include "foam/error.h"
 #include "foam/output_file.h"
 #include "tools/commands.h"
@@ -74,7 +75,7 @@ MeshScore MeanOf(const std::vector<ScoredPair>& pairs, size_t num_tolerances) {
 }
 
 void PrintRow(const std::string& name, const MeshScore& score, bool has_mesh) {
-  std::printf("%-20s", name.c_str());
+  std::printf("%-20s", OneLine(name).c_str());
   for (size_t k = 0; k < score.precision.size(); ++k) {
     std::printf("  %6.3f %6.3f %6.3f", score.precision[k], score.recall[k], score.f_score[k]);
   }

@@ -119,6 +119,20 @@ TEST_F(TrainingFolder, KeepsTwoCheckpointsAndNoneWhereNoneAreWanted) {
   ExpectWhole(folder / "none");
 }
 
+TEST_F(TrainingFolder, ASignalLeavesACheckpointEvenWhereNoneAreWanted) {
+  const TempFolder folder;
+  const fs::path output = folder / "out";
+  Running running(Trainer(Workspace(), output, {"--checkpoint_every", "0"}));
+  ASSERT_TRUE(running.WaitUntil([&] { return fs::exists(output / "checkpoints"); }));
+  const Outcome stopped = running.End(SIGINT);
+  EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+  EXPECT_EQ(CheckpointsIn(output).size(), 1u);
+  const Outcome resumed = RunSemfoam(Trainer(Workspace(), output, {"--resume", "1"}));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("Going on from"));
+  ExpectWhole(output);
+}
+
 TEST_F(TrainingFolder, OneProcessAtATimeWritesIntoAFolder) {
   const TempFolder folder;
   const fs::path output = folder / "out";

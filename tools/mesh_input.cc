@@ -43,7 +43,10 @@ Eigen::Vector3d ToVector(const Point& point) { return {point.x(), point.y(), poi
 // for granted.
 bool HasElementFirst(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
-  for (std::string line; std::getline(file, line);) {
+  std::string line;
+  // "ply", and the format, whatever stands there.
+  for (int i = 0; i < 2; ++i) std::getline(file, line);
+  while (std::getline(file, line)) {
     std::istringstream words(line);
     std::string keyword, name;
     uint64_t count = 0;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "tests/plugin/colmap_program.h"
 #include "tests/plugin/reprojection.h"

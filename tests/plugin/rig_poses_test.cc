@@ -8,7 +8,6 @@
 #include "plugin/scene.h"
 
 #include <map>
-#include <sstream>
 
 #include "tests/plugin/colmap_program.h"
 #include "tests/plugin/test_util.h"

@@ -83,7 +83,7 @@ constexpr int kNumEvaluations = 20;  // of the held-out views, over the run
 // Pixels between two that are looked at: the least, and what follows from looking at so many rays
 // at the most. Large photos have more pixels than a foam has to show.
 constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
-constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 25;
+constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 24;
 // The time of a ray that is only looked at, in that of one that is learned from (README.md, Speed).
 constexpr double kLookedAtShare = 0.3;
 
@@ -248,6 +248,7 @@ class Trainer {
   int64_t early_iterations_ = 0;    // of these, up to densify_until; late_rays may replace the rest
   double pace_begin_ = 0;           // seconds of learning before the pace was measured
   double seconds_evaluating_ = 0;
+  double seconds_reading_ = 0;  // before the first iteration
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;
@@ -661,7 +662,8 @@ void Trainer::Report(const std::function<void(const TrainingProgress&)>& report)
   progress_.sites = foam_.NumSites();
   progress_.seconds = SecondsSince(begin_);
   const double done = RunFraction();
-  progress_.seconds_left = done > 0 ? progress_.seconds * (1 - done) / done : NAN;
+  const double learning = progress_.seconds - seconds_reading_;
+  progress_.seconds_left = done > 0 ? learning * (1 - done) / done : NAN;
   if (loss_count_ > 0) {
     progress_.color_loss = loss_sum_.color / loss_count_;
     progress_.opacity_loss = loss_sum_.opacity / loss_count_;
@@ -689,6 +691,12 @@ TrainingSummary Trainer::Run(const std::function<void(const TrainingProgress&)>&
       reading.seconds = SecondsSince(begin_);
       report(reading);
     });
+  }
+  if (cache_) {
+    // Not counted in what an iteration takes.
+    const double begin = SecondsSince(begin_);
+    cache_->Drawn(progress_.iteration, RangeInCache(), progress_.num_iterations);
+    seconds_reading_ = SecondsSince(begin_) - begin;
   }
   Retriangulate();
   while (progress_.iteration < progress_.num_iterations) {

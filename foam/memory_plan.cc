@@ -2,6 +2,7 @@
 #include "foam/memory_plan.h"
 
 #include "foam/error.h"
+#include "foam/pixel_range.h"
 #include "foam/ray_batch.h"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ constexpr int64_t kBytesPerRay = 4 * kRecordsPerRay * int64_t{sizeof(GradientRec
 constexpr double kAllocatorFactor = 1.1;
 
 // The program and its libraries, and what reading photos leaves behind.
-constexpr int64_t kProgramBytes = 130'000'000;
+constexpr int64_t kProgramBytes = 150'000'000;
 
 int64_t Sites(const TrainingOptions& options, int64_t num_seeds) {
   const int64_t seed_sites =
@@ -66,9 +67,8 @@ int64_t MemoryPlan::Total() const {
 }
 
 std::string MemoryPlan::Report() const {
-  const int64_t of_sites = parameters + planes + triangulation;
   std::ostringstream text;
-  text << "up to " << sites << " sites of " << of_sites / sites << " bytes ("
+  text << "up to " << sites << " sites of " << OfSites() / sites << " bytes ("
        << FormatBytes(parameters) << " parameters, " << FormatBytes(planes) << " planes, "
        << FormatBytes(triangulation) << " triangulation), " << FormatBytes(photos)
        << " photos and masks, " << FormatBytes(batch) << " rays: " << FormatBytes(Total())
@@ -102,6 +102,17 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   return plan;
 }
 
+int64_t DrawnPixelBytes(const TrainingOptions& options) {
+  constexpr int64_t kBytesOfTile =
+      int64_t{sizeof(int64_t)} + kTileRays * int64_t{sizeof(PixelValue)};
+  constexpr int64_t kKept = 25'000'000;  // of held-out photos and probes
+  const double early = options.late_rays > 0 ? options.densify_until : 1;
+  const double rays = early * double(options.num_rays) + double(options.late_rays);
+  // While the SH degree may be settled at any time, two draws are kept of each.
+  const double twice = options.fixed_sh_degree ? 0 : 0.1 * std::max(0, options.sh_degree - 1);
+  return kKept + static_cast<int64_t>((1 + twice) * rays / kTileRays * kBytesOfTile);
+}
+
 void RequireMemory(const TrainingOptions& options,
                    bool has_semantics,
                    int64_t num_seeds,
@@ -113,7 +124,7 @@ void RequireMemory(const TrainingOptions& options,
                               FormatBytes(photo_bytes) + " of photos and masks takes " +
                               FormatBytes(plan.Total()) + " of memory, and " +
                               FormatBytes(available) + " are available; ";
-  const int64_t of_sites = plan.parameters + plan.planes + plan.triangulation;
+  const int64_t of_sites = plan.OfSites();
   const int64_t left = available - (plan.Total() - of_sites);
   TrainingOptions smaller = options;
   smaller.final_sites = static_cast<int>(
@@ -125,7 +136,7 @@ void RequireMemory(const TrainingOptions& options,
   throw UserError(problem,
                   plan.batch > plan.photos
                       ? "a smaller --FoamTraining.rays_per_iteration would be right."
-                      : "fewer or smaller photos would be right.");
+                      : "a smaller --image_cache_gb would be right.");
 }
 
 }  // namespace semfoam

@@ -17,9 +17,10 @@ struct MemoryPlan {
   int64_t planes = 0;         // of all faces, for the walk
   int64_t triangulation = 0;  // CGAL's and ours, and what hangs on the topology
   int64_t batch = 0;          // rays of an iteration and the records of their gradients
-  int64_t photos = 0;         // and masks, as loaded
+  int64_t photos = 0;         // and masks, or what is kept of them
   int64_t program = 0;        // the rest of the process
 
+  int64_t OfSites() const { return parameters + planes + triangulation; }
   int64_t Total() const;
 
   // "up to 100000 sites of 2300 bytes (0.23 GB), ..., 0.35 GB in all".
@@ -32,6 +33,10 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
                       bool has_semantics,
                       int64_t num_seeds,
                       int64_t photo_bytes);
+
+// What a run keeps of photos and masks that do not fit into memory (pixel_cache.h), at the most:
+// the pixels that it draws, and those that it looks at again and again.
+int64_t DrawnPixelBytes(const TrainingOptions& options);
 
 // Throws UserError with one sentence that says how much is needed, how much there is, and what
 // would fit, when the plan for these arguments exceeds `available` bytes. To be called before

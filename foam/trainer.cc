@@ -116,8 +116,7 @@ void Trainer::DrawBatch() {
   }
   const PixelValue* values = nullptr;
   if (cache_) {
-    const int range = probe_pixels_.size() > 0 ? kAllButProbes : kAllViews;
-    values = cache_->Drawn(progress_.iteration, range, schedule_.num_iterations());
+    values = cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
   }
   summary_.nonfinite_pixels += DrawRays(views_,
                                         pixels_,
@@ -223,7 +222,8 @@ void Trainer::Report(const TrainingHooks& hooks) {
   progress_.sites = foam_.NumSites();
   progress_.seconds = SecondsSince(begin_);
   const double done = RunFraction();
-  progress_.seconds_left = done > 0 ? progress_.seconds * (1 - done) / done : NAN;
+  const double learning = progress_.seconds - seconds_reading_;
+  progress_.seconds_left = done > 0 ? learning * (1 - done) / done : NAN;
   if (loss_count_ > 0) {
     progress_.color_loss = loss_sum_.color / loss_count_;
     progress_.opacity_loss = loss_sum_.opacity / loss_count_;
@@ -252,6 +252,12 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
       reading.seconds = SecondsSince(begin_);
       hooks.report(reading);
     });
+  }
+  if (cache_) {
+    // Not counted in what an iteration takes.
+    const double begin = SecondsSince(begin_);
+    cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
+    seconds_reading_ = SecondsSince(begin_) - begin;
   }
   while (true) {
     Iterate();

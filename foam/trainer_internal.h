@@ -52,6 +52,7 @@ class Trainer {
   void Retriangulate();
   void ChooseViews();
   void MakeCache();
+  int RangeInCache() const { return probe_pixels_.size() > 0 ? kAllButProbes : kAllViews; }
   std::vector<int> RangesAt(int64_t iteration) const;
   std::vector<ViewPixel> ProbePixels() const;
   void DrawBatch();
@@ -102,6 +103,7 @@ class Trainer {
   bool sh_degree_is_settled_ = false;
   int evaluations_ = 0;
   double seconds_evaluating_ = 0;
+  double seconds_reading_ = 0;  // before the first iteration
 
   std::vector<BatchRay> rays_;
   BatchResult batch_;

@@ -30,7 +30,7 @@ int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
 
 // The least and, as a number of rays, the most of what EvaluationStride and StatisticsStride give.
 constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
-constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 25;
+constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 24;
 
 // The least stride from `stride` on with no more than `most` rays, but one a view.
 int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {

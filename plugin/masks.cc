@@ -241,14 +241,16 @@ ClassImage ClassesOf(const DecodedMask& mask,
                      const PhotoSize& photo_size,
                      int num_classes) {
   ClassImage image(photo_size, num_classes);
+  std::vector<int64_t> columns(photo_size.width);
+  for (int64_t x = 0; x < photo_size.width; ++x) {
+    columns[x] = (2 * x + 1) * mask.size.width / (2 * photo_size.width);
+  }
   size_t pixel = 0;
   for (int64_t y = 0; y < photo_size.height; ++y) {
     // The mask's pixel in which the centre of the photo's pixel falls: floor((y + 1/2) h' / h).
     const int64_t mask_y = (2 * y + 1) * mask.size.height / (2 * photo_size.height);
-    for (int64_t x = 0; x < photo_size.width; ++x) {
-      const int64_t mask_x = (2 * x + 1) * mask.size.width / (2 * photo_size.width);
-      image.Set(pixel++, classes[mask.pixels[mask_y * mask.size.width + mask_x]]);
-    }
+    const uint16_t* row = mask.pixels.data() + mask_y * mask.size.width;
+    for (const int64_t x : columns) image.Set(pixel++, classes[row[x]]);
   }
   return image;
 }

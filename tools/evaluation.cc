@@ -18,10 +18,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The labels that were rendered of one held-out view.
-struct LabelView {
-  fs::path photo;
-  LabelImage ids;
+// The objects that have exact masks, and what of them has been scored.
+class ObjectScorers {
+ public:
+  // The folders of masks in `truth_path`; none where that is empty.
+  ObjectScorers(const fs::path& truth_path, const Model& model) {
+    if (truth_path.empty()) return;
+    std::map<std::string, int32_t> id_of_name;
+    for (const Label& label : model.labels) id_of_name[label.name] = label.id;
+    for (const fs::directory_entry& folder : fs::directory_iterator(truth_path)) {
+      if (!folder.is_directory()) continue;
+      const auto id = id_of_name.find(folder.path().filename().string());
+      scorers_.emplace(folder.path(),
+                       id == id_of_name.end() ? std::nullopt : std::optional<int32_t>(id->second));
+    }
+  }
+
+  // The labels that were rendered of the next view. One without a mask counts as one with an empty
+  // mask, so that places stay.
+  void Add(const fs::path& photo, const LabelImage& ids) {
+    for (auto& [folder, scorer] : scorers_) scorer.Add(ids, MaskOf(photo, ids, folder));
+  }
+
+  // By the folders' names.
+  std::map<std::string, ObjectScore> Finish() const {
+    std::map<std::string, ObjectScore> scores;
+    for (const auto& [folder, scorer] : scorers_) {
+      if (const auto score = scorer.Finish()) scores[folder.filename().string()] = *score;
+    }
+    return scores;
+  }
+
+ private:
+  // The exact mask of the view; empty, all 0, where there is none.
+  static LabelImage MaskOf(const fs::path& photo, const LabelImage& ids, const fs::path& folder) {
+    for (const fs::path& name : {photo, photo.filename()}) {
+      const fs::path mask = (folder / name).replace_extension(".png");
+      if (fs::exists(mask)) return ResizeNearest(ReadForeground(mask), ids.width, ids.height);
+    }
+    return {ids.width, ids.height, std::vector<int32_t>(size_t{1} * ids.width * ids.height, 0)};
+  }
+
+  std::map<fs::path, ObjectScorer> scorers_;
 };
 
 Image8 ConfidenceImage(const RenderedView& rendered) {
@@ -32,7 +70,7 @@ Image8 ConfidenceImage(const RenderedView& rendered) {
   return image;
 }
 
-// Renders one held-out view and scores its colours; adds its labels to those for later.
+// Renders one held-out view and scores its colours and labels.
 ViewScore ScoreView(const PhotoRecord& photo,
                     const fs::path& foam_path,
                     const fs::path& image_path,
@@ -40,7 +78,7 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     const ViewRenderer& renderer,
                     bool fit_exposure,
                     const OnViewMaps& on_maps,
-                    std::vector<LabelView>* label_views) {
+                    ObjectScorers* objects) {
   Image8 truth = ReadPhoto(image_path / photo.name);
   const PhotoSize trained = {photo.width, photo.height};
   // As training reduced it, --FoamTraining.max_image_size.
@@ -62,7 +100,7 @@ ViewScore ScoreView(const PhotoRecord& photo,
   const RenderedView rendered =
       renderer.Render(MakeCameraRays(photo, model.world_from_normalized, foam_path));
   if (model.foam.HasSemantics()) {
-    label_views->push_back({photo.name, IdImage(rendered, model.labels)});
+    objects->Add(photo.name, IdImage(rendered, model.labels));
   }
   ImagePair pair = {ColorImage(rendered), std::move(truth)};
   if (fit_exposure) pair = FitExposure(pair.render, pair.photo);
@@ -73,40 +111,6 @@ ViewScore ScoreView(const PhotoRecord& photo,
     on_maps(photo.name, maps);
   }
   return {photo.name, Psnr(pair.render, pair.photo), Ssim(pair.render, pair.photo)};
-}
-
-// The exact mask of the view; empty, all 0, where there is none.
-LabelImage MaskOf(const LabelView& view, const fs::path& folder) {
-  const int width = view.ids.width;
-  const int height = view.ids.height;
-  for (const fs::path& name : {view.photo, view.photo.filename()}) {
-    const fs::path mask = (folder / name).replace_extension(".png");
-    if (fs::exists(mask)) return ResizeNearest(ReadForeground(mask), width, height);
-  }
-  return {width, height, std::vector<int32_t>(size_t{1} * width * height, 0)};
-}
-
-// The scores of every folder of masks, by its name.
-std::map<std::string, ObjectScore> ScoreObjects(const fs::path& truth_path,
-                                                const Model& model,
-                                                const std::vector<LabelView>& label_views) {
-  std::map<std::string, int32_t> id_of_name;
-  for (const Label& label : model.labels) id_of_name[label.name] = label.id;
-  std::map<std::string, ObjectScore> scores;
-  for (const fs::directory_entry& folder : fs::directory_iterator(truth_path)) {
-    if (!folder.is_directory()) continue;
-    std::vector<MaskedView> views;
-    // A view without a mask stands as one with an empty mask, so that places stay.
-    for (const LabelView& view : label_views) {
-      views.push_back({&view.ids, MaskOf(view, folder.path())});
-    }
-    const std::string name = folder.path().filename().string();
-    const auto id = id_of_name.find(name);
-    const std::optional<ObjectScore> score = ScoreObject(
-        views, id == id_of_name.end() ? std::nullopt : std::optional<int32_t>(id->second));
-    if (score.has_value()) scores[name] = *score;
-  }
-  return scores;
 }
 
 std::optional<LabelScore> MeanOf(const std::vector<LabelScore>& scores) {
@@ -125,14 +129,14 @@ Scores ScoreModel(const Model& model,
                   bool fit_exposure,
                   const OnViewMaps& on_maps) {
   const ViewRenderer renderer(model.foam);
-  std::vector<LabelView> label_views;
+  ObjectScorers objects(truth_path, model);
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
     if (!photo.held_out) continue;
-    scores.views.push_back(ScoreView(
-        photo, foam_path, image_path, model, renderer, fit_exposure, on_maps, &label_views));
+    scores.views.push_back(
+        ScoreView(photo, foam_path, image_path, model, renderer, fit_exposure, on_maps, &objects));
   }
-  if (!truth_path.empty()) scores.objects = ScoreObjects(truth_path, model, label_views);
+  scores.objects = objects.Finish();
   return scores;
 }
 

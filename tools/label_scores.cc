@@ -14,16 +14,16 @@ bool IsEmpty(const LabelImage& mask) {
   return std::all_of(mask.data.begin(), mask.data.end(), [](int32_t value) { return value == 0; });
 }
 
-std::vector<int32_t> PromptLabels(const MaskedView& view) {
+std::vector<int32_t> PromptLabels(const LabelImage& rendered, const LabelImage& mask) {
   struct Pixels {
     int64_t inside = 0;
     int64_t all = 0;
   };
   std::map<int32_t, Pixels> of_label;
-  for (size_t i = 0; i < view.mask.data.size(); ++i) {
-    Pixels& pixels = of_label[view.rendered->data[i]];
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    Pixels& pixels = of_label[rendered.data[i]];
     ++pixels.all;
-    pixels.inside += view.mask.data[i] != 0;
+    pixels.inside += mask.data[i] != 0;
   }
   std::vector<int32_t> labels;
   for (const auto& [label, pixels] : of_label) {
@@ -68,11 +68,12 @@ Overlap OverlapOf(const LabelImage& shown, const LabelImage& truth) {
 }
 
 // Of a view whose mask is not empty; `boundary` is that of its mask.
-LabelScore ScoreView(const MaskedView& view,
+LabelScore ScoreView(const LabelImage& rendered,
+                     const LabelImage& mask,
                      const LabelImage& boundary,
                      const std::vector<int32_t>& labels) {
-  const LabelImage shown = MaskOf(*view.rendered, labels);
-  const Overlap overlap = OverlapOf(shown, view.mask);
+  const LabelImage shown = MaskOf(rendered, labels);
+  const Overlap overlap = OverlapOf(shown, mask);
   return {overlap.Iou(), overlap.Recall(), OverlapOf(BoundaryOf(shown), boundary).Iou()};
 }
 
@@ -110,27 +111,27 @@ LabelImage BoundaryOf(const LabelImage& mask) {
   return boundary;
 }
 
-std::optional<ObjectScore> ScoreObject(const std::vector<MaskedView>& views,
-                                       const std::optional<int32_t>& id) {
-  ObjectScore score;
-  for (size_t i = 0; i < views.size(); ++i) {
-    const MaskedView& view = views[i];
-    CHECK_EQ(view.rendered->width, view.mask.width);
-    CHECK_EQ(view.rendered->height, view.mask.height);
-    if (IsEmpty(view.mask)) continue;
-    if (score.views.empty()) score.prompt_labels = PromptLabels(view);
-    const LabelImage boundary = BoundaryOf(view.mask);
-    ViewLabelScore& of_view = score.views.emplace_back();
-    of_view.view = i;
-    of_view.prompt = ScoreView(view, boundary, score.prompt_labels);
-    if (id.has_value()) of_view.direct = ScoreView(view, boundary, {*id});
-  }
-  if (score.views.empty()) return std::nullopt;
-  if (id.has_value()) score.direct.emplace();
+void ObjectScorer::Add(const LabelImage& rendered, const LabelImage& mask) {
+  CHECK_EQ(rendered.width, mask.width);
+  CHECK_EQ(rendered.height, mask.height);
+  const size_t view = num_views_++;
+  if (IsEmpty(mask)) return;
+  if (score_.views.empty()) score_.prompt_labels = PromptLabels(rendered, mask);
+  const LabelImage boundary = BoundaryOf(mask);
+  ViewLabelScore& of_view = score_.views.emplace_back();
+  of_view.view = view;
+  of_view.prompt = ScoreView(rendered, mask, boundary, score_.prompt_labels);
+  if (id_.has_value()) of_view.direct = ScoreView(rendered, mask, boundary, {*id_});
+}
+
+std::optional<ObjectScore> ObjectScorer::Finish() const {
+  if (score_.views.empty()) return std::nullopt;
+  ObjectScore score = score_;
+  if (id_.has_value()) score.direct.emplace();
   const double share = 1.0 / static_cast<double>(score.views.size());
   for (const ViewLabelScore& view : score.views) {
     score.prompt.Add(view.prompt, share);
-    if (id.has_value()) score.direct->Add(*view.direct, share);
+    if (id_.has_value()) score.direct->Add(*view.direct, share);
   }
   return score;
 }

@@ -28,15 +28,9 @@ struct LabelScore {
   }
 };
 
-// One view of one object: what was rendered and where the object truly is (non-zero). Same size.
-struct MaskedView {
-  const LabelImage* rendered = nullptr;
-  LabelImage mask;
-};
-
 // How one view shows an object.
 struct ViewLabelScore {
-  size_t view = 0;  // which of the views that were given
+  size_t view = 0;  // which of the views that were added
   LabelScore prompt;
   std::optional<LabelScore> direct;
 };
@@ -55,9 +49,23 @@ struct ObjectScore {
 // sees ragged borders, which the IoU of a large object hides.
 LabelImage BoundaryOf(const LabelImage& mask);
 
-// Views in order; the first one with a mask that is not empty is the prompt. Nothing where no view
-// has any. CHECKs equal sizes.
-std::optional<ObjectScore> ScoreObject(const std::vector<MaskedView>& views,
-                                       const std::optional<int32_t>& id);
+// Scores one object, view by view, so that no more than one of them need be in memory.
+class ObjectScorer {
+ public:
+  // `id`: the object's own, where it is known.
+  explicit ObjectScorer(std::optional<int32_t> id) : id_(id) {}
+
+  // The next view: what was rendered and where the object truly is (non-zero). The first one with a
+  // mask that is not empty is the prompt. CHECKs equal sizes.
+  void Add(const LabelImage& rendered, const LabelImage& mask);
+
+  // Nothing where no view had a mask that is not empty.
+  std::optional<ObjectScore> Finish() const;
+
+ private:
+  std::optional<int32_t> id_;
+  size_t num_views_ = 0;
+  ObjectScore score_;
+};
 
 }  // namespace semfoam

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <memory>
 
 #include <glog/logging.h>
 
@@ -50,6 +51,18 @@ class FewViews final : public TrainingViews {
   Eigen::Vector3d Origin(int view) const override { return views_.Origin(chosen_[view]); }
   bool Ray(int view, int x, int y, TrainingRay* ray) const override {
     return views_.Ray(chosen_[view], x, y, ray);
+  }
+  bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override {
+    return views_.RayDirection(chosen_[view], x, y, direction);
+  }
+  bool HoldsPixels() const override { return views_.HoldsPixels(); }
+  int64_t CacheBytes() const override { return views_.CacheBytes(); }
+  int MostOpenViews() const override { return views_.MostOpenViews(); }
+  std::unique_ptr<ViewPixels> OpenView(int view) const override {
+    return views_.OpenView(chosen_[view]);
+  }
+  bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override {
+    return views_.RayOf(chosen_[view], x, y, value, ray);
   }
 
  private:

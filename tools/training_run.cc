@@ -12,6 +12,7 @@
 #include "plugin/scene_checksums.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
+#include "tools/scene_loading.h"
 #include "tools/time_budget.h"
 #include "tools/training_log.h"
 #include "tools/training_options.h"
@@ -146,7 +147,16 @@ TrainingSummary Train(const OptionManager& options,
                       TrainingFolder* folder) {
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
-  hooks.report = [&](const TrainingProgress& progress) { line.Update(progress); };
+  hooks.report = [&](const TrainingProgress& progress) {
+    if (progress.photos_to_read > 0) {
+      line.Show(
+          FormatCount(
+              "reading photos", progress.photos_read, progress.photos_to_read, progress.seconds),
+          progress.seconds);
+    } else {
+      line.Update(progress);
+    }
+  };
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     const int signal = InterruptionRequested();
     if (signal == 0 && !folder->IsDue()) return;
@@ -168,6 +178,11 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
   options->AddDefaultOption("test_every",
                             &run->scene.test_every,
                             "hold out every so many photos by name, from the first; 0 = none");
+  options->AddDefaultOption("image_cache_gb",
+                            &run->image_cache_gb,
+                            "GB of memory for photos and masks; where they need more, only the "
+                            "pixels that training draws are kept and files are read again, with "
+                            "the same result; -1 = 3/4 of the free memory beside the foam");
   AddTrainingOptions(options, &run->quality, &run->training);
   options->AddDefaultOption("FoamTraining.time_budget",
                             &run->time_budget,
@@ -222,6 +237,12 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
                     run->scene.max_image_size,
                     "; it must be a number of pixels from 1 on, or -1 for photos as they are.");
   }
+  if (run->image_cache_gb != -1 && !(run->image_cache_gb > 0 && run->image_cache_gb <= 1e6)) {
+    throw UserError("Failed to parse options - --image_cache_gb is ",
+                    run->image_cache_gb,
+                    "; it must be a number of GB greater than 0 and up to 1000000, or -1 to choose "
+                    "by the memory that is free.");
+  }
   if (run->time_budget < 0) {
     throw UserError("Failed to parse options - --FoamTraining.time_budget is ",
                     run->time_budget,
@@ -237,6 +258,13 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
   }
 }
 
+TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
+  ScenePlan plan = PlanScene(scene);
+  const ImageMemory images = PlanImageMemory(
+      run.image_cache_gb, plan, run.training, /*draws_any_number=*/false, AvailableMemory());
+  return LoadScene(std::move(plan), images);
+}
+
 Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
@@ -248,19 +276,27 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
                     ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
                     "COLMAP model too.");
   }
-  const auto photo_bytes = static_cast<int64_t>(plan.MemoryBytes());
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const bool has_semantics = plan.masks.NumPaired() > 0;
   const int64_t available = AvailableMemory();
+  const ImageMemory images =
+      PlanImageMemory(run->image_cache_gb, plan, run->training, run->time_budget > 0, available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run->training, has_semantics, num_seeds, photo_bytes).Report() << ", "
+            << PlanMemory(run->training, has_semantics, num_seeds, images.bytes).Report() << ", "
             << FormatBytes(available) << " available";
-  RequireMemory(run->training, has_semantics, num_seeds, photo_bytes, available);
+  RequireMemory(run->training, has_semantics, num_seeds, images.bytes, available);
   folder->SetIdentity(IdentityOf(options, *run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
-  LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(photo_bytes) << ")";
-  TrainingScene scene(std::move(plan));
+  const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  if (images.holds_all) {
+    LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
+  } else {
+    LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
+              << ") only the pixels that are drawn are kept, in up to "
+              << FormatBytes(images.cache_bytes) << " (--image_cache_gb)";
+  }
+  TrainingScene scene = LoadScene(std::move(plan), images);
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
@@ -279,7 +315,11 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
       run->training.Serialize(&chosen);
     } else {
       FitToBudget(options, scene, begin, run);
-      RequireMemory(run->training, has_semantics, num_seeds, /*photo_bytes=*/0, AvailableMemory());
+      RequireMemory(run->training,
+                    has_semantics,
+                    num_seeds,
+                    images.holds_all ? 0 : images.bytes,
+                    AvailableMemory());
     }
     CheckpointContents contents;
     StateWriter chosen("chosen_options", &contents);

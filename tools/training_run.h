@@ -22,6 +22,7 @@ struct TrainingRun {
   TrainingOptions training;
   double time_budget = 0;  // seconds for all that foam_trainer does; 0 = as `training` says
   EffectsOptions effects;
+  double image_cache_gb = -1;  // see PlanImageMemory
 
   // As the options spell them; Finish() brings them into `scene` and `effects`.
   std::string image_path;
@@ -30,7 +31,8 @@ struct TrainingRun {
   EffectsChoices effects_choices;
 };
 
-// Adds --mask_path, --labels_path, --test_every, --quality, --Masks.*, --FoamTraining.* and
+// Adds --mask_path, --labels_path, --test_every, --image_cache_gb, --quality, --Masks.*,
+// --FoamTraining.* and
 // --Effects.*.
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run);
 
@@ -47,6 +49,9 @@ void TakeSchedule(const OptionManager& options,
 // To be called after Parse, before any work: completes `run` and throws UserError when an option is
 // out of range.
 void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
+
+// The scene that the options name, loaded within --image_cache_gb.
+TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 
 // Loads the photos and masks, probes which effects they call for, says what was found and what is
 // going to be done, trains, and writes scene.foam, effects.json and training_log.csv and, with

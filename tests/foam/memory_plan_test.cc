@@ -78,8 +78,24 @@ TEST(MemoryPlan, SaysWhatIsNeededWhatThereIsAndWhatWouldFit) {
       << "far less than would fit";
 }
 
+// Seven bytes a ray: a tile's place, and four pixels of five bytes.
+TEST(MemoryPlan, KnowsWhatARunDraws) {
+  TrainingOptions options = Options(1000);
+  options.num_rays = 100'000'000;
+  options.fixed_sh_degree = true;
+  const int64_t bytes = DrawnPixelBytes(options);
+  EXPECT_GE(bytes, 700'000'000);
+  EXPECT_LE(bytes, 730'000'000);
+  options.late_rays = 100'000'000;  // instead of 40
+  EXPECT_EQ(DrawnPixelBytes(options) - bytes, 420'000'000);
+  options.late_rays = 0;
+  options.fixed_sh_degree = false;
+  EXPECT_EQ(DrawnPixelBytes(options) - bytes, 140'000'000) << "from 0.2 to 0.4 of the run";
+}
+
 TEST(MemoryPlan, NamesWhatElseIsTooLarge) {
-  EXPECT_THAT(Complaint(Options(1000), 8'000'000'000, 4'000'000'000), HasSubstr("smaller photos"));
+  EXPECT_THAT(Complaint(Options(1000), 8'000'000'000, 4'000'000'000),
+              HasSubstr("a smaller --image_cache_gb"));
   TrainingOptions options = Options(1000);
   options.rays_per_iteration = 1 << 24;
   EXPECT_THAT(Complaint(options, kPhotoBytes, 4'000'000'000), HasSubstr("rays_per_iteration"));

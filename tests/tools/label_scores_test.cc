@@ -2,6 +2,8 @@
 #include "tools/label_scores.h"
 
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +12,18 @@ namespace semfoam {
 namespace {
 
 using ::testing::ElementsAre;
+
+struct MaskedView {
+  const LabelImage* rendered;
+  LabelImage mask;
+};
+
+std::optional<ObjectScore> ScoreObject(const std::vector<MaskedView>& views,
+                                       const std::optional<int32_t>& id) {
+  ObjectScorer scorer(id);
+  for (const MaskedView& view : views) scorer.Add(*view.rendered, view.mask);
+  return scorer.Finish();
+}
 
 LabelImage Row(std::vector<int32_t> ids) {
   const int width = static_cast<int>(ids.size());

@@ -58,7 +58,7 @@ class Study {
         run_(std::move(run)),
         output_path_(std::move(output_path)),
         budget_(budget),
-        scene_(PlanScene(run_.scene)),
+        scene_(LoadScene(run_, run_.scene)),
         truth_(FindTruth("", run_.image_path)),
         time_(scene_,
               scene_.Seeds(),
@@ -167,7 +167,7 @@ class Study {
     if (run.max_image_size > 0 && run.max_image_size < image_size) {
       SceneOptions reduced = run_.scene;
       reduced.max_image_size = run.max_image_size;
-      TrainingScene scene(PlanScene(reduced));
+      TrainingScene scene = LoadScene(run_, reduced);
       BringToReferenceExposure(&scene);
       image_size = LongestSide(scene);
       summary = TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr);

@@ -24,7 +24,7 @@ void RunSceneAnalyzer(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   RequireWritableFolder(output_path);
-  const TrainingScene scene(PlanScene(run.scene));
+  const TrainingScene scene = LoadScene(run, run.scene);
   const SceneEffects effects = ProbeEffects(scene, run.effects);
   for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
   WriteEffects(std::filesystem::path(output_path) / "effects.json", effects, scene.Photos());

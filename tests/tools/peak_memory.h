@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/tools/program.h"
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace semfoam {
+
+struct MeasuredRun {
+  Outcome outcome;
+  int64_t peak_bytes = 0;  // resident, of the program alone
+};
+
+// Runs the program without a shell, so that its peak can be told from that of other runs. With
+// `memory_limit` > 0, it may have no more data than that.
+inline MeasuredRun MeasureSemfoam(const std::vector<std::string>& arguments,
+                                  int64_t memory_limit = 0) {
+  const TempFolder folder;
+  const std::string out = (folder / "out").string(), err = (folder / "err").string();
+  std::vector<char*> argv = {const_cast<char*>(SEMFOAM_PROGRAM)};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (memory_limit > 0) {
+      const rlimit limit = {static_cast<rlim_t>(memory_limit), static_cast<rlim_t>(memory_limit)};
+      ::setrlimit(RLIMIT_DATA, &limit);
+    }
+    if (std::freopen(out.c_str(), "w", stdout) != nullptr &&
+        std::freopen(err.c_str(), "w", stderr) != nullptr) {
+      ::execv(SEMFOAM_PROGRAM, argv.data());
+    }
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage = {};
+  EXPECT_EQ(::wait4(child, &status, 0, &usage), child);
+  MeasuredRun run;
+  run.outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  run.outcome.out = ReadFile(out);
+  run.outcome.err = ReadFile(err);
+  run.peak_bytes = int64_t{1024} * usage.ru_maxrss;
+  return run;
+}
+
+}  // namespace semfoam

@@ -147,5 +147,18 @@ TEST(Neighbour, TakesAPhotoAway) {
   }
 }
 
+// What is printed is a result too; a reader who has had enough of it is no error.
+TEST(StandardOutput, ThatIsFullIsAnErrorAndThatIsClosedIsNone) {
+  const Outcome full =
+      RunProgram("/bin/bash", {"-c", "\"$0\" foam_trainer -h >/dev/full", SEMFOAM_PROGRAM});
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_THAT(full.Errors(),
+              ::testing::ElementsAre(::testing::HasSubstr("standard output cannot be written")));
+  const Outcome closed = RunProgram(
+      "/bin/bash", {"-c", "\"$0\" foam_trainer -h | true; exit ${PIPESTATUS[0]}", SEMFOAM_PROGRAM});
+  EXPECT_EQ(closed.exit_code, 0) << closed.err;
+  EXPECT_THAT(closed.Errors(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace semfoam

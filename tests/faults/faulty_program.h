@@ -23,6 +23,13 @@ inline std::map<std::string, std::string> Snapshot(const std::filesystem::path& 
   return files;
 }
 
+// The same without what an unfinished training keeps to go on from.
+inline std::map<std::string, std::string> Results(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files = Snapshot(folder);
+  std::erase_if(files, [](const auto& file) { return file.first.starts_with("checkpoints/"); });
+  return files;
+}
+
 // Whether `bytes` is what a whole run writes, as `good` is. Files whose results are seconds differ
 // from run to run: of them only that no end is cut off.
 inline bool IsGood(const std::string& file, const std::string& bytes, const std::string& good) {

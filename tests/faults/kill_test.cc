@@ -60,7 +60,7 @@ class Kills {
     // It may have been quicker than before.
     EXPECT_TRUE(exit_code == 128 + signal || exit_code == 0) << exit_code;
     num_ended_ += exit_code != 0;
-    for (const auto& [file, bytes] : Snapshot(output_)) {
+    for (const auto& [file, bytes] : Results(output_)) {
       if (file.find(".semfoam-tmp-") != std::string::npos) continue;
       ASSERT_TRUE(good_.contains(file)) << file;
       EXPECT_TRUE(IsGood(file, bytes, good_[file]) || bytes == "older" ||
@@ -72,14 +72,21 @@ class Kills {
     }
   }
 
-  // The next run does all, and leaves nothing of those before.
-  void ExpectGoodRun() {
-    EXPECT_EQ(Wait(Start(arguments_)), 0);
+  // The next run does all, and leaves nothing of those before; with `resume`, it goes on where the
+  // last one was when it had begun to train.
+  void ExpectGoodRun(bool resume) {
+    std::vector<std::string> arguments = arguments_;
+    if (resume && fs::exists(output_ / "checkpoints")) {
+      arguments.insert(arguments.end(), {"--resume", "1"});
+      ++num_resumed_;
+    }
+    EXPECT_EQ(Wait(Start(arguments)), 0);
     EXPECT_TRUE(AreGood(Snapshot(output_), good_));
     EXPECT_THAT(HiddenBelow(output_), IsEmpty());
   }
 
   int num_ended() const { return num_ended_; }
+  int num_resumed() const { return num_resumed_; }
 
  private:
   std::vector<std::string> arguments_;
@@ -87,24 +94,34 @@ class Kills {
   std::chrono::duration<double> length_{};
   std::map<std::string, std::string> good_;
   std::mt19937 random_{7};
-  int num_ended_ = 0;
+  int num_ended_ = 0, num_resumed_ = 0;
 };
 
-void KillOften(Kills* kills, int often) {
+void KillOften(Kills* kills, int often, bool resume) {
   for (int i = 0; i < often; ++i) {
     kills->KillOnce(SIGKILL);
-    if (i % 5 == 4) kills->ExpectGoodRun();
+    if (resume || i % 5 == 4) kills->ExpectGoodRun(resume && i % 5 != 4);
   }
-  for (const int signal : {SIGINT, SIGTERM}) kills->KillOnce(signal);
-  kills->ExpectGoodRun();
+  for (const int signal : {SIGINT, SIGTERM}) {
+    kills->KillOnce(signal);
+    kills->ExpectGoodRun(resume && signal == SIGINT);
+  }
   EXPECT_GT(kills->num_ended(), often / 2);
-  std::printf("%d of %d runs ended by signals\n", kills->num_ended(), often + 2);
+  if (resume) {
+    EXPECT_GT(kills->num_resumed(), 0);
+  }
+  std::printf("%d of %d runs ended by signals, %d gone on with\n",
+              kills->num_ended(),
+              often + 2,
+              kills->num_resumed());
 }
 
 TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
   const TempFolder folder;
-  Kills kills(TinyTrainingCommand(kTabletop, folder / "out"), folder / "out");
-  KillOften(&kills, ManyFaults() ? 25 : 2);
+  std::vector<std::string> command = TinyTrainingCommand(kTabletop, folder / "out");
+  command.insert(command.end(), {"--checkpoint_every", "0.1"});
+  Kills kills(command, folder / "out");
+  KillOften(&kills, ManyFaults() ? 25 : 3, /*resume=*/true);
 }
 
 TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
@@ -116,7 +133,7 @@ TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
                "--output_path",
                (folder / "out").string()},
               folder / "out");
-  KillOften(&kills, ManyFaults() ? 25 : 3);
+  KillOften(&kills, ManyFaults() ? 25 : 3, /*resume=*/false);
 }
 
 // A photo that goes, or is cut, while the program runs: after the model and the folder were read,

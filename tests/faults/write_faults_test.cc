@@ -166,7 +166,7 @@ class WriteFaults : public ::testing::TestWithParam<Command> {
   // many are no good ones.
   int NumOld(const fs::path& folder, bool had_old) const {
     EXPECT_THAT(HiddenBelow(folder), IsEmpty());
-    const auto files = Snapshot(folder);
+    const auto files = Results(folder);
     int num_good = 0;
     for (const auto& [file, bytes] : files) {
       const auto good = good_.find(file);

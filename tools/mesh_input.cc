@@ -39,20 +39,26 @@ Eigen::Vector3d ToVector(const Point& point) { return {point.x(), point.y(), poi
                   "they are complete.");
 }
 
-// Whether the header of a PLY names an element before the first property: CGAL's reader takes that
-// for granted.
-bool HasElementFirst(const fs::path& path) {
+// What CGAL's reader takes for granted of a PLY's header: that an element stands before the first
+// property, and that there are no more records than the file has bytes.
+bool HasSoundHeader(const fs::path& path) {
+  const uint64_t file_size = fs::file_size(path);
   std::ifstream file(path, std::ios::binary);
   std::string line;
   // "ply", and the format, whatever stands there.
   for (int i = 0; i < 2; ++i) std::getline(file, line);
+  bool has_element = false;
   while (std::getline(file, line)) {
     std::istringstream words(line);
     std::string keyword, name;
     uint64_t count = 0;
     words >> keyword >> name >> count;
-    if (keyword == "element") return !words.fail();
-    if (keyword == "property" || keyword == "end_header") return false;
+    if (keyword == "end_header") return has_element;
+    if (keyword == "property" && !has_element) return false;
+    if (keyword != "element") continue;
+    // A minus sign wraps around.
+    if (words.fail() || count > file_size) return false;
+    has_element = true;
   }
   return false;
 }
@@ -90,7 +96,7 @@ TriangleMesh ReadTriangleMesh(const fs::path& path) {
   try {
     if (LowerExtension(path) == ".om") {
       read = ReadOm(path, &mesh.vertices, &polygons);
-    } else if (LowerExtension(path) != ".ply" || HasElementFirst(path)) {
+    } else if (LowerExtension(path) != ".ply" || HasSoundHeader(path)) {
       read = CGAL::IO::read_polygon_soup(path.string(), points, polygons);
     }
   } catch (const std::exception&) {  // a count that no memory holds, say
@@ -134,7 +140,7 @@ std::vector<Eigen::Vector3d> ReadPlyPoints(const fs::path& path) {
   std::vector<Point> points;
   bool read = false;
   try {
-    read = file && LowerExtension(path) == ".ply" && HasElementFirst(path) &&
+    read = file && LowerExtension(path) == ".ply" && HasSoundHeader(path) &&
            CGAL::IO::read_PLY(file, std::back_inserter(points));
   } catch (const std::exception&) {
     read = false;

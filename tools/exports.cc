@@ -4,7 +4,6 @@
 #include "export/label_sidecar.h"
 #include "export/names.h"
 #include "foam/error.h"
-#include "foam/json_file.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
 
@@ -190,13 +189,14 @@ void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats) {
   const std::filesystem::path sidecar = output_path / "labels.json";
-  if (!std::filesystem::exists(sidecar)) return;
   if (std::filesystem::is_directory(sidecar)) {
     throw UserError(sidecar.string(),
                     ": is a folder, in the way of the file of that name; choose another "
                     "--output_path.");
   }
-  const Json there = ReadJsonFile(sidecar);
+  if (!std::filesystem::is_regular_file(sidecar)) return;
+  std::ifstream file(sidecar);
+  const Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
   // No sidecar of ours says nothing of a frame.
   if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
   if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;

@@ -16,7 +16,8 @@ void WriteTextModel(const fs::path& folder) {
             "1 1 0 0 0 0 0 0 1 a.jpg\n10.5 20.5 7 30 40 -1\n2 1 0 0 0 1 0 0 1 b.jpg\n11 21 7\n");
   WriteFile(folder / "points3D.txt", "7 0.5 0.5 4 255 128 0 0.8 1 0 2 0\n");
   WriteFile(folder / "rigs.txt", "3 2 CAMERA 1 CAMERA 2 1 1 0 0 0 0.5 0 0\n");
-  WriteFile(folder / "frames.txt", "5 3 1 0 0 0 0 0 0 1 CAMERA 1 1\n");
+  WriteFile(folder / "frames.txt",
+            "5 3 1 0 0 0 0 0 0 1 CAMERA 1 1\n6 3 1 0 0 0 1 0 0 1 CAMERA 1 2\n");
 }
 
 TEST(BadInput, ColmapText) {

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 // A command with one option of every kind.
 struct Command {
-  std::string input_path;
+  std::string input_path, labels_path;
   std::string quality = "medium";
   bool preview = false;
   int test_every = 0;
@@ -33,6 +33,7 @@ struct Command {
     options.AddChoiceOption("quality", &quality, {"low", "medium"}, "the preset", [this] {
       num_rays = quality == "low" ? 10 : 100;
     });
+    options.AddDefaultOption("labels_path", &labels_path, "names; empty = none");
     options.AddDefaultOption("preview", &preview, "pictures too");
     options.AddDefaultOption("test_every", &test_every, "0 = none");
     options.AddDefaultOption("FoamTraining.num_rays", &num_rays, "rays in all");
@@ -235,9 +236,9 @@ TEST(OptionManager, GivesItsCommandLineBackForAShell) {
             "--FoamTraining.step 2");
   // An empty word stays one.
   Command other;
-  ASSERT_TRUE(other.Parse({"--input_path", "", "--preview", "0"}));
+  ASSERT_TRUE(other.Parse({"--input_path", "a", "--labels_path", "", "--preview", "0"}));
   EXPECT_EQ(other.options.CommandLineWith("semfoam", "preview", "1"),
-            "semfoam foam_trainer --input_path '' --preview 1");
+            "semfoam foam_trainer --input_path a --labels_path '' --preview 1");
 }
 
 TEST(OptionManager, GroupValuesReadBackAsTheSameValues) {

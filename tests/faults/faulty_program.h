@@ -85,9 +85,11 @@ inline Outcome RunWithFault(const std::vector<std::string>& arguments,
   return RunProgram("/usr/bin/env", line);
 }
 
-// A training of seconds, whose foam is worth nothing but has cells, labels and held-out views.
+// A training of half a second, or of more with more rays, whose foam is worth nothing but has
+// cells, labels and held-out views.
 inline std::vector<std::string> TinyTrainingCommand(const std::filesystem::path& scene,
-                                                    const std::filesystem::path& output) {
+                                                    const std::filesystem::path& output,
+                                                    const std::string& num_rays = "60000") {
   return {"foam_trainer",
           "--image_path",
           (scene / "images").string(),
@@ -102,7 +104,7 @@ inline std::vector<std::string> TinyTrainingCommand(const std::filesystem::path&
           "--test_every",
           "8",
           "--FoamTraining.num_rays",
-          "60000",
+          num_rays,
           "--FoamTraining.rays_per_iteration",
           "512",
           "--FoamTraining.final_sites",

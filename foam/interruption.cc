@@ -4,6 +4,7 @@
 #include "foam/scratch_folder.h"
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <mutex>
 #include <system_error>
@@ -13,6 +14,10 @@
 
 namespace semfoam {
 namespace {
+
+// A signal that comes again so soon is the same one: timeout(1) sends it to the process and then to
+// its group, and so do some batch systems.
+constexpr std::chrono::seconds kEcho(1);
 
 // Never destroyed: the waiting thread outlives the end of main.
 struct State {
@@ -29,13 +34,17 @@ State& TheState() {
 [[noreturn]] void End(int signal) { RemoveScratchFoldersAndExit(Interruption(signal).ExitCode()); }
 
 [[noreturn]] void WaitForSignals(const sigset_t& signals) {
+  using Clock = std::chrono::steady_clock;
   State& state = TheState();
+  Clock::time_point asked;
   while (true) {
     int signal = 0;
     if (sigwait(&signals, &signal) != 0) continue;
     const std::lock_guard lock(state.mutex);
+    if (state.requested == signal && Clock::now() - asked < kEcho) continue;
     if (state.num_deferrals == 0 || state.requested != 0) End(signal);
     state.requested = signal;
+    asked = Clock::now();
   }
 }
 

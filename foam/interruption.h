@@ -20,9 +20,9 @@ namespace semfoam {
 // thread can be started. Libraries leave the signals to the program that uses them.
 void HandleInterruptions();
 
-// While one lives, the first signal only makes InterruptionRequested() true; a second one ends the
-// process as if there were none. When the last one goes with a signal that nobody has answered by
-// an exception, the process ends then.
+// While one lives, the first signal only makes InterruptionRequested() true; a second one (another
+// one, or the same after a second) ends the process as if there were none. When the last one goes
+// with a signal that nobody has answered by an exception, the process ends then.
 class DeferInterruption {
  public:
   DeferInterruption();

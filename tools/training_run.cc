@@ -133,7 +133,7 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
 }
 
 [[noreturn]] void Stop(const OptionManager& options, const std::string& where, int signal) {
-  LOG(WARNING) << "Stopped " << where << ". To go on from there:\n"
+  LOG(WARNING) << "Stopped " << where << ". To go on from there: "
                << options.CommandLineWith(program_invocation_name, "resume", "1");
   throw Interruption(signal);
 }

@@ -141,6 +141,25 @@ TEST(Interruption, EndsAtOnceAtTheSecondSignal) {
   EXPECT_THAT(FilesBelow(folder.path()), IsEmpty());
 }
 
+// As timeout(1) sends it, to the process and to its group.
+TEST(Interruption, TakesTheSameSignalTwiceInAMomentForOne) {
+  EXPECT_EXIT(
+      {
+        HandleInterruptions();
+        try {
+          const DeferInterruption defer;
+          SendAndAwait(SIGTERM);
+          Send(SIGTERM);
+          std::this_thread::sleep_for(std::chrono::milliseconds(200));
+          throw Interruption(7);  // not reached where the second one has ended the process
+        } catch (const Interruption& interruption) {
+          ::_exit(interruption.ExitCode());
+        }
+      },
+      ExitedWithCode(135),
+      "");
+}
+
 TEST(Interruption, IsAnsweredByAnException) {
   EXPECT_EXIT(
       {

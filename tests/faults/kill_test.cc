@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "tests/faults/faulty_program.h"
@@ -127,6 +129,47 @@ TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
   command.insert(command.end(), {"--checkpoint_every", "0.1"});
   Kills kills(command, folder / "out", ManyFaults() ? 0.02 : 0.4);
   KillOften(&kills, ManyFaults() ? 25 : 3, /*resume=*/true);
+}
+
+// The disk of the checkpoints is full from some byte on: training goes on with those that it has,
+// and so does the next run when there is room again.
+TEST(Checkpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
+  const TempFolder folder;
+  const fs::path out = folder / "out";
+  std::vector<std::string> command = TinyTrainingCommand(kTabletop, out, "400000");
+  command.insert(command.end(), {"--checkpoint_every", "0.1"});
+  EXPECT_EQ(Wait(Start(command)), 0);
+  const std::string good = ReadFile(out / "scene.foam");
+  int64_t bytes = 0;
+  {
+    fs::create_directory(out / "checkpoints");
+    RunWithFault(command, out / "checkpoints", "", folder / "report");
+    std::istringstream report(ReadFile(folder / "report"));
+    for (std::string operation; report >> operation && operation != "bytes";) report >> bytes;
+    report >> bytes;
+  }
+  ASSERT_GT(bytes, 0);
+  std::mt19937_64 random(3);
+  for (int i = 0; i < (ManyFaults() ? 20 : 2); ++i) {
+    const int64_t at = static_cast<int64_t>(random() % (3 * bytes / 4));
+    SCOPED_TRACE(at);
+    fs::remove_all(out);
+    fs::create_directories(out / "checkpoints");
+    const Outcome outcome = RunWithFault(
+        command, out / "checkpoints", "bytes:" + std::to_string(at) + ":" + std::to_string(ENOSPC));
+    // A checkpoint on the way is worth a warning; at the end it is said what is amiss.
+    EXPECT_THAT(outcome.err, ::testing::HasSubstr("There is no checkpoint of iteration"));
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    ASSERT_EQ(outcome.Errors().size(), 1u) << outcome.err;
+    EXPECT_THAT(outcome.Errors()[0], ::testing::HasSubstr("checkpoints/trained.ckpt"));
+    EXPECT_THAT(HiddenBelow(out), IsEmpty());
+    fs::remove(out / "scene.foam");
+    std::vector<std::string> again = command;
+    again.insert(again.end(), {"--resume", "1"});
+    EXPECT_EQ(Wait(Start(again)), 0);
+    EXPECT_EQ(ReadFile(out / "scene.foam"), good);
+    EXPECT_FALSE(fs::exists(out / "checkpoints"));
+  }
 }
 
 TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {

@@ -5,6 +5,7 @@
 #include "foam/error.h"
 
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #define XXH_INLINE_ALL
@@ -95,6 +97,38 @@ TEST_F(CheckpointTest, ReadsWhatItWrote) {
   WriteCheckpoint(folder_ / "13.ckpt", contents_);
   std::ifstream again(folder_ / "13.ckpt", std::ios::binary);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(again), {}), file_) << "other bytes";
+}
+
+// A disk that is full after every byte that there is: the older file stays, and nothing else.
+TEST_F(CheckpointTest, WriteThatFailsAtAnyByteKeepsTheOlderFile) {
+  rlimit before;
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  std::string others = "z9yx";
+  CheckpointContents other = contents_;
+  other.arrays[2].bytes = std::as_bytes(std::span(others));
+  for (size_t limit = 0; limit <= file_.size(); ++limit) {
+    const rlimit smaller{limit, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &smaller), 0);
+    std::string refusal;
+    try {
+      WriteCheckpoint(path_, other);
+    } catch (const UserError& error) {
+      refusal = error.what();
+    }
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    if (limit == file_.size()) {
+      EXPECT_EQ(refusal, "");
+      break;
+    }
+    ASSERT_NE(refusal.find("12.ckpt: cannot be written"), std::string::npos) << limit << refusal;
+    std::ifstream in(path_, std::ios::binary);
+    ASSERT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), file_) << limit;
+    ASSERT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1) << limit;
+  }
+  std::signal(SIGXFSZ, handler);
+  const Checkpoint written(path_);
+  EXPECT_EQ(std::memcmp(written.Array("bytes").data(), "z9yx", 4), 0);
 }
 
 TEST_F(CheckpointTest, RefusesEveryCut) {

@@ -72,10 +72,13 @@ inline Outcome RunWithFault(const std::vector<std::string>& arguments,
                             const std::filesystem::path& folder,
                             const std::string& fault,
                             const std::filesystem::path& report = {}) {
+  const std::filesystem::path library(SEMFOAM_FAULT_INJECTION);
   std::vector<std::string> line = {
       // The sanitizers want to be loaded first, and need not be.
       "ASAN_OPTIONS=verify_asan_link_order=0",
-      "LD_PRELOAD=" SEMFOAM_FAULT_INJECTION,
+      // By its name alone: blanks in a path would part it into several.
+      "LD_PRELOAD=" + library.filename().string(),
+      "LD_LIBRARY_PATH=" + library.parent_path().string(),
       "SEMFOAM_FAULT_FOLDER=" + folder.string(),
       "SEMFOAM_FAULT=" + fault,
   };

@@ -29,9 +29,10 @@ TEST_F(Resume, TheCommandThatASignalLeavesGoesOn) {
     EXPECT_EQ(FilesBelow(output).size(), 2u);
 
     // The command, as it stands there, pasted into a shell.
-    const size_t at = stopped.err.find(SEMFOAM_PROGRAM);
+    const std::string before = "To go on from there: ";
+    const size_t at = stopped.err.find(before);
     ASSERT_NE(at, std::string::npos) << stopped.err;
-    WriteFile(folder / "command", stopped.err.substr(at));
+    WriteFile(folder / "command", stopped.err.substr(at + before.size()));
     const Outcome resumed = RunProgram("/bin/sh", {(folder / "command").string()});
     EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
     EXPECT_THAT(resumed.err, HasSubstr("Going on from " + checkpoints.back().string()));

@@ -3,6 +3,14 @@
 
 #include <algorithm>
 #include <memory>
+#ifdef __SANITIZE_THREAD__
+#include <atomic>
+#include <exception>
+#include <iterator>
+#include <mutex>
+#include <thread>
+#include <vector>
+#endif
 
 #include <glog/logging.h>
 #include <tbb/global_control.h>
@@ -14,28 +22,30 @@ namespace {
 
 std::unique_ptr<tbb::global_control> thread_limit;
 
-// ThreadSanitizer cannot see how oneTBB, which is not built with it, hands a loop to its threads
-// and waits for them, and would call every result of a loop a race. This tells it: what came before
-// the loop happened before every block, and every block before what comes after the loop.
 #ifdef __SANITIZE_THREAD__
-extern "C" void __tsan_acquire(void* address);
-extern "C" void __tsan_release(void* address);
-class LoopOrder {
- public:
-  LoopOrder() { __tsan_release(&begin_); }
-  ~LoopOrder() { __tsan_acquire(&end_); }
-  void BeginBlocks() { __tsan_acquire(&begin_); }
-  void EndBlocks() { __tsan_release(&end_); }
-
- private:
-  char begin_ = 0, end_ = 0;
-};
-#else
-class LoopOrder {
- public:
-  void BeginBlocks() {}
-  void EndBlocks() {}
-};
+// ThreadSanitizer cannot see how oneTBB, which is not built with it, hands a loop to its threads
+// and waits for them, and takes every result for a race. In its build plain threads run the loops,
+// so that it sees what the bodies of loops do to each other.
+void RunOnPlainThreads(int64_t num_blocks, const std::function<void(int64_t block)>& run) {
+  std::atomic<int64_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr error;
+  const auto work = [&] {
+    try {
+      for (int64_t block = next++; block < num_blocks; block = next++) run(block);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      error = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    const int64_t num_threads = std::min<int64_t>(NumThreads(), num_blocks);
+    while (std::ssize(threads) + 1 < num_threads) threads.emplace_back(work);
+    work();
+  }
+  if (error) std::rethrow_exception(error);
+}
 #endif
 
 }  // namespace
@@ -57,17 +67,19 @@ void ParallelForBlocks(int64_t count,
                        const std::function<void(int64_t begin, int64_t end)>& body) {
   CHECK_GT(block_size, 0);
   const int64_t num_blocks = (count + block_size - 1) / block_size;
-  LoopOrder order;
+  const auto run = [&](int64_t block) {
+    body(block * block_size, std::min(count, (block + 1) * block_size));
+  };
+#ifdef __SANITIZE_THREAD__
+  RunOnPlainThreads(num_blocks, run);
+#else
   tbb::parallel_for(
       tbb::blocked_range<int64_t>(0, num_blocks, 1),
       [&](const tbb::blocked_range<int64_t>& range) {
-        order.BeginBlocks();
-        for (int64_t block = range.begin(); block < range.end(); ++block) {
-          body(block * block_size, std::min(count, (block + 1) * block_size));
-        }
-        order.EndBlocks();
+        for (int64_t block = range.begin(); block < range.end(); ++block) run(block);
       },
       tbb::simple_partitioner());
+#endif
 }
 
 }  // namespace semfoam

@@ -520,7 +520,7 @@ TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {
     std::istringstream words(rows.at(object["id"].get<int>()));
     std::string id, name, cells, pieces, volume, area, confidence, photos, x;
     words >> id >> name >> cells >> pieces >> volume >> area >> confidence >> photos >> x;
-    EXPECT_EQ(name, object["name"]);
+    EXPECT_EQ(name, object["name"].get<std::string>());
     EXPECT_EQ(std::stoll(cells), object["cells"].get<int64_t>());
     EXPECT_EQ(std::stoi(pieces), object["pieces"].get<int>());
     EXPECT_NEAR(std::stod(volume) / object["volume"].get<double>(), 1, 0.01);

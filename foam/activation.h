@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/host_device.h"
+
 #include <cmath>
 
 namespace semfoam {
@@ -16,7 +18,7 @@ inline constexpr double kSoftplusBeta = 10;
 inline constexpr double kSoftplusLinear = 20;
 
 template <typename T>
-T Density(const T& raw) {
+SEMFOAM_HOST_DEVICE T Density(const T& raw) {
   using std::exp;
   using std::log1p;
   const T x = T(kSoftplusBeta) * raw;
@@ -26,7 +28,7 @@ T Density(const T& raw) {
 
 // d Density / d raw.
 template <typename T>
-T DensityDerivative(const T& raw) {
+SEMFOAM_HOST_DEVICE T DensityDerivative(const T& raw) {
   using std::exp;
   const T x = T(kSoftplusBeta) * raw;
   if (x > T(kSoftplusLinear)) return T(kDensityScale);

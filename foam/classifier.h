@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/foam.h"
+#include "foam/host_device.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,8 @@ namespace semfoam {
 // The one linear layer from identity to classes (Semantic Foam, section 3): logits[k] = weight[k] .
 // identity + bias[k]. `weight` is [num_classes][kIdentityDim], `logits` [num_classes].
 template <typename T>
-void ClassLogits(const T* weight, const T* bias, int num_classes, const T* identity, T* logits) {
+SEMFOAM_HOST_DEVICE void ClassLogits(
+    const T* weight, const T* bias, int num_classes, const T* identity, T* logits) {
   for (int k = 0; k < num_classes; ++k) {
     T sum = bias[k];
     for (int c = 0; c < kIdentityDim; ++c) sum += weight[k * kIdentityDim + c] * identity[c];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/foam.h"
+#include "foam/host_device.h"
 
 #include <cmath>
 #include <cstdint>
@@ -56,11 +57,11 @@ struct RayComposite {
   T quantile_depth[kNumQuantiles] = {};
   int quantile_piece[kNumQuantiles] = {-1, -1};
 
-  T Transmittance() const {
+  SEMFOAM_HOST_DEVICE T Transmittance() const {
     using std::exp;
     return exp(-tau);
   }
-  T Opacity() const {
+  SEMFOAM_HOST_DEVICE T Opacity() const {
     using std::expm1;
     return -expm1(-tau);
   }
@@ -69,7 +70,7 @@ struct RayComposite {
 // Adds the geometry of piece number `index`: weight, optical depth and any quantile that falls into
 // it. Colour and identity are the caller's to add, with the weight it finds in the returned piece.
 template <typename T>
-ShadedPiece<T> AddPiece(
+SEMFOAM_HOST_DEVICE ShadedPiece<T> AddPiece(
     const T& t_in, const T& t_out, const T& sigma, int index, RayComposite<T>* ray) {
   using std::exp;
   using std::expm1;
@@ -115,12 +116,14 @@ struct PieceGradient {
 template <typename T>
 class BackwardPass {
  public:
-  BackwardPass(const RayComposite<T>& ray, const RayGradient<T>& gradient)
+  SEMFOAM_HOST_DEVICE BackwardPass(const RayComposite<T>& ray, const RayGradient<T>& gradient)
       : ray_(ray), gradient_(gradient) {}
 
   // `identity_dot` is the derivative of the loss by w_n through the identity: gradient.identity .
   // f_n, or 0 where identity is not to bend geometry or the piece shows none.
-  PieceGradient<T> Step(int index, const ShadedPiece<T>& piece, const T& identity_dot) {
+  SEMFOAM_HOST_DEVICE PieceGradient<T> Step(int index,
+                                            const ShadedPiece<T>& piece,
+                                            const T& identity_dot) {
     using std::exp;
     T by_weight = gradient_.opacity + identity_dot;
     for (int c = 0; c < 3; ++c) by_weight += gradient_.color[c] * piece.color[c];

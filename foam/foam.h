@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/host_device.h"
 #include "foam/large_pages.h"
 
 #include <cstdint>
@@ -13,7 +14,9 @@ namespace semfoam {
 // Length of a cell's identity feature (Semantic Foam, section 3).
 inline constexpr int kIdentityDim = 16;
 
-inline constexpr int NumShCoefficients(int sh_degree) { return (sh_degree + 1) * (sh_degree + 1); }
+SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
+  return (sh_degree + 1) * (sh_degree + 1);
+}
 
 // The foam: N sites whose Voronoi cells partition space. Everything that training changes, and
 // nothing else. Positions are in the normalised frame (see Similarity); structure of arrays, sites

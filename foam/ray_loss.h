@@ -3,6 +3,7 @@
 
 #include "foam/classifier.h"
 #include "foam/compositing.h"
+#include "foam/host_device.h"
 #include "foam/training_views.h"
 
 #include <cmath>
@@ -45,7 +46,7 @@ struct RayLossTerms {
   T cell_identity = T(0);  // the same of the dominant cell's identity, times the weight that this
                            // cell has on the ray, a constant; 0 where no cell dominates
 
-  T Total(const RayLossWeights& w) const {
+  SEMFOAM_HOST_DEVICE T Total(const RayLossWeights& w) const {
     return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
            T(w.identity) * identity + T(w.cell_identity) * cell_identity;
   }
@@ -61,7 +62,7 @@ struct ClassifierView {
 
 // Log of the sum of exp(logits), shifted by the largest one, so that logits of 1e4 are no trouble.
 template <typename T>
-T LogSumExp(const T* logits, int count) {
+SEMFOAM_HOST_DEVICE T LogSumExp(const T* logits, int count) {
   using std::exp;
   using std::log;
   T largest = logits[0];
@@ -73,15 +74,17 @@ T LogSumExp(const T* logits, int count) {
   return largest + log(sum);
 }
 
-inline double ClassNormalization(int num_classes) { return std::log(std::max(num_classes, 2)); }
+SEMFOAM_HOST_DEVICE inline double ClassNormalization(int num_classes) {
+  return std::log(std::max(num_classes, 2));
+}
 
 // The cross-entropy of an identity [kIdentityDim] against a class, divided by ln(max(K, 2)).
 // Afterwards `logits` [num_classes] holds the identity's.
 template <typename T>
-T ClassEntropy(const T* identity,
-               int32_t class_index,
-               const ClassifierView<T>& classifier,
-               T* logits) {
+SEMFOAM_HOST_DEVICE T ClassEntropy(const T* identity,
+                                   int32_t class_index,
+                                   const ClassifierView<T>& classifier,
+                                   T* logits) {
   const int count = classifier.num_classes;
   ClassLogits(classifier.weight, classifier.bias, count, identity, logits);
   return (LogSumExp(logits, count) - logits[class_index]) / T(ClassNormalization(count));
@@ -91,11 +94,11 @@ T ClassEntropy(const T* identity,
 // `logits` must be as ClassEntropy left it; it is overwritten with `weight` times the derivative by
 // the logits.
 template <typename T>
-void AddClassEntropyGradient(int32_t class_index,
-                             const ClassifierView<T>& classifier,
-                             double weight,
-                             T* logits,
-                             T* gradient) {
+SEMFOAM_HOST_DEVICE void AddClassEntropyGradient(int32_t class_index,
+                                                 const ClassifierView<T>& classifier,
+                                                 double weight,
+                                                 T* logits,
+                                                 T* gradient) {
   using std::exp;
   const int count = classifier.num_classes;
   const T scale = T(weight / ClassNormalization(count));
@@ -111,10 +114,10 @@ void AddClassEntropyGradient(int32_t class_index,
 // All terms but cell_identity, which is no matter of what the ray gathers. `logits` is scratch of
 // num_classes values; afterwards it holds the ray's class logits if the ray is labelled.
 template <typename T>
-RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
-                        const RayTarget& target,
-                        const ClassifierView<T>& classifier,
-                        T* logits) {
+SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
+                                            const RayTarget& target,
+                                            const ClassifierView<T>& classifier,
+                                            T* logits) {
   using std::abs;
   RayLossTerms<T> loss;
   const T transmittance = ray.Transmittance();
@@ -138,11 +141,11 @@ RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
 // must be as RayLoss left it; it is overwritten with the derivative of the loss by the logits.
 // Kinks: at equal quantile depths the derivative is 0.
 template <typename T>
-RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
-                               const RayTarget& target,
-                               const ClassifierView<T>& classifier,
-                               const RayLossWeights& weights,
-                               T* logits) {
+SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
+                                                   const RayTarget& target,
+                                                   const ClassifierView<T>& classifier,
+                                                   const RayLossWeights& weights,
+                                                   T* logits) {
   RayGradient<T> gradient;
   const T transmittance = ray.Transmittance();
   for (int c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/compositing.h"
+#include "foam/host_device.h"
 #include "foam/spherical_harmonics.h"
 #include "foam/walk.h"
 
@@ -12,8 +13,9 @@
 #include <Eigen/Core>
 
 // One ray, forward and backward: the walk's pieces are recorded as they are shaded, and the
-// backward pass runs over that record. In float for training and rendering, in double for the
-// gradient tests.
+// backward pass runs over that record. In float and double on the machine's cores, where it is the
+// reference for the fast path (ray_tracer.h), and in float on a graphics card, which has a record
+// of its own kind (cuda/piece_pool.h).
 
 namespace semfoam {
 
@@ -38,66 +40,105 @@ struct RecordedPiece {
   Real t_out;
 };
 
-// A ray and all that the backward pass needs to know of it. Reused from ray to ray, so that nothing
-// is allocated in the long run.
+// A ray and what it has gathered.
 template <typename Real>
-struct RayRecord {
+struct RayInProgress {
   Eigen::Matrix<Real, 3, 1> origin;
   Eigen::Matrix<Real, 3, 1> direction;
   Real sh_basis[kMaxShCoefficients];
   RayComposite<Real> composite;
-  std::vector<RecordedPiece<Real>> pieces;
-  std::vector<ShadedPiece<Real>> shaded;
   bool hit_step_limit = false;
 };
 
-// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
-// which the optical depth passes `cutoff_tau`. The caller sets record->origin, direction, and
-// composite = {} with the quantile_tau that are wanted, before.
+// And all else that the backward pass needs to know of it. Reused from ray to ray, so that nothing
+// is allocated in the long run.
 template <typename Real>
-void TraceRay(const WalkGeometry<Real>& geometry,
-              const CellShading<Real>& shading,
-              uint32_t start,
-              Real cutoff_tau,
-              RayRecord<Real>* record) {
+struct RayRecord : RayInProgress<Real> {
+  std::vector<RecordedPiece<Real>> pieces;
+  std::vector<ShadedPiece<Real>> shaded;
+
+  // What TraceRay asks of a record.
+  void Clear() {
+    pieces.clear();
+    shaded.clear();
+  }
+  int NumShaded() const { return static_cast<int>(shaded.size()); }
+  // `appearance` is null where the piece is not shaded. False: there is no more room.
+  bool Add(const RecordedPiece<Real>& piece, const ShadedPiece<Real>* appearance) {
+    pieces.push_back(piece);
+    if (appearance != nullptr) shaded.push_back(*appearance);
+    return true;
+  }
+
+  // What BackpropagateRay asks of it: its pieces, from the far end.
+  struct Backwards {
+    const RayRecord& record;
+    size_t n;
+
+    // The next piece, and what is seen of it if it is shaded. False: there is none.
+    bool Next(RecordedPiece<Real>* piece, ShadedPiece<Real>* appearance) {
+      if (n == 0) return false;
+      *piece = record.pieces[--n];
+      if (piece->shaded >= 0) *appearance = record.shaded[piece->shaded];
+      return true;
+    }
+  };
+  Backwards FromTheEnd() const { return {*this, pieces.size()}; }
+};
+
+// A record of a ray that no backward pass will come for.
+template <typename Real>
+struct RayWithoutRecord : RayInProgress<Real> {
+  int num_shaded = 0;
+
+  SEMFOAM_HOST_DEVICE void Clear() { num_shaded = 0; }
+  SEMFOAM_HOST_DEVICE int NumShaded() const { return num_shaded; }
+  SEMFOAM_HOST_DEVICE bool Add(const RecordedPiece<Real>&, const ShadedPiece<Real>* appearance) {
+    num_shaded += appearance != nullptr;
+    return true;
+  }
+};
+
+// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
+// which the optical depth passes `cutoff_tau`, or where the record has no more room. The caller
+// sets record->origin, direction, and composite = {} with the quantile_tau that are wanted, before.
+template <typename Real, typename Record>
+SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& geometry,
+                                  const CellShading<Real>& shading,
+                                  uint32_t start,
+                                  std::type_identity_t<Real> cutoff_tau,
+                                  Record* record) {
   RayComposite<Real>& composite = record->composite;
-  record->pieces.clear();
-  record->shaded.clear();
+  record->Clear();
   const int num_coefficients = NumShCoefficients(shading.sh_degree);
   ShBasis(shading.sh_degree, record->direction, record->sh_basis);
-  record->hit_step_limit =
-      !Walk(geometry,
-            record->origin,
-            record->direction,
-            start,
-            [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
-              RecordedPiece<Real>& piece = record->pieces.emplace_back();
-              piece.cell = cell;
-              piece.next = next;
-              piece.shaded = -1;
-              piece.clamped = clamped;
-              piece.t_out = t_out;
-              const Real sigma = shading.density[cell];
-              if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in)) return true;
+  const auto visit = [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
+    RecordedPiece<Real> piece;
+    piece.cell = cell;
+    piece.next = next;
+    piece.shaded = -1;
+    piece.clamped = clamped;
+    piece.t_out = t_out;
+    const Real sigma = shading.density[cell];
+    if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in)) return record->Add(piece, nullptr);
 
-              const int index = static_cast<int>(record->shaded.size());
-              piece.shaded = index;
-              ShadedPiece<Real>& shaded =
-                  record->shaded.emplace_back(AddPiece(t_in, t_out, sigma, index, &composite));
-              const bool counts = shaded.weight > Real(kNegligibleWeight);
-              ShColor(record->sh_basis,
-                      counts ? num_coefficients : 1,
-                      shading.sh + size_t(cell) * 3 * num_coefficients,
-                      shaded.color);
-              for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
-              if (counts && shading.identity != nullptr) {
-                const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
-                for (int c = 0; c < kIdentityDim; ++c) {
-                  composite.identity[c] += shaded.weight * identity[c];
-                }
-              }
-              return composite.tau < cutoff_tau;
-            });
+    piece.shaded = record->NumShaded();
+    ShadedPiece<Real> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+    const bool counts = shaded.weight > Real(kNegligibleWeight);
+    ShColor(record->sh_basis,
+            counts ? num_coefficients : 1,
+            shading.sh + size_t(cell) * 3 * num_coefficients,
+            shaded.color);
+    for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
+    if (counts && shading.identity != nullptr) {
+      const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
+      for (int c = 0; c < kIdentityDim; ++c) {
+        composite.identity[c] += shaded.weight * identity[c];
+      }
+    }
+    return record->Add(piece, &shaded) && composite.tau < cutoff_tau;
+  };
+  record->hit_step_limit = !Walk<Real>(geometry, record->origin, record->direction, start, visit);
 }
 
 // What one ray says to one cell. Colour and identity gradients are outer products with per-ray
@@ -115,17 +156,21 @@ struct CellContribution {
 };
 
 // Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
-// any gradient, from the far end to the near one. With `identity`, the cells' as in CellShading,
+// any gradient, from the far end to the near one: for the cell behind a piece after that piece was
+// read from the record, not before. With `identity`, the cells' as in CellShading,
 // gradient.identity flows through the pieces' weights into densities and positions as the colour's
 // does; without, it is cut there.
-template <typename Real, typename Emit>
-void BackpropagateRay(const WalkGeometry<Real>& geometry,
-                      const RayRecord<Real>& record,
-                      const RayGradient<Real>& gradient,
-                      Emit&& emit,
-                      const std::type_identity_t<Real>* identity = nullptr) {
+template <typename Real, typename Record, typename Emit>
+SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Real>>& geometry,
+                                          const Record& record,
+                                          const RayGradient<Real>& gradient,
+                                          Emit&& emit,
+                                          const std::type_identity_t<Real>* identity = nullptr) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
-  if (record.pieces.empty()) return;
+  RecordedPiece<Real> piece;
+  ShadedPiece<Real> shaded;
+  auto pieces = record.FromTheEnd();
+  if (!pieces.Next(&piece, &shaded)) return;
   BackwardPass<Real> pass(record.composite, gradient);
 
   const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
@@ -137,15 +182,13 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
   };
 
   // The cell behind the face at hand: it is complete once the face has added its share.
-  CellContribution<Real> behind{record.pieces.back().next, 0, Real(0), Real(0), Vector::Zero()};
+  CellContribution<Real> behind{piece.next, 0, Real(0), Real(0), Vector::Zero()};
   Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
-  for (size_t n = record.pieces.size(); n-- > 0;) {
-    const RecordedPiece<Real>& piece = record.pieces[n];
+  do {
     CellContribution<Real> here{piece.cell, 0, Real(0), Real(0), Vector::Zero()};
     Real by_t_out = by_t_in;
     by_t_in = 0;
     if (piece.shaded >= 0) {
-      const ShadedPiece<Real>& shaded = record.shaded[piece.shaded];
       Real identity_dot(0);
       if (identity != nullptr && shaded.weight > Real(kNegligibleWeight)) {
         for (int c = 0; c < kIdentityDim; ++c) {
@@ -162,16 +205,16 @@ void BackpropagateRay(const WalkGeometry<Real>& geometry,
     if (piece.clamped) {
       by_t_in += by_t_out;
     } else if (const Vector n = geometry.positions[piece.next] - geometry.positions[piece.cell];
-               by_t_out != 0 && !IsGrazing(n, record.direction)) {
+               by_t_out != 0 && !IsGrazing<Real>(n, record.direction)) {
       const Vector r = record.origin - geometry.positions[piece.cell];
       Vector dt_here, dt_behind;
-      CrossingDerivatives(r, n, record.direction, piece.t_out, &dt_here, &dt_behind);
+      CrossingDerivatives<Real>(r, n, record.direction, piece.t_out, &dt_here, &dt_behind);
       here.position += by_t_out * dt_here;
       behind.position += by_t_out * dt_behind;
     }
     emit_if_real(behind);
     behind = here;
-  }
+  } while (pieces.Next(&piece, &shaded));
   emit_if_real(behind);  // the first cell; its entry, t = 0, is the camera's and no site's
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/foam.h"
+#include "foam/host_device.h"
 
 #include <Eigen/Core>
 
@@ -14,7 +15,7 @@ inline constexpr double kShDc = 0.28209479177387814;
 // signs of 3D Gaussian splatting and Radiant Foam, so that coefficients can be exchanged with both.
 // `basis` receives NumShCoefficients(degree) values.
 template <typename T>
-void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
+SEMFOAM_HOST_DEVICE void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
   const T &x = d[0], &y = d[1], &z = d[2];
   basis[0] = T(kShDc);
   if (degree < 1) return;
@@ -41,7 +42,10 @@ void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
 // Colour of a cell along a ray: max(0, 0.5 + sum of coefficient * basis), per channel. `sh` is
 // [num_coefficients][3].
 template <typename T, typename Coefficient>
-void ShColor(const T* basis, int num_coefficients, const Coefficient* sh, T* color) {
+SEMFOAM_HOST_DEVICE void ShColor(const T* basis,
+                                 int num_coefficients,
+                                 const Coefficient* sh,
+                                 T* color) {
   for (int c = 0; c < 3; ++c) color[c] = T(0.5);
   for (int k = 0; k < num_coefficients; ++k) {
     for (int c = 0; c < 3; ++c) color[c] += basis[k] * sh[3 * k + c];

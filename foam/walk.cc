@@ -16,34 +16,11 @@ constexpr int64_t kBlock = 4096;
 
 }  // namespace
 
-template <typename Real>
-CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
-                                uint32_t cell,
-                                const Eigen::Matrix<Real, 3, 1>& origin,
-                                const Eigen::Matrix<Real, 3, 1>& direction) {
-  const Eigen::Vector3d d = direction.template cast<double>();
-  const Eigen::Vector3d site = geometry.positions[cell].template cast<double>();
-  const Eigen::Vector3d r = origin.template cast<double>() - site;
-  const double here = site.dot(d);
-  double nearest = std::numeric_limits<double>::infinity(), best_cosine = 0;
-  CellExit<Real> exit;
-  for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
-    for (const uint32_t neighbor : geometry.blocks[b].neighbor) {
-      if (neighbor == kNoCell) break;
-      const Eigen::Vector3d other = geometry.positions[neighbor].template cast<double>();
-      const Eigen::Vector3d n = other - site;
-      const double nd = n.dot(d);
-      if (!(nd > 0) || !(other.dot(d) > here)) continue;
-      const double t = CrossingDistance<double>(r, n, d);
-      const double cosine = nd * nd / n.squaredNorm();
-      if (t < nearest || (t == nearest && cosine > best_cosine)) {
-        nearest = t;
-        best_cosine = cosine;
-        exit = {static_cast<Real>(t), neighbor};
-      }
-    }
-  }
-  return exit;
+CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
+                                 uint32_t cell,
+                                 const Eigen::Vector3f& origin,
+                                 const Eigen::Vector3f& direction) {
+  return ExitInDouble<float>(geometry, cell, origin, direction);
 }
 
 template <typename Real>
@@ -160,14 +137,6 @@ void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
   });
 }
 
-template CellExit<float> FindExitInDouble(const WalkGeometry<float>&,
-                                          uint32_t,
-                                          const Eigen::Vector3f&,
-                                          const Eigen::Vector3f&);
-template CellExit<double> FindExitInDouble(const WalkGeometry<double>&,
-                                           uint32_t,
-                                           const Eigen::Vector3d&,
-                                           const Eigen::Vector3d&);
 template void SetTopology(const Delaunay&, WalkGeometry<float>*);
 template void SetTopology(const Delaunay&, WalkGeometry<double>*);
 template void Refresh(const std::vector<Eigen::Vector3f>&, WalkGeometry<float>*);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/delaunay.h"
+#include "foam/host_device.h"
 #include "foam/large_pages.h"
 
 #include <algorithm>
@@ -23,7 +24,7 @@
 //
 // Why it ends: p.d grows at every step, so no cell is visited twice. In exact arithmetic that is
 // n.d > 0. In floating point n.d has the right sign where the face is not nearly parallel to the
-// ray; through any other face only double may leave (FindExitInDouble), which asks for p_j.d >
+// ray; through any other face only double may leave (ExitInDouble), which asks for p_j.d >
 // p_i.d. So there is no cycle, whatever the rounding.
 //
 // Why it goes right: a crossing is off by some rounding, so near an edge of two faces either may
@@ -49,6 +50,23 @@ struct alignas(64) PlaneBlock {
   uint32_t neighbor[kPlaneLanes];  // j
 };
 
+// Borrowed arrays of a WalkGeometry: what a ray needs to see of it, also where the arrays lie in
+// the memory of a graphics card.
+template <typename Real>
+struct WalkView {
+  const Eigen::Matrix<Real, 3, 1>* positions = nullptr;
+  const uint32_t* first_block = nullptr;
+  const PlaneBlock<Real>* blocks = nullptr;
+  uint32_t num_sites = 0;
+  uint32_t num_cells = 0;
+
+  // Whether no exit at all is an answer for this cell: a guard's may be unbounded, if it is not
+  // left to double.
+  SEMFOAM_HOST_DEVICE bool IsOpen(uint32_t cell) const {
+    return cell >= num_sites && blocks[first_block[cell]].half_squared[0] != 0;
+  }
+};
+
 // The cells of a foam, laid out for walking. Sites may move while the topology stays: Refresh()
 // then brings the planes along.
 template <typename Real>
@@ -60,19 +78,21 @@ struct WalkGeometry {
   LargePageVector<PlaneBlock<Real>> blocks;  // those of cell i: first_block[i], ...
   uint32_t num_sites = 0;                    // cells beyond are guards
 
-  // Whether no exit at all is an answer for this cell: a guard's may be unbounded, if it is not
-  // left to double.
-  bool IsOpen(uint32_t cell) const {
-    return cell >= num_sites && blocks[first_block[cell]].half_squared[0] != 0;
+  operator WalkView<Real>() const {
+    return {positions.data(),
+            first_block.data(),
+            blocks.data(),
+            num_sites,
+            static_cast<uint32_t>(positions.size())};
   }
 };
 
 // t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
 // ceres::Jet.
 template <typename T>
-T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
-                   const Eigen::Matrix<T, 3, 1>& n,
-                   const Eigen::Matrix<T, 3, 1>& d) {
+SEMFOAM_HOST_DEVICE T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
+                                       const Eigen::Matrix<T, 3, 1>& n,
+                                       const Eigen::Matrix<T, 3, 1>& d) {
   return (T(0.5) * n.dot(n) - r.dot(n)) / n.dot(d);
 }
 
@@ -80,7 +100,8 @@ T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
 // to rounding, and its derivative without bound. Such a crossing counts as a constant of the
 // gradient.
 template <typename T>
-bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n, const Eigen::Matrix<T, 3, 1>& d) {
+SEMFOAM_HOST_DEVICE bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n,
+                                   const Eigen::Matrix<T, 3, 1>& d) {
   const T nd = n.dot(d);
   return nd * nd < T(1e-10) * n.squaredNorm();
 }
@@ -88,12 +109,12 @@ bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n, const Eigen::Matrix<T, 3, 1>& d)
 // Derivatives of that t with respect to the two sites, x = o + t d being the crossing point:
 // dt/dp_i = (x - p_i) / (n.d) and dt/dp_j = (p_j - x) / (n.d).
 template <typename Real>
-void CrossingDerivatives(const Eigen::Matrix<Real, 3, 1>& r,
-                         const Eigen::Matrix<Real, 3, 1>& n,
-                         const Eigen::Matrix<Real, 3, 1>& d,
-                         Real t,
-                         Eigen::Matrix<Real, 3, 1>* dt_dpi,
-                         Eigen::Matrix<Real, 3, 1>* dt_dpj) {
+SEMFOAM_HOST_DEVICE void CrossingDerivatives(const Eigen::Matrix<Real, 3, 1>& r,
+                                             const Eigen::Matrix<Real, 3, 1>& n,
+                                             const Eigen::Matrix<Real, 3, 1>& d,
+                                             Real t,
+                                             Eigen::Matrix<Real, 3, 1>* dt_dpi,
+                                             Eigen::Matrix<Real, 3, 1>* dt_dpj) {
   const Real inverse = Real(1) / n.dot(d);
   const Eigen::Matrix<Real, 3, 1> from_site = r + t * d;
   *dt_dpi = from_site * inverse;
@@ -114,7 +135,7 @@ inline constexpr Real kSmallestCosine = std::is_same_v<Real, float> ? 1e-5 : 1e-
 
 // Is the cosine greater? From n.d and |n|^2 / 2.
 template <typename Real>
-bool IsCertain(Real nd, Real half_squared) {
+SEMFOAM_HOST_DEVICE bool IsCertain(Real nd, Real half_squared) {
   return nd * nd - 2 * kSmallestCosine<Real> * kSmallestCosine<Real> * half_squared > 0;
 }
 
@@ -127,10 +148,10 @@ inline constexpr Real kHardlyApart = 64 * std::numeric_limits<Real>::epsilon();
 // origin - site. The vector code (simd/walk-inl.h) does the very same operations in the same order,
 // so that it takes the very same steps.
 template <typename Real>
-void BlockCrossings(const PlaneBlock<Real>& block,
-                    const Eigen::Matrix<Real, 3, 1>& r,
-                    const Eigen::Matrix<Real, 3, 1>& direction,
-                    Real* crossings) {
+SEMFOAM_HOST_DEVICE void BlockCrossings(const PlaneBlock<Real>& block,
+                                        const Eigen::Matrix<Real, 3, 1>& r,
+                                        const Eigen::Matrix<Real, 3, 1>& direction,
+                                        Real* crossings) {
   const Real dx = direction[0], dy = direction[1], dz = direction[2];
   const Real rx = r[0], ry = r[1], rz = r[2];
   // Two plain loops, and the select apart from the division, are what compilers turn into vector
@@ -148,7 +169,7 @@ void BlockCrossings(const PlaneBlock<Real>& block,
 
 // The smallest of a block's crossings, as a tree of minima of rows.
 template <typename Real>
-Real Smallest(const Real* crossings) {
+SEMFOAM_HOST_DEVICE Real Smallest(const Real* crossings) {
   Real smallest[kPlaneLanes];
   const auto fold = [&](const Real* row, uint32_t half) {
     for (uint32_t k = 0; k < half; ++k) smallest[k] = std::min(row[k], row[k + half]);
@@ -162,7 +183,7 @@ Real Smallest(const Real* crossings) {
 
 // Bit k is set where crossings[k] == t.
 template <typename Real>
-uint32_t LanesAt(const Real* crossings, Real t) {
+SEMFOAM_HOST_DEVICE uint32_t LanesAt(const Real* crossings, Real t) {
   uint32_t lanes = 0;
   for (uint32_t k = 0; k < kPlaneLanes; ++k) lanes |= uint32_t{crossings[k] == t} << k;
   return lanes;
@@ -172,17 +193,42 @@ uint32_t LanesAt(const Real* crossings, Real t) {
 // cells that are left to double. Only to sites farther along the ray. Equal t: the larger n.d /
 // |n|, which leaves an edge or a vertex in the fewest steps.
 template <typename Real>
-CellExit<Real> FindExitInDouble(const WalkGeometry<Real>& geometry,
-                                uint32_t cell,
-                                const Eigen::Matrix<Real, 3, 1>& origin,
-                                const Eigen::Matrix<Real, 3, 1>& direction);
+SEMFOAM_HOST_DEVICE CellExit<Real> ExitInDouble(
+    const std::type_identity_t<WalkView<Real>>& geometry,
+    uint32_t cell,
+    const Eigen::Matrix<Real, 3, 1>& origin,
+    const Eigen::Matrix<Real, 3, 1>& direction) {
+  const Eigen::Vector3d d = direction.template cast<double>();
+  const Eigen::Vector3d site = geometry.positions[cell].template cast<double>();
+  const Eigen::Vector3d r = origin.template cast<double>() - site;
+  const double here = site.dot(d);
+  double nearest = std::numeric_limits<double>::infinity(), best_cosine = 0;
+  CellExit<Real> exit;
+  for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
+    for (const uint32_t neighbor : geometry.blocks[b].neighbor) {
+      if (neighbor == kNoCell) break;
+      const Eigen::Vector3d other = geometry.positions[neighbor].template cast<double>();
+      const Eigen::Vector3d n = other - site;
+      const double nd = n.dot(d);
+      if (!(nd > 0) || !(other.dot(d) > here)) continue;
+      const double t = CrossingDistance<double>(r, n, d);
+      const double cosine = nd * nd / n.squaredNorm();
+      if (t < nearest || (t == nearest && cosine > best_cosine)) {
+        nearest = t;
+        best_cosine = cosine;
+        exit = {static_cast<Real>(t), neighbor};
+      }
+    }
+  }
+  return exit;
+}
 
 // The face through which the ray leaves `cell`.
 template <typename Real>
-CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
-                        uint32_t cell,
-                        const Eigen::Matrix<Real, 3, 1>& origin,
-                        const Eigen::Matrix<Real, 3, 1>& direction) {
+SEMFOAM_HOST_DEVICE CellExit<Real> FindExit(const std::type_identity_t<WalkView<Real>>& geometry,
+                                            uint32_t cell,
+                                            const Eigen::Matrix<Real, 3, 1>& origin,
+                                            const Eigen::Matrix<Real, 3, 1>& direction) {
   const Eigen::Matrix<Real, 3, 1> r = origin - geometry.positions[cell];
   CellExit<Real> exit;
   bool certain = false;
@@ -201,8 +247,14 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
     exit = {nearest, block.neighbor[k]};
   }
   if (certain || (exit.neighbor == kNoCell && geometry.IsOpen(cell))) return exit;
-  return FindExitInDouble(geometry, cell, origin, direction);
+  return ExitInDouble<Real>(geometry, cell, origin, direction);
 }
+
+// ExitInDouble, never inlined: for vector code, whose instruction set must have no say in it.
+CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
+                                 uint32_t cell,
+                                 const Eigen::Vector3f& origin,
+                                 const Eigen::Vector3f& direction);
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
 //   visit(cell, t_in, t_out, next, clamped) -> bool: go on?
@@ -212,16 +264,16 @@ CellExit<Real> FindExit(const WalkGeometry<Real>& geometry,
 // guard's) is not visited. Returns false if the walk was cut by the step limit, which a valid
 // topology never does: no cell is visited twice, and the limit is the number of cells.
 template <typename Real, typename Visitor>
-bool Walk(const WalkGeometry<Real>& geometry,
-          const Eigen::Matrix<Real, 3, 1>& origin,
-          const Eigen::Matrix<Real, 3, 1>& direction,
-          uint32_t start,
-          Visitor&& visit) {
-  const size_t limit = geometry.positions.size();
+SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geometry,
+                              const Eigen::Matrix<Real, 3, 1>& origin,
+                              const Eigen::Matrix<Real, 3, 1>& direction,
+                              uint32_t start,
+                              Visitor&& visit) {
+  const size_t limit = geometry.num_cells;
   uint32_t cell = start;
   Real t_in = 0;
   for (size_t step = 0; step <= limit; ++step) {
-    const CellExit<Real> exit = FindExit(geometry, cell, origin, direction);
+    const CellExit<Real> exit = FindExit<Real>(geometry, cell, origin, direction);
     if (exit.neighbor == kNoCell) return true;
     const bool clamped = exit.t < t_in;
     const Real t_out = clamped ? t_in : exit.t;

@@ -2,6 +2,7 @@
 #include "foam/delaunay.h"
 
 #include "foam/guard_sites.h"
+#include "foam/nearest_cell.h"
 #include "foam/parallel.h"
 
 #include <algorithm>
@@ -212,24 +213,14 @@ uint32_t NearestCell(const std::vector<Eigen::Vector3f>& cell_positions,
                      const Delaunay& delaunay,
                      const Eigen::Vector3d& query,
                      uint32_t start) {
-  const auto squared_distance = [&](uint32_t cell) {
-    return (cell_positions[cell].cast<double>() - query).squaredNorm();
-  };
   // An empty cell (a duplicate site) has no way out; a guard always has.
-  uint32_t cell = delaunay.Neighbors(start).empty() ? delaunay.num_sites : start;
-  double nearest = squared_distance(cell);
-  while (true) {
-    uint32_t better = cell;
-    for (const uint32_t neighbor : delaunay.Neighbors(cell)) {
-      const double distance = squared_distance(neighbor);
-      if (distance < nearest) {
-        nearest = distance;
-        better = neighbor;
-      }
-    }
-    if (better == cell) return cell;
-    cell = better;
-  }
+  return DescendToNearestCell(
+      query,
+      delaunay.Neighbors(start).empty() ? delaunay.num_sites : start,
+      [&](uint32_t cell) { return cell_positions[cell]; },
+      [&](uint32_t cell, const auto& visit) {
+        for (const uint32_t neighbor : delaunay.Neighbors(cell)) visit(neighbor);
+      });
 }
 
 }  // namespace semfoam

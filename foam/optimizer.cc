@@ -18,29 +18,24 @@
 namespace semfoam {
 namespace {
 
-// Bias corrections 1 / (1 - beta1^t) and 1 / (1 - beta2^t), by step; from the table's end on they
-// are 1.
-class BiasCorrection {
- public:
-  BiasCorrection() {
-    for (uint32_t t = 0; t < kSize; ++t) {
-      table_[t] = {static_cast<float>(1 / (1 - std::pow(double(kAdamBeta1), t + 1.0))),
-                   static_cast<float>(1 / (1 - std::pow(double(kAdamBeta2), t + 1.0)))};
-    }
-  }
-  AdamCorrection At(uint32_t step) const { return table_[std::min(step, kSize - 1)]; }
-
- private:
-  static constexpr uint32_t kSize = 2048;
-  std::array<AdamCorrection, kSize> table_;
-};
-
-const BiasCorrection& Corrections() {
-  static const BiasCorrection corrections;
-  return corrections;
+AdamCorrection CorrectionAt(uint32_t step) {
+  const std::vector<AdamCorrection>& corrections = AdamCorrections();
+  return corrections[std::min<size_t>(step, corrections.size() - 1)];
 }
 
 }  // namespace
+
+const std::vector<AdamCorrection>& AdamCorrections() {
+  static const std::vector<AdamCorrection> corrections = [] {
+    std::vector<AdamCorrection> table(2048);
+    for (size_t t = 0; t < table.size(); ++t) {
+      table[t] = {static_cast<float>(1 / (1 - std::pow(double(kAdamBeta1), t + 1.0))),
+                  static_cast<float>(1 / (1 - std::pow(double(kAdamBeta2), t + 1.0)))};
+    }
+    return table;
+  }();
+  return corrections;
+}
 
 FoamOptimizer::FoamOptimizer(const Foam& foam)
     : sh_degree_(foam.sh_degree),
@@ -90,7 +85,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
       }
-      if (!AdamStep(Corrections().At(steps_[i]),
+      if (!AdamStep(CorrectionAt(steps_[i]),
                     num_parameters,
                     gradient.data(),
                     rate.data(),
@@ -121,15 +116,24 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
     }
   });
 
-  // The classifier: weights, then biases.
-  const AdamCorrection correction = Corrections().At(classifier_steps_++);
+  return not_finite + StepClassifier(batch->classifier_weight_gradient,
+                                     batch->classifier_bias_gradient,
+                                     rates.classifier,
+                                     foam);
+}
+
+int64_t FoamOptimizer::StepClassifier(const std::vector<float>& weight_gradient,
+                                      const std::vector<float>& bias_gradient,
+                                      float rate,
+                                      Foam* foam) {
+  const AdamCorrection correction = CorrectionAt(classifier_steps_++);
+  int64_t not_finite = 0;
   size_t slot = 0;
-  for (const auto& [gradient, parameters] :
-       {std::pair(&batch->classifier_weight_gradient, &foam->classifier_weight),
-        std::pair(&batch->classifier_bias_gradient, &foam->classifier_bias)}) {
+  for (const auto& [gradient, parameters] : {std::pair(&weight_gradient, &foam->classifier_weight),
+                                             std::pair(&bias_gradient, &foam->classifier_bias)}) {
     const size_t count = parameters->size();
     CHECK_EQ(gradient->size(), count);
-    const std::vector<float> rate_of_each(count, rates.classifier);
+    const std::vector<float> rate_of_each(count, rate);
     std::vector<float> change_of_each(count);
     if (AdamStep(correction,
                  static_cast<int>(count),

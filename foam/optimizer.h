@@ -3,6 +3,7 @@
 
 #include "foam/foam.h"
 #include "foam/ray_batch.h"
+#include "foam/update_kernels.h"
 
 #include <cstdint>
 #include <vector>
@@ -36,6 +37,9 @@ inline constexpr float kLowestRawDensity = -1;
 // Of cells that are known to be empty: below kTransparentDensity, so that no ray shades them.
 inline constexpr float kTransparentRawDensity = -2;
 
+// Bias corrections of Adam's moments, by step; the last, which is 1, holds from there on.
+const std::vector<AdamCorrection>& AdamCorrections();
+
 // Adam (Kingma and Ba 2015) over all parameters of a foam. A cell that no ray of the batch touched
 // is left alone, its moments too: with some 1e4 rays a step, most cells are idle in most steps, and
 // momentum would push them blindly. Each cell counts its own steps for the bias correction, so a
@@ -58,6 +62,13 @@ class FoamOptimizer {
                std::vector<float>* density,
                DensificationStatistics* statistics);
 
+  // The classifier's part of Step: its weights [K][kIdentityDim], then its biases [K]. Returns how
+  // many of the two had a gradient that is not finite, and kept their parameters.
+  int64_t StepClassifier(const std::vector<float>& weight_gradient,
+                         const std::vector<float>& bias_gradient,
+                         float rate,
+                         Foam* foam);
+
   // Follows the foam through a densification: new site k takes the moments of old site origin[k],
   // or starts from zero where is_new[k].
   void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
@@ -75,6 +86,12 @@ class FoamOptimizer {
     archive->Array("classifier_second_moments", &classifier_second_, classifier_second_.size());
     archive->Number("classifier_steps", &classifier_steps_);
   }
+
+  // For a device that has the sites' moments in its own memory, as rows [N][row().size].
+  const ParameterRow& row() const { return row_; }
+  std::vector<float>& first_moments() { return first_; }
+  std::vector<float>& second_moments() { return second_; }
+  std::vector<uint32_t>& steps() { return steps_; }
 
  private:
   int sh_degree_;

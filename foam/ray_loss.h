@@ -111,6 +111,43 @@ SEMFOAM_HOST_DEVICE void AddClassEntropyGradient(int32_t class_index,
   }
 }
 
+// ClassEntropy where there is no room for the logits of all classes, which are computed twice
+// instead. Adds `weight` times its derivative by the identity to `gradient` [kIdentityDim], and
+// leaves the log of the sum of exp(logits).
+template <typename T>
+SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
+                                      int32_t class_index,
+                                      const ClassifierView<T>& classifier,
+                                      double weight,
+                                      T* gradient,
+                                      T* log_sum) {
+  using std::exp;
+  using std::log;
+  const int count = classifier.num_classes;
+  T largest = ClassLogit(classifier.weight, classifier.bias, 0, identity);
+  T sum = T(1), own = largest;
+  for (int k = 1; k < count; ++k) {
+    const T logit = ClassLogit(classifier.weight, classifier.bias, k, identity);
+    if (k == class_index) own = logit;
+    if (logit > largest) {
+      sum = sum * exp(largest - logit) + T(1);
+      largest = logit;
+    } else {
+      sum += exp(logit - largest);
+    }
+  }
+  *log_sum = largest + log(sum);
+  const T scale = T(weight / ClassNormalization(count));
+  for (int k = 0; k < count; ++k) {
+    const T logit = ClassLogit(classifier.weight, classifier.bias, k, identity);
+    const T by_logit = scale * (exp(logit - *log_sum) - T(k == class_index));
+    for (int c = 0; c < kIdentityDim; ++c) {
+      gradient[c] += by_logit * classifier.weight[k * kIdentityDim + c];
+    }
+  }
+  return (*log_sum - own) / T(ClassNormalization(count));
+}
+
 // All terms but cell_identity, which is no matter of what the ray gathers. `logits` is scratch of
 // num_classes values; afterwards it holds the ray's class logits if the ray is labelled.
 template <typename T>

@@ -3,6 +3,7 @@
 
 #include "foam/delaunay.h"
 #include "foam/foam.h"
+#include "foam/host_device.h"
 
 #include <cmath>
 #include <span>
@@ -25,7 +26,7 @@ std::vector<float> TotalVariationWeights(const Delaunay& delaunay,
 
 // One edge's share of L: weight * sum over channels of |f_i - f_j|.
 template <typename T>
-T EdgeVariation(const T& weight, const T* f_i, const T* f_j) {
+SEMFOAM_HOST_DEVICE T EdgeVariation(const T& weight, const T* f_i, const T* f_j) {
   using std::abs;
   T sum = T(0);
   for (int c = 0; c < kIdentityDim; ++c) sum += abs(f_i[c] - f_j[c]);

@@ -52,13 +52,6 @@ void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry) {
 
 namespace {
 
-// Is a site hardly apart from its nearest neighbour's?
-template <typename Real>
-bool IsHardlyApart(Real nearest_squared, const Eigen::Matrix<Real, 3, 1>& site) {
-  const Real too_near = kHardlyApart<Real> * (1 + site.norm());
-  return nearest_squared < too_near * too_near;
-}
-
 // Planes of cells [begin, end); has_twin[i] = 1 where a site is hardly apart from a neighbour's.
 void RefreshPlanes(int64_t begin,
                    int64_t end,

@@ -4,6 +4,7 @@
 #include "foam/delaunay.h"
 #include "foam/host_device.h"
 #include "foam/large_pages.h"
+#include "foam/nearest_cell.h"
 
 #include <algorithm>
 #include <bit>
@@ -282,6 +283,34 @@ SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geomet
     cell = exit.neighbor;
   }
   return false;
+}
+
+// As the planes have it: see DescendToNearestCell. `start`: any cell.
+SEMFOAM_HOST_DEVICE inline uint32_t NearestCell(const WalkView<float>& geometry,
+                                                const Eigen::Vector3d& query,
+                                                uint32_t start) {
+  const auto visit_neighbors = [&](uint32_t cell, const auto& visit) {
+    for (uint32_t b = geometry.first_block[cell]; b < geometry.first_block[cell + 1]; ++b) {
+      for (const uint32_t neighbor : geometry.blocks[b].neighbor) {
+        if (neighbor != kNoCell) visit(neighbor);
+      }
+    }
+  };
+  // An empty cell (a duplicate site) has no way out; a guard always has.
+  const bool is_empty = geometry.first_block[start] == geometry.first_block[start + 1];
+  return DescendToNearestCell(
+      query,
+      is_empty ? geometry.num_sites : start,
+      [&](uint32_t cell) { return geometry.positions[cell]; },
+      visit_neighbors);
+}
+
+// Is a site hardly apart from its nearest neighbour's?
+template <typename Real>
+SEMFOAM_HOST_DEVICE bool IsHardlyApart(Real nearest_squared,
+                                       const Eigen::Matrix<Real, 3, 1>& site) {
+  const Real too_near = kHardlyApart<Real> * (1 + site.norm());
+  return nearest_squared < too_near * too_near;
 }
 
 // Lays out the cells of a triangulation.

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/cuda/card_scene.h"
+#include "foam/ray_caster.h"
+
+#include <mutex>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace semfoam {
+
+// Shows a foam that is on a graphics card (Machine: CudaMachine; HostMachine in tests).
+template <typename Machine>
+class CardCaster : public RayCaster {
+ public:
+  template <typename... Arguments>
+  CardCaster(const WalkGeometry<float>& geometry,
+             const CellShading<float>& shading,
+             const ClassifierView<float>& classifier,
+             Arguments&&... arguments)
+      : machine_(std::forward<Arguments>(arguments)...),
+        num_sites_(geometry.num_sites),
+        sh_degree_(shading.sh_degree),
+        num_classes_(classifier.num_classes) {
+    scene_.Send(machine_, geometry);
+    scene_.Send(machine_, shading, classifier, num_sites_);
+  }
+
+  std::vector<ShownRay> Show(std::span<const RayToShow> rays) const override {
+    const std::lock_guard lock(mutex_);
+    return shower_.Show(machine_,
+                        scene_.Geometry(num_sites_),
+                        scene_.Shading(sh_degree_),
+                        scene_.Classes(num_classes_),
+                        rays);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  mutable Machine machine_;
+  mutable RayShower<Machine> shower_;
+  CardScene<Machine> scene_;
+  uint32_t num_sites_;
+  int sh_degree_;
+  int num_classes_;
+};
+
+}  // namespace semfoam

@@ -37,8 +37,6 @@ class CardTraining : public TrainingDevice {
     Send(corrections, &corrections_);
     taken_.Resize(1);
     any_twin_.Resize(1);
-    Upload();
-    UploadTopology();
   }
 
   void Upload() override {

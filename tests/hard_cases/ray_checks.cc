@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/hard_cases/ray_checks.h"
 
+#include "foam/cuda/piece_pool.h"
 #include "foam/delaunay.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
@@ -167,6 +168,71 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
   return out;
 }
 
+// As the threads of a graphics card do it: with their kind of record, in chunks of a pool.
+TracedRay TraceLikeACard(const RayScene& scene, const RayCase& ray, uint32_t start) {
+  const CellShading<float> shading{scene.values.sh_degree,
+                                   scene.density.data(),
+                                   scene.values.sh.data(),
+                                   scene.values.identity.data()};
+  std::vector<Slot> slots;
+  std::vector<uint32_t> previous(1);
+  uint32_t num_taken = 0;
+  while (true) {
+    slots.resize(previous.size() * kSlotsPerChunk);
+    num_taken = 0;
+    const PiecePool pool{
+        slots.data(), previous.data(), &num_taken, static_cast<uint32_t>(previous.size())};
+    PooledRecord record(pool);
+    record.origin = ray.origin.cast<float>();
+    record.direction = ray.direction.cast<float>();
+    for (int q = 0; q < kNumQuantiles; ++q) {
+      record.composite.quantile_tau[q] = static_cast<float>(ray.quantile_tau[q]);
+    }
+    TraceRay(scene.cells.float_geometry,
+             shading,
+             start,
+             std::numeric_limits<float>::infinity(),
+             &record);
+    if (!record.AddRoom()) {
+      previous.resize(2 * previous.size());
+      continue;
+    }
+    TracedRay out;
+    out.hit_step_limit = record.hit_step_limit;
+    RecordedPiece<float> piece;
+    ShadedPiece<float> shaded;
+    auto pieces = record.FromTheEnd();
+    while (pieces.Next(&piece, &shaded)) {
+      const bool is_shaded = piece.shaded >= 0;
+      if (out.cells.empty()) out.cells.push_back(piece.next);
+      out.cells.push_back(piece.cell);
+      out.t_out.push_back(piece.t_out);
+      out.clamped.push_back(piece.clamped);
+      out.density.push_back(is_shaded ? shaded.sigma : 0.0);
+      out.weight.push_back(is_shaded ? shaded.weight : 0.0);
+    }
+    if (out.cells.empty()) out.cells.push_back(start);
+    std::reverse(out.cells.begin(), out.cells.end());
+    std::reverse(out.t_out.begin(), out.t_out.end());
+    std::reverse(out.clamped.begin(), out.clamped.end());
+    std::reverse(out.density.begin(), out.density.end());
+    std::reverse(out.weight.begin(), out.weight.end());
+    for (size_t n = 0; n < out.t_out.size(); ++n) out.t_in.push_back(n > 0 ? out.t_out[n - 1] : 0);
+
+    const RayGradient<float> gradient = LossGradient(record.composite, ray, scene.values, &out);
+    ContributionWriter writer(pool, record.end());
+    BackpropagateRay(
+        scene.cells.float_geometry, record, gradient, [&](const CellContribution<float>& c) {
+          writer.Write(0, c);
+        });
+    SlotCursor cursor = record.end();
+    for (uint32_t k = 0; k < writer.num_written(); ++k) {
+      out.contributions.push_back(Widen(ContributionIn(slots[cursor.Back(pool)])));
+    }
+    return out;
+  }
+}
+
 // A way to trace rays. One more is one more entry of Variants().
 struct Variant {
   std::string name;
@@ -205,6 +271,13 @@ std::vector<Variant> Variants() {
          });
        }},
   };
+  variants.push_back(
+      {"card",
+       false,
+       [](const RayScene& scene, std::span<const RayCase> rays, std::span<const uint32_t> starts) {
+         return TraceEach(rays.size(),
+                          [&](size_t i) { return TraceLikeACard(scene, rays[i], starts[i]); });
+       }});
   for (const std::string& target : SimdTargets()) {
     variants.push_back({target,
                         false,

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/hard_cases/ray_checks.h"
 
+#include "foam/cpu_device.h"
+#include "foam/cuda/card_caster.h"
+#include "foam/cuda/host_machine.h"
 #include "foam/cuda/piece_pool.h"
 #include "foam/delaunay.h"
+#include "foam/device.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
 #include "foam/ray_tracer.h"
@@ -22,6 +26,7 @@ constexpr double kSmallest = 1e-32;      // below this a float has no bits left
 constexpr double kQueriesPerRay = 1e7;   // site distances computed per ray by brute force
 constexpr double kGrazingCosine = 1e-5;  // IsGrazing's threshold
 constexpr double kCosineRounding = 5e-7;
+constexpr double kShownBound = 1e-5;  // of colour and opacity, cards against cores
 
 // What one variant has made of one ray, widened to double.
 struct TracedRay {
@@ -453,6 +458,51 @@ double QuantileDeviation(const TracedRay& traced, const RayRecord<double>& recor
   return deviation;
 }
 
+// What a graphics card shows of the rays, against what the cores show: its kernels run on the
+// cores, and the card itself if that is the device in use.
+void CheckShownRays(const RayScene& scene,
+                    const std::vector<RayCase>& rays,
+                    const std::vector<uint32_t>& starts,
+                    HardCaseResult* result) {
+  const WalkGeometry<float>& geometry = scene.cells.float_geometry;
+  const CellShading<float> shading{scene.values.sh_degree,
+                                   scene.density.data(),
+                                   scene.values.sh.data(),
+                                   scene.values.identity.data()};
+  const ClassifierView<float> classifier = scene.values.Classifier();
+  std::vector<RayToShow> to_show;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    to_show.push_back({rays[i].origin.cast<float>(), rays[i].direction.cast<float>(), starts[i]});
+  }
+  const std::vector<ShownRay> expected =
+      MakeCpuRayCaster(geometry, shading, classifier)->Show(to_show);
+  const CardCaster<HostMachine> kernels(geometry, shading, classifier);
+  const auto check = [&](const std::string& name, const RayCaster& caster) {
+    const std::vector<ShownRay> shown = caster.Show(to_show);
+    Deviations deviations;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      deviations.color = std::max(
+          {deviations.color,
+           double((shown[i].color - expected[i].color).norm()) / (1 + expected[i].color.norm()),
+           std::abs(double(shown[i].opacity) - expected[i].opacity)});
+      result->Expect(shown[i].color.allFinite(), name, ", ray ", i, ": a colour is not finite.");
+    }
+    result->rays += rays.size();
+    result->Expect(deviations.color <= kShownBound,
+                   name,
+                   ": what is shown deviates from what the cores show by ",
+                   deviations.color,
+                   ", more than ",
+                   kShownBound,
+                   ".");
+    result->deviations[name].Include(deviations);
+  };
+  check("card", kernels);
+  if (const std::string device = DeviceInWords(); device.starts_with("cuda")) {
+    check(device, *MakeRayCaster(geometry, shading, classifier));
+  }
+}
+
 // All assertions about one ray of one variant.
 HardCaseResult CheckRay(const RayScene& scene,
                         const RayCase& ray,
@@ -612,6 +662,7 @@ HardCaseResult CheckRays(const RayScene& scene,
       }
     }
   }
+  CheckShownRays(scene, rays, starts, &result);
   return result;
 }
 

@@ -44,6 +44,14 @@ struct RayOutput {
   alignas(64) float parameters[(ParameterRow::kMaxSize + 15) / 16 * 16];
 };
 
+// A batch in numbers.
+struct BatchTotals {
+  RayLossTerms<double> mean_loss;  // unweighted terms, mean over the batch
+  int64_t step_limit_hits = 0;
+  int64_t num_pieces = 0;      // cells walked through
+  int64_t clamped_pieces = 0;  // of these, left before they were entered (see Walk)
+};
+
 // What casting a batch leaves behind. Reused from batch to batch.
 struct BatchResult {
   GradientSum gradients;  // not grouped yet
@@ -52,10 +60,7 @@ struct BatchResult {
   LargePageVector<RayOutput> rays;
   std::vector<float> classifier_weight_gradient;  // [K][kIdentityDim], mean over the batch
   std::vector<float> classifier_bias_gradient;    // [K]
-  RayLossTerms<double> mean_loss;                 // unweighted terms, mean over the batch
-  int64_t step_limit_hits = 0;
-  int64_t num_pieces = 0;      // cells walked through
-  int64_t clamped_pieces = 0;  // of these, left before they were entered (see Walk)
+  BatchTotals totals;
 };
 
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,

@@ -2,9 +2,13 @@
 #pragma once
 
 #include "foam/ray_caster.h"
+#include "foam/ray_loss.h"
+#include "foam/ray_record.h"
 #include "foam/training_device.h"
+#include "foam/walk.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 // The one place that knows where rays are cast and foams trained: on the machine's cores, or on a
@@ -13,8 +17,9 @@
 
 namespace semfoam {
 
-// "cpu"; "cuda:N", the N-th card; "auto": the first card that is there, else the cores. Throws
-// UserError, one sentence, where there is no such device or this program knows none of its kind.
+// "cpu"; "cuda:N", the N-th card; "auto": the first card that is there, else the cores. Until it is
+// called the cores are in use. Throws UserError, one sentence, where there is no such device or
+// this program knows none of its kind. Not while anything made by a device is there.
 void UseDevice(const std::string& device);
 
 // The device in use, in words: "2 threads", "cuda:0 (its name, its memory)".
@@ -24,9 +29,13 @@ std::string DeviceInWords();
 // Upload() and UploadTopology().
 std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state);
 
-// Ready to show a foam. All must outlive the caster and stay as they are.
+// Ready to show a foam. What the three refer to must outlive the caster and stay as it is.
 std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
                                          const CellShading<float>& shading,
                                          const ClassifierView<float>& classifier);
+
+// What `device` is where there are so many cards (nothing: in a program built without CUDA): the
+// number of a card, or nothing for the cores. Throws UserError as UseDevice does.
+std::optional<int> FindCudaDevice(const std::string& device, std::optional<int> num_cuda_devices);
 
 }  // namespace semfoam

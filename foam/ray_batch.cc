@@ -145,24 +145,25 @@ void CastBatch(const WalkGeometry<float>& geometry,
     }
   });
 
-  result->totals = {};
+  BatchTotals& totals = result->totals;
+  totals = {};
   result->classifier_weight_gradient.assign(num_classes * kIdentityDim, 0.f);
   result->classifier_bias_gradient.assign(num_classes, 0.f);
   for (const BlockSums& sum : sums) {
-    result->totals.mean_loss.color += sum.loss.color / rays.size();
-    result->totals.mean_loss.opacity += sum.loss.opacity / rays.size();
-    result->totals.mean_loss.quantile += sum.loss.quantile / rays.size();
-    result->totals.mean_loss.identity += sum.loss.identity / rays.size();
-    result->totals.mean_loss.cell_identity += sum.loss.cell_identity / rays.size();
+    totals.mean_loss.color += sum.loss.color / rays.size();
+    totals.mean_loss.opacity += sum.loss.opacity / rays.size();
+    totals.mean_loss.quantile += sum.loss.quantile / rays.size();
+    totals.mean_loss.identity += sum.loss.identity / rays.size();
+    totals.mean_loss.cell_identity += sum.loss.cell_identity / rays.size();
     for (size_t k = 0; k < sum.weight_gradient.size(); ++k) {
       result->classifier_weight_gradient[k] += sum.weight_gradient[k];
     }
     for (size_t k = 0; k < sum.bias_gradient.size(); ++k) {
       result->classifier_bias_gradient[k] += sum.bias_gradient[k];
     }
-    result->totals.step_limit_hits += sum.step_limit_hits;
-    result->totals.num_pieces += sum.num_pieces;
-    result->totals.clamped_pieces += sum.clamped_pieces;
+    totals.step_limit_hits += sum.step_limit_hits;
+    totals.num_pieces += sum.num_pieces;
+    totals.clamped_pieces += sum.clamped_pieces;
   }
 }
 

@@ -9,6 +9,9 @@
 
 namespace semfoam {
 
+// Rays stop where this share of the light is left, in training and in rendering alike.
+inline constexpr double kTransmittanceCutoff = 1e-3;
+
 // A ray to be shown, in the normalised frame.
 struct RayToShow {
   Eigen::Vector3f origin;

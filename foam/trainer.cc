@@ -2,10 +2,10 @@
 #include "foam/trainer.h"
 
 #include "foam/cell_statistics.h"
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/initialization.h"
 #include "foam/parallel.h"
-#include "foam/total_variation.h"
 #include "foam/trainer_internal.h"
 #include "foam/training_evaluation.h"
 #include "foam/view_renderer.h"
@@ -42,8 +42,13 @@ constexpr int64_t kMaxTriangulationInterval = 1000;
 
 Trainer::Trainer(const TrainingViews& views,
                  const std::vector<SeedPoint>& seeds,
-                 const TrainingOptions& options)
-    : views_(views), options_(options), free_space_(views, seeds), schedule_(options) {
+                 const TrainingOptions& options,
+                 const TrainingHooks& hooks)
+    : views_(views),
+      options_(options),
+      free_space_(views, seeds),
+      schedule_(options),
+      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
   ChooseViews();
   if (pixels_.size() == 0) {
     throw UserError(
@@ -62,9 +67,9 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   initialization.seed = options_.random_seed;
   std::vector<Eigen::Vector3d> centers;
   for (int view = 0; view < views_.NumViews(); ++view) centers.push_back(views_.Origin(view));
-  foam_ = InitialFoam(seeds, centers, initialization);
-  optimizer_ = std::make_unique<FoamOptimizer>(foam_);
-  densification_.Reset(foam_.NumSites());
+  state_.foam = InitialFoam(seeds, centers, initialization);
+  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
+  state_.densification.Reset(state_.foam.NumSites());
   start_cells_.assign(views_.NumViews(), 0);
   MakeCache();
   Retriangulate();
@@ -95,25 +100,37 @@ void Trainer::MakeCache() {
 
 void Trainer::Retriangulate() {
   const auto begin = std::chrono::steady_clock::now();
-  topology_.Triangulate(foam_.positions, free_space_, foam_.HasSemantics());
-  ParallelForBlocks(foam_.NumSites(), 1024, [&](int64_t begin, int64_t end) {
+  state_.topology.Triangulate(state_.foam.positions, free_space_, state_.foam.HasSemantics());
+  ParallelForBlocks(state_.foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      float& raw = foam_.raw_density[i];
-      raw = topology_.is_clear()[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
+      float& raw = state_.foam.raw_density[i];
+      raw =
+          state_.topology.is_clear()[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
     }
   });
-  density_ = CellDensities(foam_);
+  device_->Upload();
+  device_->UploadTopology();
   last_triangulation_ = progress_.iteration;
-  if (summary_.triangulations > 0) triangulated_sites_ += foam_.NumSites();
+  if (summary_.triangulations > 0) triangulated_sites_ += state_.foam.NumSites();
   ++summary_.triangulations;
   summary_.seconds_triangulating += SecondsSince(begin);
 }
 
-void Trainer::DrawBatch() {
-  for (int view = 0; view < views_.NumViews(); ++view) {
-    if (views_.IsHeldOut(view)) continue;
-    start_cells_[view] = StartCell(view);
+std::vector<uint32_t> Trainer::StartCellsWith(const std::vector<int>& views) const {
+  std::vector<Eigen::Vector3d> origins;
+  std::vector<uint32_t> cells;
+  for (const int view : views) {
+    origins.push_back(views_.Origin(view));
+    cells.push_back(start_cells_[view]);
   }
+  device_->StartCells(origins, &cells);
+  std::vector<uint32_t> result = start_cells_;
+  for (size_t i = 0; i < views.size(); ++i) result[views[i]] = cells[i];
+  return result;
+}
+
+void Trainer::DrawBatch() {
+  start_cells_ = StartCellsWith(ViewsToTrainOn(views_));
   const PixelValue* values = nullptr;
   if (cache_) {
     values = cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
@@ -137,34 +154,21 @@ void Trainer::Iterate() {
                                options_.identity_weight,
                                options_.cell_identity_weight,
                                options_.identity_to_density};
-  CastBatch(topology_.geometry(),
-            Shading(),
-            {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
-            weights,
-            static_cast<float>(-std::log(options_.transmittance_cutoff)),
-            rays_,
-            &batch_);
-  tv_gradient_.clear();
-  double tv_loss = 0;
-  if (foam_.HasSemantics() && options_.tv_weight > 0 && progress_.iteration % kTvInterval == 0) {
-    tv_loss = TotalVariation(topology_.delaunay(),
-                             topology_.tv_weights(),
-                             foam_.identity,
-                             static_cast<float>(options_.tv_weight * kTvInterval),
-                             &tv_gradient_);
-    tv_sum_ += tv_loss;
+  const bool has_tv = state_.foam.HasSemantics() && options_.tv_weight > 0 &&
+                      progress_.iteration % kTvInterval == 0;
+  const TrainingStepResult result =
+      device_->Step({rays_,
+                     weights,
+                     static_cast<float>(-std::log(options_.transmittance_cutoff)),
+                     has_tv ? options_.tv_weight * kTvInterval : 0,
+                     schedule_.Rates(progress_.iteration)});
+  batch_ = result.batch;
+  if (has_tv) {
+    tv_sum_ += result.tv_loss;
     ++tv_count_;
   }
-  const int64_t skipped = optimizer_->Step(&batch_,
-                                           tv_gradient_,
-                                           topology_.is_clear(),
-                                           topology_.radius(),
-                                           schedule_.Rates(progress_.iteration),
-                                           &foam_,
-                                           &density_,
-                                           &densification_);
-  guard_.Watch(progress_.iteration, rays_, batch_, tv_loss, skipped);
-  summary_.nonfinite_gradients += skipped;
+  guard_.Watch(progress_.iteration, rays_, batch_, result.tv_loss, result.skipped_updates);
+  summary_.nonfinite_gradients += result.skipped_updates;
   summary_.step_limit_hits += batch_.step_limit_hits;
   summary_.pieces += batch_.num_pieces;
   loss_sum_.color += batch_.mean_loss.color;
@@ -182,14 +186,19 @@ bool Trainer::DensifyIfDue() {
                                                  densifications_ /
                                                  std::max(1, options_.densify_events - 1);
   if (RunFraction() < due || !PositionsMove()) return false;
-  const double growth = std::pow(double(options_.final_sites) / foam_.NumSites(),
+  device_->Download();
+  const double growth = std::pow(double(options_.final_sites) / state_.foam.NumSites(),
                                  1.0 / (options_.densify_events - densifications_));
   DensificationOptions densify;
-  densify.num_to_add = static_cast<size_t>(std::max(0.0, foam_.NumSites() * (growth - 1)));
-  const Rearrangement rearrangement = Densify(
-      topology_.delaunay(), densification_, densify, options_.random_seed, densifications_, &foam_);
-  optimizer_->Rearrange(rearrangement.origin, rearrangement.is_new);
-  densification_.Reset(foam_.NumSites());
+  densify.num_to_add = static_cast<size_t>(std::max(0.0, state_.foam.NumSites() * (growth - 1)));
+  const Rearrangement rearrangement = Densify(state_.topology.delaunay(),
+                                              state_.densification,
+                                              densify,
+                                              options_.random_seed,
+                                              densifications_,
+                                              &state_.foam);
+  state_.optimizer->Rearrange(rearrangement.origin, rearrangement.is_new);
+  state_.densification.Reset(state_.foam.NumSites());
   ++densifications_;
   start_cells_.assign(views_.NumViews(), 0);
   return true;
@@ -197,7 +206,7 @@ bool Trainer::DensifyIfDue() {
 
 bool Trainer::TopologyIsStale() const {
   const int64_t age = progress_.iteration - last_triangulation_;
-  const bool affordable = double(triangulated_sites_ + foam_.NumSites()) <=
+  const bool affordable = double(triangulated_sites_ + state_.foam.NumSites()) <=
                           kTriangulatedSitesPerPiece * double(summary_.pieces);
   return age >= kMaxTriangulationInterval ||
          (age >= kMinTriangulationInterval && affordable &&
@@ -210,8 +219,12 @@ void Trainer::EvaluateIfDue() {
   const auto begin = std::chrono::steady_clock::now();
   std::function<const PixelValue*(size_t k)> value_of;
   if (cache_) value_of = [this](size_t k) { return &cache_->Kept(num_probes_kept_ + k); };
+  std::vector<int> held_out;
+  for (int view = 0; view < views_.NumViews(); ++view) {
+    if (views_.IsHeldOut(view)) held_out.push_back(view);
+  }
   const HeldOutQuality quality =
-      EvaluateHeldOut(views_, value_of, foam_, topology_, Shading(), start_cells_);
+      EvaluateHeldOut(views_, value_of, StartCellsWith(held_out), state_.foam, device_.get());
   progress_.held_out_psnr = quality.psnr;
   progress_.held_out_miou = quality.miou;
   seconds_evaluating_ += SecondsSince(begin);
@@ -219,7 +232,7 @@ void Trainer::EvaluateIfDue() {
 
 void Trainer::Report(const TrainingHooks& hooks) {
   progress_.num_iterations = schedule_.num_iterations();
-  progress_.sites = foam_.NumSites();
+  progress_.sites = state_.foam.NumSites();
   progress_.seconds = SecondsSince(begin_);
   const double done = RunFraction();
   const double learning = progress_.seconds - seconds_reading_;
@@ -228,7 +241,7 @@ void Trainer::Report(const TrainingHooks& hooks) {
     progress_.color_loss = loss_sum_.color / loss_count_;
     progress_.opacity_loss = loss_sum_.opacity / loss_count_;
     progress_.quantile_loss = loss_sum_.quantile / loss_count_;
-    progress_.identity_loss = foam_.HasSemantics() ? loss_sum_.identity / loss_count_ : NAN;
+    progress_.identity_loss = state_.foam.HasSemantics() ? loss_sum_.identity / loss_count_ : NAN;
     loss_sum_ = {};
     loss_count_ = 0;
   }
@@ -267,10 +280,13 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     const bool densified = DensifyIfDue();
     if (!frozen_) {
       frozen_ = !PositionsMove();
-      if (densified || frozen_ || TopologyIsStale()) {
+      if (densified) {
+        Retriangulate();
+      } else if (frozen_ || TopologyIsStale()) {
+        device_->Download();
         Retriangulate();
       } else if (progress_.iteration % kRefreshInterval == 0) {
-        topology_.Follow(foam_.positions);
+        device_->FollowSites();
       }
     }
     schedule_.FitToSeconds(views_, progress_.iteration, SecondsSince(begin_), seconds_evaluating_);
@@ -288,11 +304,10 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
   summary_.late_rays = schedule_.late_rays();
   summary_.unstable_iterations = guard_.unstable_iterations();
   summary_.explained_contrast = guard_.explained_contrast();
-  summary_.foam = std::move(foam_);
-  // The renderer makes its own topology.
-  optimizer_.reset();
-  topology_ = {};
-  batch_ = {};
+  device_->Download();
+  device_.reset();
+  summary_.foam = std::move(state_.foam);
+  state_ = {};  // The renderer makes its own topology.
   summary_.statistics =
       MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, StatisticsStride(views_));
   summary_.last = progress_;
@@ -323,7 +338,7 @@ TrainingSummary TrainFoam(const TrainingViews& views,
                           const TrainingOptions& options,
                           TrainingHooks hooks) {
   if (const std::string reason = options.Check(); !reason.empty()) throw UserError(reason);
-  Trainer trainer(views, seeds, options);
+  Trainer trainer(views, seeds, options, hooks);
   if (hooks.resume_from == nullptr) {
     trainer.Begin(seeds, num_classes);
   } else {

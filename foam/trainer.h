@@ -15,6 +15,9 @@
 
 namespace semfoam {
 
+class TrainingDevice;
+struct TrainingState;
+
 // Where a run is. NaN = not known.
 struct TrainingProgress {
   int64_t iteration = 0;  // iterations done
@@ -64,17 +67,20 @@ struct TrainingHooks {
   std::function<void(int64_t iteration, const Save& save)> between_iterations;
 
   // The run goes on from there, and ends with the same bytes as if it had never stopped: on the
-  // same views, seeds, number of classes (the caller's to know) and options, and with any number of
-  // threads. Seconds go on from those of the checkpoint.
+  // same views, seeds, number of classes (the caller's to know), options and kind of device, and
+  // with any number of threads. Seconds go on from those of the checkpoint.
   std::unique_ptr<const Checkpoint> resume_from;
+
+  // Where to train; empty: on the device in use (MakeTrainingDevice).
+  std::function<std::unique_ptr<TrainingDevice>(TrainingState*)> make_device;
 };
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only.
-// Deterministic in (views, seeds, num_classes, options), whatever the number of threads. Throws
-// UserError where the views hold nothing to train on, the options are out of range, the run is lost
-// (training_guard.h), or the checkpoint is none of a run like this one. Pixels whose colour is not
-// finite are left out. Views that do not hold their pixels are read first, and again where their
-// memory asks for it (pixel_cache.h); the bytes are the same.
+// Deterministic in (views, seeds, num_classes, options) and the kind of device, whatever the number
+// of threads. Throws UserError where the views hold nothing to train on, the options are out of
+// range, the run is lost (training_guard.h), or the checkpoint is none of a run like this one.
+// Pixels whose colour is not finite are left out. Views that do not hold their pixels are read
+// first, and again where their memory asks for it (pixel_cache.h); the bytes are the same.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -57,39 +57,40 @@ void Trainer::SerializeNumbers(Archive* archive) {
 template <typename Archive>
 void Trainer::SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive) {
   static_assert(sizeof(TrainingProgress) == 14 * 8, "reports are saved as they lie");
-  const size_t identities = foam_.HasSemantics() ? num_sites * kIdentityDim : 0;
-  const size_t classes = foam_.num_classes;
-  archive->Array("positions", &foam_.positions, num_sites);
-  archive->Array("raw_density", &foam_.raw_density, num_sites);
-  archive->Array("sh", &foam_.sh, num_sites * foam_.ShStride());
-  archive->Array("identity", &foam_.identity, identities);
-  archive->Array("classifier_weight", &foam_.classifier_weight, classes * kIdentityDim);
-  archive->Array("classifier_bias", &foam_.classifier_bias, classes);
-  archive->Array("squared_error", &densification_.squared_error, num_sites);
-  archive->Array("contribution", &densification_.contribution, num_sites);
+  const size_t identities = state_.foam.HasSemantics() ? num_sites * kIdentityDim : 0;
+  const size_t classes = state_.foam.num_classes;
+  archive->Array("positions", &state_.foam.positions, num_sites);
+  archive->Array("raw_density", &state_.foam.raw_density, num_sites);
+  archive->Array("sh", &state_.foam.sh, num_sites * state_.foam.ShStride());
+  archive->Array("identity", &state_.foam.identity, identities);
+  archive->Array("classifier_weight", &state_.foam.classifier_weight, classes * kIdentityDim);
+  archive->Array("classifier_bias", &state_.foam.classifier_bias, classes);
+  archive->Array("squared_error", &state_.densification.squared_error, num_sites);
+  archive->Array("contribution", &state_.densification.contribution, num_sites);
   archive->Array("start_cells", &start_cells_, views_.NumViews());
   archive->Array("reports", &summary_.log, num_reports);
 }
 
 void Trainer::Save(CheckpointContents* contents) {
   progress_.seconds = SecondsSince(begin_);
-  const size_t num_sites = foam_.NumSites(), num_reports = summary_.log.size();
+  device_->Download();
+  const size_t num_sites = state_.foam.NumSites(), num_reports = summary_.log.size();
   const int num_views = views_.NumViews();
   StateWriter options("training_options", contents), state("state", contents),
       guard("guard", contents);
   TrainingOptions same = options_;
   same.Serialize(&options);
   state.Number("views", &num_views);
-  state.Number("classes", &foam_.num_classes);
+  state.Number("classes", &state_.foam.num_classes);
   state.Number("sites", &num_sites);
-  state.Number("sh_degree", &foam_.sh_degree);
+  state.Number("sh_degree", &state_.foam.sh_degree);
   state.Number("reports", &num_reports);
   SerializeNumbers(&state);
   SerializeArrays(num_sites, num_reports, &state);
-  optimizer_->Serialize(&state);
+  state_.optimizer->Serialize(&state);
   guard_.Serialize(&guard);
-  const std::span planes(topology_.geometry().positions.data(), num_sites);
-  state.Array("triangulated_positions", &topology_.triangulated_sites(), num_sites);
+  const std::span planes(state_.topology.geometry().positions.data(), num_sites);
+  state.Array("triangulated_positions", &state_.topology.triangulated_sites(), num_sites);
   state.Array("plane_positions", &planes, num_sites);
 }
 
@@ -128,12 +129,12 @@ void Trainer::RequireSameRun(int num_classes, const Checkpoint& checkpoint) cons
 void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoint) {
   RequireSameRun(num_classes, *checkpoint);
   StateReader state("state", *checkpoint), guard("guard", *checkpoint);
-  foam_.num_classes = num_classes;
+  state_.foam.num_classes = num_classes;
   size_t num_sites = 0, num_reports = 0;
   state.Number("sites", &num_sites);
-  state.Number("sh_degree", &foam_.sh_degree);
+  state.Number("sh_degree", &state_.foam.sh_degree);
   state.Number("reports", &num_reports);
-  if (foam_.sh_degree < 0 || foam_.sh_degree > options_.sh_degree) {
+  if (state_.foam.sh_degree < 0 || state_.foam.sh_degree > options_.sh_degree) {
     checkpoint->ThrowDamaged("its SH degree is out of range");
   }
   SerializeNumbers(&state);
@@ -141,22 +142,23 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
     checkpoint->ThrowDamaged("its iteration is beyond the end of the run");
   }
   SerializeArrays(num_sites, num_reports, &state);
-  optimizer_ = std::make_unique<FoamOptimizer>(foam_);
-  optimizer_->Serialize(&state);
+  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
+  state_.optimizer->Serialize(&state);
   guard_.Serialize(&guard);
   std::vector<Eigen::Vector3f> triangulated, planes;
   state.Array("triangulated_positions", &triangulated, num_sites);
   state.Array("plane_positions", &planes, num_sites);
-  for (const auto* sites : {&foam_.positions, &triangulated, &planes}) {
+  for (const auto* sites : {&state_.foam.positions, &triangulated, &planes}) {
     for (const Eigen::Vector3f& site : *sites) {
       if (site.norm() > 1.01f * kFarRadius) checkpoint->ThrowDamaged("a site is out of bounds");
     }
   }
   checkpoint.reset();  // Triangulating needs the memory.
-  topology_.Triangulate(triangulated, free_space_, foam_.HasSemantics());
-  topology_.Follow(planes);
-  density_ = CellDensities(foam_);
-  if (sh_degree_is_settled_) SettleShDegree(foam_.sh_degree);
+  state_.topology.Triangulate(triangulated, free_space_, state_.foam.HasSemantics());
+  state_.topology.Follow(planes);
+  device_->Upload();
+  device_->UploadTopology();
+  if (sh_degree_is_settled_) SettleShDegree(state_.foam.sh_degree);
   MakeCache();
   last_report_ = progress_.seconds;
   using Clock = std::chrono::steady_clock;

@@ -2,18 +2,14 @@
 #pragma once
 
 #include "foam/checkpoint.h"
-#include "foam/densification.h"
-#include "foam/foam.h"
 #include "foam/free_space.h"
-#include "foam/optimizer.h"
 #include "foam/pixel_cache.h"
 #include "foam/ray_batch.h"
-#include "foam/ray_tracer.h"
 #include "foam/trainer.h"
+#include "foam/training_device.h"
 #include "foam/training_guard.h"
 #include "foam/training_rays.h"
 #include "foam/training_schedule.h"
-#include "foam/training_topology.h"
 
 #include <chrono>
 #include <cstdint>
@@ -22,15 +18,16 @@
 
 namespace semfoam {
 
-// One training run: the foam, all that hangs on its topology, and the optimiser. For the trainer's
-// own files: the iterations (trainer.cc), the SH degree (trainer_sh_degree.cc), and going on from a
-// checkpoint (trainer_checkpoint.cc).
+// One training run: what happens when, and to what. Where rays are cast and parameters stepped is
+// the device's affair. For the trainer's own files: the iterations (trainer.cc), the SH degree
+// (trainer_sh_degree.cc), and going on from a checkpoint (trainer_checkpoint.cc).
 class Trainer {
  public:
   // Throws UserError where there is no photo to train on.
   Trainer(const TrainingViews& views,
           const std::vector<SeedPoint>& seeds,
-          const TrainingOptions& options);
+          const TrainingOptions& options,
+          const TrainingHooks& hooks);
 
   // One of these first.
   void Begin(const std::vector<SeedPoint>& seeds, int num_classes);
@@ -49,6 +46,7 @@ class Trainer {
   // Ranges in the PixelCache.
   enum { kAllButProbes, kAllViews };
 
+  // Of the host's sites. The device takes over all of the state.
   void Retriangulate();
   void ChooseViews();
   void MakeCache();
@@ -57,6 +55,7 @@ class Trainer {
   std::vector<ViewPixel> ProbePixels() const;
   void DrawBatch();
   void Iterate();
+  // Leaves the new foam on the host, to be triangulated next.
   bool DensifyIfDue();
   void ChooseShDegreeIfDue();
   void SetShDegree(int degree);
@@ -68,15 +67,8 @@ class Trainer {
 
   double RunFraction() const { return schedule_.RunFraction(progress_.iteration); }
   bool PositionsMove() const { return schedule_.PositionsMove(progress_.iteration); }
-  uint32_t StartCell(int view) const {
-    return topology_.CellAt(views_.Origin(view), start_cells_[view]);
-  }
-  CellShading<float> Shading() const {
-    return {foam_.sh_degree,
-            density_.data(),
-            foam_.sh.data(),
-            foam_.HasSemantics() ? foam_.identity.data() : nullptr};
-  }
+  // `start_cells_` with those of `views` as they are now.
+  std::vector<uint32_t> StartCellsWith(const std::vector<int>& views) const;
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
@@ -87,15 +79,10 @@ class Trainer {
   const FreeSpace free_space_;
   TrainingSchedule schedule_;
 
-  Foam foam_;
-  std::unique_ptr<FoamOptimizer> optimizer_;
-  DensificationStatistics densification_;
+  // As of the last Download, but for what says how large it is (sites, classes, SH degree).
+  TrainingState state_;
+  std::unique_ptr<TrainingDevice> device_;
   int densifications_ = 0;
-
-  TrainingTopology topology_;
-  std::vector<float> density_;  // [num_cells]
-  std::vector<float>
-      tv_gradient_;  // [N][kIdentityDim]; empty in iterations without the regulariser
   std::vector<uint32_t> start_cells_;  // per view: where its camera was last
   int64_t last_triangulation_ = 0;     // iteration
   int64_t triangulated_sites_ = 0;     // after the first triangulation
@@ -106,7 +93,7 @@ class Trainer {
   double seconds_reading_ = 0;  // before the first iteration
 
   std::vector<BatchRay> rays_;
-  BatchResult batch_;
+  BatchTotals batch_;  // the last one
   TrainingGuard guard_;
 
   TrainingSummary summary_;

@@ -50,9 +50,11 @@ void Trainer::SettleShDegree(int degree) {
 }
 
 void Trainer::SetShDegree(int degree) {
-  if (degree == foam_.sh_degree) return;
-  ChangeShDegree(degree, &foam_);
-  optimizer_->ChangeShDegree(degree);
+  if (degree == state_.foam.sh_degree) return;
+  device_->Download();
+  ChangeShDegree(degree, &state_.foam);
+  state_.optimizer->ChangeShDegree(degree);
+  device_->Upload();
 }
 
 // The pixels on which the SH degree is settled.
@@ -85,26 +87,23 @@ std::vector<int> Trainer::RangesAt(int64_t iteration) const {
 // Whether the highest degree makes enough of a difference to photos not seen.
 bool Trainer::ShDegreePays() const {
   std::vector<BatchRay> rays;
+  const std::vector<uint32_t> start_cells = StartCellsWith(ViewsToTrainOn(views_));
   const std::vector<ViewPixel> pixels = ProbePixels();
   for (size_t i = 0; i < pixels.size(); ++i) {
     const PixelValue* const value = cache_ ? &cache_->Kept(i) : nullptr;
-    const uint32_t start = StartCell(pixels[i].view);
+    const uint32_t start = start_cells[pixels[i].view];
     if (const auto ray = PixelAsRay(views_, pixels[i], value, start)) rays.push_back(*ray);
   }
-  const LargePageVector<float> lower_sh = ShOfDegree(foam_, foam_.sh_degree - 1);
-  CellShading<float> lower = Shading();
-  lower.sh_degree = foam_.sh_degree - 1;
-  lower.sh = lower_sh.data();
-  const double without = SquaredError(foam_, topology_.geometry(), lower, rays, nullptr),
-               with = SquaredError(foam_, topology_.geometry(), Shading(), rays, nullptr);
-  VLOG(1) << "SH degree " << foam_.sh_degree
-          << ": without it, the squared error on photos not seen is " << without / with
-          << " times as large";
+  const int degree = state_.foam.sh_degree;
+  const double without = SquaredError(rays, device_->Show(rays, degree - 1)),
+               with = SquaredError(rays, device_->Show(rays, degree));
+  VLOG(1) << "SH degree " << degree << ": without it, the squared error on photos not seen is "
+          << without / with << " times as large";
   return without >= (1 + kShWorthwhile) * with;
 }
 
 void Trainer::ChooseShDegreeIfDue() {
-  const int degree = foam_.sh_degree;
+  const int degree = state_.foam.sh_degree;
   if (sh_degree_is_settled_ || RunFraction() < kShRaise * (degree + 1)) return;
   const bool can_probe = probe_pixels_.size() > 0;
   if (degree > 0 && can_probe && !ShDegreePays()) {

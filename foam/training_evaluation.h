@@ -4,8 +4,8 @@
 #include "foam/foam.h"
 #include "foam/pixel_range.h"
 #include "foam/ray_batch.h"
-#include "foam/ray_tracer.h"
-#include "foam/training_topology.h"
+#include "foam/ray_caster.h"
+#include "foam/training_device.h"
 #include "foam/training_views.h"
 
 #include <cmath>
@@ -15,14 +15,9 @@
 
 namespace semfoam {
 
-// Sum over the rays of the squared difference between the colour over white and the target's, as
-// `shading` shows the foam. With `shown_classes`, also which class each ray shows, as ViewRenderer
-// reads it. The same on any number of threads.
-double SquaredError(const Foam& foam,
-                    const WalkGeometry<float>& geometry,
-                    const CellShading<float>& shading,
-                    const std::vector<BatchRay>& rays,
-                    std::vector<int32_t>* shown_classes);
+// Sum over the rays of the squared difference between the colour that each shows, at most white,
+// and its target's.
+double SquaredError(const std::vector<BatchRay>& rays, const std::vector<ShownRay>& shown);
 
 // NaN = not known.
 struct HeldOutQuality {
@@ -34,12 +29,12 @@ struct HeldOutQuality {
 std::vector<ViewPixel> EvaluationPixels(const TrainingViews& views);
 
 // Over the EvaluationPixels. `value_of(k)` is what the photo stores of the k-th of them, for views
-// that do not hold their pixels; empty for others. `start_cells` per view: near its camera.
+// that do not hold their pixels; empty for others. `start_cells` per view: where its camera is.
+// Of `foam` only its SH degree and whether it has classes are asked; what it shows is `device`'s.
 HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
                                const std::function<const PixelValue*(size_t k)>& value_of,
+                               const std::vector<uint32_t>& start_cells,
                                const Foam& foam,
-                               const TrainingTopology& topology,
-                               const CellShading<float>& shading,
-                               const std::vector<uint32_t>& start_cells);
+                               TrainingDevice* device);
 
 }  // namespace semfoam

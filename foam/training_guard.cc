@@ -34,7 +34,7 @@ template <typename... Parts>
 }  // namespace
 
 void TrainingGuard::Window::Add(const std::vector<BatchRay>& new_rays,
-                                const BatchResult& batch,
+                                const BatchTotals& batch,
                                 int64_t skipped) {
   ++iterations;
   rays += static_cast<int64_t>(new_rays.size());
@@ -90,7 +90,7 @@ void TrainingGuard::LoseByIdentity(int64_t iteration) const {
 
 void TrainingGuard::Watch(int64_t iteration,
                           const std::vector<BatchRay>& rays,
-                          const BatchResult& batch,
+                          const BatchTotals& batch,
                           double tv_loss,
                           int64_t skipped_updates) {
   const RayLossTerms<double>& loss = batch.mean_loss;

@@ -34,7 +34,7 @@ class TrainingGuard {
   // UserError, one sentence naming the iteration and the quantity, when the run is lost.
   void Watch(int64_t iteration,
              const std::vector<BatchRay>& rays,
-             const BatchResult& batch,
+             const BatchTotals& batch,
              double tv_loss,
              int64_t skipped_updates);
 
@@ -82,7 +82,7 @@ class TrainingGuard {
     double target_sum[3] = {};
     double target_square_sum[3] = {};
 
-    void Add(const std::vector<BatchRay>& new_rays, const BatchResult& batch, int64_t skipped);
+    void Add(const std::vector<BatchRay>& new_rays, const BatchTotals& batch, int64_t skipped);
     double FlatColorLoss() const;
   };
 

@@ -1,31 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/view_renderer.h"
 
-#include "foam/activation.h"
-#include "foam/classifier.h"
+#include "foam/cell_shading.h"
+#include "foam/device.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
-#include "foam/ray_tracer.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include <glog/logging.h>
 
 namespace semfoam {
 namespace {
 
-// Neighbouring pixels, traced together.
-constexpr int64_t kRaysPerBlock = 256;
+// Pixels cast together: enough to fill any device, few enough to be no matter of memory.
+constexpr size_t kPixelsAtOnce = size_t{1} << 20;
 
 }  // namespace
-
-std::vector<float> CellDensities(const Foam& foam) {
-  std::vector<float> density(foam.NumSites() + kNumGuardSites, 0.f);
-  ParallelForBlocks(foam.NumSites(), 4096, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) density[i] = Density(foam.raw_density[i]);
-  });
-  return density;
-}
 
 ViewRenderer::ViewRenderer(const Foam& foam) : foam_(foam), density_(CellDensities(foam)) {
   const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam.positions);
@@ -33,15 +24,16 @@ ViewRenderer::ViewRenderer(const Foam& foam) : foam_(foam), density_(CellDensiti
   Refresh(cells, delaunay_, &geometry_);
 }
 
-CellShading<float> ViewRenderer::shading() const {
-  return {foam_.sh_degree,
-          density_.data(),
-          foam_.sh.data(),
-          foam_.HasSemantics() ? foam_.identity.data() : nullptr};
-}
+CellShading<float> ViewRenderer::shading() const { return ShadingOf(foam_, density_); }
 
 uint32_t ViewRenderer::StartCell(const Eigen::Vector3d& origin) const {
   return NearestCell(geometry_.positions, delaunay_, origin, 0);
+}
+
+const RayCaster& ViewRenderer::Caster() const {
+  std::call_once(caster_is_made_,
+                 [&] { caster_ = MakeRayCaster(geometry_, shading(), ClassifierOf(foam_)); });
+  return *caster_;
 }
 
 RenderedView ViewRenderer::Render(const CameraRays& rays) const {
@@ -57,39 +49,29 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
   view.confidence.assign(num_pixels, 0.f);
 
   const uint32_t start = StartCell(rays.origin);
-  const CellShading<float> shading = this->shading();
-  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
-  ParallelForBlocks(num_pixels, kRaysPerBlock, [&](int64_t begin, int64_t end) {
-    std::vector<int64_t> pixels;
-    for (int64_t i = begin; i < end; ++i) {
-      if (!rays.directions[i].isZero(0)) pixels.push_back(i);
+  const Eigen::Vector3f origin = rays.origin.cast<float>();
+  std::vector<size_t> pixels;
+  std::vector<RayToShow> to_show;
+  for (size_t first = 0; first < num_pixels; first += kPixelsAtOnce) {
+    pixels.clear();
+    to_show.clear();
+    for (size_t i = first; i < std::min(num_pixels, first + kPixelsAtOnce); ++i) {
+      if (rays.directions[i].isZero(0)) continue;
+      pixels.push_back(i);
+      to_show.push_back({origin, rays.directions[i], start});
     }
-    const std::span<RayTrace> traces = ThreadTraces(pixels.size());
-    for (size_t k = 0; k < pixels.size(); ++k) {
-      traces[k].origin = rays.origin.cast<float>();
-      traces[k].direction = rays.directions[pixels[k]];
-      traces[k].start_cell = start;
-      traces[k].quantile_tau[0] = std::log(2.f);
-    }
-    TraceRays(geometry_, shading, cutoff_tau, traces);
-    std::vector<float> logits(foam_.num_classes);
-    for (size_t k = 0; k < traces.size(); ++k) {
-      CHECK(!traces[k].hit_step_limit) << "a ray walked in circles";
-      const RayComposite<float>& ray = traces[k].composite;
-      const int64_t i = pixels[k];
-      const float transmittance = ray.Transmittance();
-      view.color[i] =
-          Eigen::Vector3f(ray.color[0], ray.color[1], ray.color[2]).array() + transmittance;
-      view.opacity[i] = ray.Opacity();
-      if (ray.quantile_piece[0] >= 0) view.distance[i] = ray.quantile_depth[0];
-      if (foam_.HasSemantics() && view.opacity[i] >= 0.5f) {
-        ClassLogits(foam_, ray.identity, logits.data());
-        const MostLikelyClass best = ArgmaxSoftmax(logits);
-        view.class_index[i] = best.class_index;
-        view.confidence[i] = best.confidence;
+    const std::vector<ShownRay> shown = Caster().Show(to_show);
+    ParallelForBlocks(pixels.size(), 4096, [&](int64_t begin, int64_t end) {
+      for (int64_t k = begin; k < end; ++k) {
+        const size_t i = pixels[k];
+        view.color[i] = shown[k].color;
+        view.opacity[i] = shown[k].opacity;
+        view.distance[i] = shown[k].distance;
+        view.class_index[i] = shown[k].class_index;
+        view.confidence[i] = shown[k].confidence;
       }
-    }
-  });
+    });
+  }
   return view;
 }
 

@@ -3,18 +3,18 @@
 
 #include "foam/delaunay.h"
 #include "foam/foam.h"
+#include "foam/ray_caster.h"
 #include "foam/ray_record.h"
+#include "foam/walk.h"
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace semfoam {
-
-// Rays stop where this share of the light is left, in training and in rendering alike.
-inline constexpr double kTransmittanceCutoff = 1e-3;
 
 // All rays of one view, from one origin, in the normalised frame.
 struct CameraRays {
@@ -45,7 +45,8 @@ class ViewRenderer {
  public:
   explicit ViewRenderer(const Foam& foam);
 
-  // Runs in parallel. The same bytes on any number of threads.
+  // On the device in use when it is first called (device.h), in parallel. The same bytes on any
+  // number of threads.
   RenderedView Render(const CameraRays& rays) const;
 
   const Delaunay& delaunay() const { return delaunay_; }
@@ -56,13 +57,17 @@ class ViewRenderer {
   uint32_t StartCell(const Eigen::Vector3d& origin) const;
 
  private:
+  const RayCaster& Caster() const;
+
   const Foam& foam_;
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
   std::vector<float> density_;  // [num_cells]
-};
 
-// Activated densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
-std::vector<float> CellDensities(const Foam& foam);
+  // Made by the first Render: there are renderers that none is asked of, and a graphics card wants
+  // a copy of all of the above.
+  mutable std::once_flag caster_is_made_;
+  mutable std::unique_ptr<RayCaster> caster_;
+};
 
 }  // namespace semfoam

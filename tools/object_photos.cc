@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/object_photos.h"
 
+#include "foam/cell_shading.h"
 #include "foam/parallel.h"
 #include "foam/ray_tracer.h"
 #include "foam/view_renderer.h"

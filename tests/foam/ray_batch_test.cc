@@ -116,7 +116,7 @@ TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
     for (size_t k = 0; k < bias.size(); ++k) {
       ASSERT_NEAR(result.classifier_bias_gradient[k], bias[k], 5e-6) << k;
     }
-    EXPECT_NEAR(result.mean_loss.cell_identity, dominant_loss, 1e-5);
+    EXPECT_NEAR(result.totals.mean_loss.cell_identity, dominant_loss, 1e-5);
     EXPECT_EQ(dominant_loss > 0, cell_identity > 0);
   }
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "tests/foam/foam_digest.h"
+#include "tests/foam/own_memory_device.h"
 #include "tests/foam/synthetic_views.h"
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -151,6 +152,35 @@ TEST_F(ResumeTest, EndsWithTheSameBytesOnAnyNumberOfThreads) {
       SCOPED_TRACE(std::to_string(threads) + " threads");
       ExpectSame(Resume(options, stop), whole);
     }
+  }
+}
+
+// On a device that keeps the state to itself, as a graphics card does: the trainer asks for it
+// whenever it looks at it, and hands it back whenever it has changed it.
+TEST_F(ResumeTest, EndsWithTheSameBytesOnADeviceWithItsOwnMemory) {
+  const TrainingOptions options = EventfulRun();
+  const TrainingSummary whole = TrainAndSave(options);
+  TrainingHooks hooks;
+  hooks.make_device = MakeOwnMemoryDevice;
+  ExpectSame(Train(options, std::move(hooks)), whole);
+  for (const int64_t stop : {17, 62}) {
+    SCOPED_TRACE(stop);
+    const std::string theirs = StateOf(stop).at("pieces");
+    TrainingHooks stopped;
+    stopped.make_device = MakeOwnMemoryDevice;
+    stopped.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+      if (iteration < stop) return;
+      CheckpointContents contents;
+      save(&contents);
+      WriteCheckpoint(PathOf(stop), contents);
+      throw Stop();
+    };
+    EXPECT_THROW(Train(options, std::move(stopped)), Stop);
+    EXPECT_EQ(StateOf(stop).at("pieces"), theirs);
+    TrainingHooks resumed;
+    resumed.make_device = MakeOwnMemoryDevice;
+    resumed.resume_from = std::make_unique<Checkpoint>(PathOf(stop));
+    ExpectSame(Train(options, std::move(resumed)), whole);
   }
 }
 

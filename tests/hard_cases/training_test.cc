@@ -231,7 +231,7 @@ TEST(HardTraining, TheHighestRatesThatPassTheCheckKeepEveryNumberFinite) {
 // One iteration of a run as the guard sees it: a hundred rays, half of them black, half white.
 struct Iteration {
   std::vector<BatchRay> rays{100};
-  BatchResult batch;
+  BatchTotals batch;
   double tv_loss = 0;
   int64_t skipped = 0;
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/cell_shading.h"
 #include "foam/parallel.h"
 #include "foam/ray_batch.h"
 #include "foam/ray_tracer.h"
@@ -118,7 +119,7 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
     const std::vector<BatchRay>& batch = scene->batches[next++ % scene->batches.size()];
     CastBatch(scene->renderer.geometry(),
               scene->renderer.shading(),
-              {foam.num_classes, foam.classifier_weight.data(), foam.classifier_bias.data()},
+              ClassifierOf(foam),
               RayLossWeights{},
               CutoffTau(),
               batch,
@@ -132,8 +133,8 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
     const Stopwatch::Lap lap(&watch);
     const std::vector<BatchRay>& batch = cast();
     rays += batch.size();
-    pieces += result.num_pieces;
-    step_limit_hits += result.step_limit_hits;
+    pieces += result.totals.num_pieces;
+    step_limit_hits += result.totals.step_limit_hits;
     for (const auto& block : result.gradients.blocks()) records += block.size();
   }
   if (step_limit_hits > 0) state.SkipWithError("the step limit cut a ray");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/cell_shading.h"
 #include "foam/guard_sites.h"
 #include "foam/optimizer.h"
 #include "foam/parallel.h"
@@ -41,7 +42,7 @@ class Updater {
     for (int k = 0; k < kRoundUpdates; ++k) {
       CastBatch(scene.renderer.geometry(),
                 scene.renderer.shading(),
-                {foam_.num_classes, foam_.classifier_weight.data(), foam_.classifier_bias.data()},
+                ClassifierOf(foam_),
                 RayLossWeights{},
                 static_cast<float>(-std::log(kTransmittanceCutoff)),
                 scene.batches[k],

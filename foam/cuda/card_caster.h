@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 
 // Shows a foam that is on a graphics card (Machine: CudaMachine; HostMachine in tests).
@@ -30,11 +32,15 @@ class CardCaster : public RayCaster {
 
   std::vector<ShownRay> Show(std::span<const RayToShow> rays) const override {
     const std::lock_guard lock(mutex_);
-    return shower_.Show(machine_,
-                        scene_.Geometry(num_sites_),
-                        scene_.Shading(sh_degree_),
-                        scene_.Classes(num_classes_),
-                        rays);
+    bool hit_step_limit = false;
+    std::vector<ShownRay> shown = shower_.Show(machine_,
+                                               scene_.Geometry(num_sites_),
+                                               scene_.Shading(sh_degree_),
+                                               scene_.Classes(num_classes_),
+                                               rays,
+                                               &hit_step_limit);
+    CHECK(!hit_step_limit) << "rays walked in circles";
+    return shown;
   }
 
  private:

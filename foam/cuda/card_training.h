@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/cell_shading.h"
 #include "foam/cuda/batch_kernels.h"
 #include "foam/cuda/card_scene.h"
 #include "foam/cuda/show_kernels.h"
 #include "foam/cuda/update_kernels.h"
 #include "foam/training_device.h"
-#include "foam/view_renderer.h"
 
 #include <algorithm>
 #include <bit>
@@ -45,13 +45,7 @@ class CardTraining : public TrainingDevice {
     num_sites_ = static_cast<uint32_t>(foam.NumSites());
     Send(foam.positions, &positions_);
     Send(foam.raw_density, &raw_density_);
-    scene_.Send(machine_,
-                CellShading<float>{foam.sh_degree,
-                                   CellDensities(foam).data(),
-                                   foam.sh.data(),
-                                   foam.HasSemantics() ? foam.identity.data() : nullptr},
-                Classifier(foam),
-                num_sites_);
+    scene_.Send(machine_, ShadingOf(foam, CellDensities(foam)), ClassifierOf(foam), num_sites_);
     Send(optimizer.first_moments(), &first_moments_);
     Send(optimizer.second_moments(), &second_moments_);
     Send(optimizer.steps(), &steps_);
@@ -155,8 +149,14 @@ class CardTraining : public TrainingDevice {
     for (size_t i = 0; i < rays.size(); ++i) {
       to_show[i] = {rays[i].origin, rays[i].direction, rays[i].start_cell};
     }
-    return shower_.Show(
-        machine_, scene_.Geometry(num_sites_), shading, scene_.Classes(NumClasses()), to_show);
+    // A topology that has become stale may cut a ray; training counts and judges these.
+    bool hit_step_limit = false;
+    return shower_.Show(machine_,
+                        scene_.Geometry(num_sites_),
+                        shading,
+                        scene_.Classes(NumClasses()),
+                        to_show,
+                        &hit_step_limit);
   }
 
  private:
@@ -174,9 +174,6 @@ class CardTraining : public TrainingDevice {
     machine_.Download(array, array.size(), values->data());
   }
 
-  static ClassifierView<float> Classifier(const Foam& foam) {
-    return {foam.num_classes, foam.classifier_weight.data(), foam.classifier_bias.data()};
-  }
   int NumClasses() const { return state_->foam.num_classes; }
   const ParameterRow& Row() const { return state_->optimizer->row(); }
 
@@ -379,7 +376,7 @@ class CardTraining : public TrainingDevice {
     }
     const int64_t skipped =
         state_->optimizer->StepClassifier(by_weight, by_bias, step.rates.classifier, &foam);
-    scene_.Send(machine_, Classifier(foam));
+    scene_.Send(machine_, ClassifierOf(foam));
     return skipped;
   }
 

@@ -21,8 +21,8 @@ int NumCudaDevices() {
 std::string CudaDeviceInWords(int device) {
   cudaDeviceProp properties;
   CheckCuda(cudaGetDeviceProperties(&properties, device), "cudaGetDeviceProperties");
-  return std::string(properties.name) + ", " +
-         std::to_string(std::llround(properties.totalGlobalMem / 1e9)) + " GB";
+  return "cuda:" + std::to_string(device) + " (" + properties.name + ", " +
+         std::to_string(std::llround(properties.totalGlobalMem / 1e9)) + " GB)";
 }
 
 std::unique_ptr<TrainingDevice> MakeCudaTrainingDevice(int device, TrainingState* state) {

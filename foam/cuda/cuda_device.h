@@ -17,7 +17,7 @@ namespace semfoam {
 // The cards that there are; 0 also where there is no driver.
 int NumCudaDevices();
 
-// "NVIDIA H200, 140 GB".
+// "cuda:0 (NVIDIA H200, 140 GB)".
 std::string CudaDeviceInWords(int device);
 
 // See MakeTrainingDevice and MakeRayCaster. `device` is one of NumCudaDevices. Throws UserError

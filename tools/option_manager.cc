@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/option_manager.h"
 
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/input_file.h"
 #include "foam/number_text.h"
@@ -124,6 +125,13 @@ OptionManager::OptionManager(std::string command, std::string summary)
   AddDefaultOption("num_threads", &num_threads_, "-1 = all cores; changes no result");
   AddDefaultOption("log_to_stderr", &log_to_stderr_, "0 = only warnings and errors");
   AddDefaultOption("log_level", &log_level_, "verbosity of the log, as glog's v");
+}
+
+void OptionManager::AddDeviceOption() {
+  AddDefaultOption("device",
+                   &device_,
+                   "where rays are cast: cpu, cuda:N (the graphics card of that number, from 0), "
+                   "or auto, the first card that can be used, else cpu");
 }
 
 void OptionManager::AddOption(Option option) {
@@ -331,6 +339,7 @@ bool OptionManager::Parse(int argc, const char* const* argv) {
                     "number of threads from 1 on.");
   }
   SetNumThreads(num_threads_);
+  if (Find("device") != nullptr) UseDevice(device_);
   SetLogVerbosity(log_to_stderr_, log_level_);
   return true;
 }

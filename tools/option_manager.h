@@ -47,14 +47,17 @@ class OptionManager {
     Add(name, help, /*required=*/false, choices, value, then);
   }
 
+  // device, for commands that train or render; Parse applies it (UseDevice).
+  void AddDeviceOption();
+
   // Another spelling of an option that is there (CHECK): `--labels` for `--VolumeExport.labels`.
   // Both in one place are the same option given twice.
   void AddShortName(const std::string& short_name, const std::string& name);
 
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
-  // names, sets all values, and applies what all commands have in common: threads and log. Returns
-  // false when help was asked for and has been printed to stdout. Throws UserError, one sentence in
-  // COLMAP's words, on an unknown, missing or repeated option and on a bad value.
+  // names, sets all values, and applies what all commands have in common: threads, device and
+  // log. Returns false when help was asked for and has been printed to stdout. Throws UserError,
+  // one sentence in COLMAP's words, on an unknown, missing or repeated option and on a bad value.
   bool Parse(int argc, const char* const* argv);
 
   // The values of all options of a group, by their names without the group, as text that reads back
@@ -114,6 +117,7 @@ class OptionManager {
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;
+  std::string device_ = "auto";
   bool log_to_stderr_ = true;
   int log_level_ = 0;
 };

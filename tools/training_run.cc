@@ -3,11 +3,11 @@
 
 #include "foam/available_memory.h"
 #include "foam/checkpoint_state.h"
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/interruption.h"
 #include "foam/memory_plan.h"
 #include "foam/output_file.h"
-#include "foam/parallel.h"
 #include "foam/photo_name.h"
 #include "plugin/scene_checksums.h"
 #include "tools/presets.h"
@@ -174,6 +174,7 @@ TrainingSummary Train(const OptionManager& options,
 }  // namespace
 
 void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
+  options->AddDeviceOption();
   AddMaskPathOptions(options, &run->masks);
   options->AddDefaultOption("test_every",
                             &run->scene.test_every,
@@ -333,7 +334,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
-            << NumThreads() << (NumThreads() == 1 ? " thread" : " threads");
+            << DeviceInWords();
 
   // A signal that comes when the last iteration has begun waits until the result is safe.
   const DeferInterruption until_written;

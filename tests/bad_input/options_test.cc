@@ -6,6 +6,25 @@
 namespace semfoam {
 namespace {
 
+// Of all commands that cast rays.
+TEST(BadInput, Devices) {
+  const std::string invalid =
+      "for option '--device' is invalid; it takes auto, cpu or cuda:N, the graphics card of that "
+      "number from 0 on.";
+  std::vector<BadOptions> cases = {
+      {"train", "--device|", "Failed to parse options - the argument ('') " + invalid},
+      {"train",
+       "--device|cuda:-1",
+       "Failed to parse options - the argument ('cuda:-1') " + invalid},
+      {"meshes", "--device|cpu", "Failed to parse options - unrecognised option '--device'."}};
+  for (const char* command :
+       {"segment", "train", "render", "film", "extract", "remove", "insert", "evaluate"}) {
+    cases.push_back(
+        {command, "--device|gpu", "Failed to parse options - the argument ('gpu') " + invalid});
+  }
+  ExpectRefused(cases);
+}
+
 TEST(BadInput, Options) {
   ExpectRefused({
       // Training

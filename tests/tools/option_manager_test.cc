@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/option_manager.h"
 
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/parallel.h"
 #include "tools/presets.h"
@@ -16,6 +17,7 @@ namespace semfoam {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 // A command with one option of every kind.
 struct Command {
@@ -39,6 +41,7 @@ struct Command {
     options.AddDefaultOption("FoamTraining.num_rays", &num_rays, "rays in all");
     options.AddDefaultOption("FoamTraining.step", &step, "a float");
     options.AddDefaultOption("voxel_size", &voxel_size, "a double");
+    options.AddDeviceOption();
   }
 
   bool Parse(std::vector<const char*> arguments) {
@@ -165,6 +168,26 @@ TEST(OptionManager, SetsTheThreadsOfTheProcess) {
   EXPECT_GE(NumThreads(), 1);
 }
 
+TEST(OptionManager, SetsTheDeviceOfTheProcess) {
+  EXPECT_TRUE(Command().Parse({"--input_path", "a", "--num_threads", "2", "--device", "cpu"}));
+  EXPECT_EQ(DeviceInWords(), "2 threads");
+  EXPECT_TRUE(Command().Parse({"--input_path", "a", "--num_threads", "2"}));
+  if (!DeviceInWords().starts_with("cuda:0 (")) {
+    EXPECT_EQ(DeviceInWords(), "2 threads");
+  }
+  for (const char* bad : {"gpu", "cuda", "cuda:", "", "2"}) {
+    EXPECT_THAT(Command().Error({"--input_path", "a", "--device", bad}),
+                HasSubstr("argument ('" + std::string(bad) + "') for option '--device'"));
+  }
+  // No machine has as many cards: none at all is the other reason.
+  EXPECT_THAT(Command().Error({"--input_path", "a", "--device", "cuda:1000"}),
+              StartsWith("--device cuda:1000: "));
+  OptionManager exporter("mesh_exporter", "Exports.");
+  const char* arguments[] = {"mesh_exporter", "--device", "cpu"};
+  EXPECT_THROW(exporter.Parse(3, arguments), UserError);
+  EXPECT_TRUE(Command().Parse({"--input_path", "a", "--device", "cpu"}));
+}
+
 TEST(OptionManager, ExplicitOptionsWinOverThePresetInAnyOrder) {
   Command preset;
   EXPECT_TRUE(preset.Parse({"--input_path", "a", "--quality", "low"}));
@@ -221,6 +244,7 @@ TEST(OptionManager, HelpNeedsNothingElseAndShowsDefaultsAndChoices) {
   EXPECT_THAT(help, HasSubstr("(required) the model"));
   EXPECT_THAT(help, HasSubstr("--project_path"));
   EXPECT_THAT(help, HasSubstr("--num_threads arg (=-1)"));
+  EXPECT_THAT(help, HasSubstr("--device arg (=auto)"));
 }
 
 TEST(OptionManager, GivesItsCommandLineBackForAShell) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface_export.h"
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/output_file.h"
-#include "foam/parallel.h"
 #include "foam/view_renderer.h"
 #include "plugin/colmap_model.h"
 #include "tools/accuracy_study.h"
@@ -270,8 +270,8 @@ class Study {
 
   std::string Report() const {
     return "# What accuracy costs\n\n" + scene_.PhotoReport() + "; " + scene_.MaskReport() + ". " +
-           std::to_string(NumThreads()) +
-           " threads.\n\n"
+           DeviceInWords() +
+           ".\n\n"
            "Seconds of training (loading apart), for exports with the export. PSNR and SSIM of the "
            "held-out photos at full size. mIoU: " +
            (truth_.empty() ? "against the masks of the held-out photos"

@@ -112,6 +112,7 @@ void RunFoamEvaluator(int argc, char** argv) {
                         "Scores a foam on the photos that its training held out: PSNR and SSIM, "
                         "and where there are exact masks, IoU, recall and boundary IoU of every "
                         "object.");
+  options.AddDeviceOption();
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption("image_path", &image_path, "folder of the photos");
   options.AddDefaultOption(

@@ -218,6 +218,7 @@ void RunFoamRenderer(int argc, char** argv) {
       "foam_renderer",
       "Renders colour, labels and depth from the views of a COLMAP model, or along "
       "a trajectory.");
+  options.AddDeviceOption();
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
       "output_path",

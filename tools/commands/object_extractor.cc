@@ -19,6 +19,7 @@ void RunObjectExtractor(int argc, char** argv) {
                         "Makes a foam of its own of one or more objects: their cells, and the "
                         "cells around them, made empty. It renders and exports as any other, and "
                         "object_inserter puts it into another foam.");
+  options.AddDeviceOption();
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption("output_path", &output_path, "folder for the objects' scene.foam");
   AddSelectionOptions(&options, &selection);

@@ -24,6 +24,7 @@ void RunObjectInserter(int argc, char** argv) {
                         "Puts the objects of one foam into another: where they were in their own "
                         "COLMAP model, or turned, scaled, moved, or stood on a surface. What they "
                         "overlap with goes; what they do not touch stays.");
+  options.AddDeviceOption();
   options.AddRequiredOption("foam_path", &foam_path, "the scene to put them into, scene.foam");
   options.AddRequiredOption(
       "object_path", &object_path, "the foam that has them: any, or one by object_extractor");

@@ -20,6 +20,7 @@ void RunObjectRemover(int argc, char** argv) {
                         "cells where they ended keep their surroundings from growing into the "
                         "hole. What the photos never showed, behind and under them, is a hole or "
                         "a guess.");
+  options.AddDeviceOption();
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption("output_path", &output_path, "folder for the scene.foam without them");
   AddSelectionOptions(&options, &selection);

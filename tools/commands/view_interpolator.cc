@@ -166,6 +166,7 @@ void RunViewInterpolator(int argc, char** argv) {
       "view_interpolator",
       "Makes a film of the photos for a video tracker: in an order it can follow, "
       "with renders between them; and brings its masks back to the photos.");
+  options.AddDeviceOption();
   options.AddRequiredOption(
       "output_path",
       &output_path,

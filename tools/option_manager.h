@@ -117,7 +117,7 @@ class OptionManager {
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;
-  std::string device_ = "auto";
+  std::string device_ = "cpu";  // until foam/cuda has run on a card
   bool log_to_stderr_ = true;
   int log_level_ = 0;
 };

@@ -244,7 +244,7 @@ TEST(OptionManager, HelpNeedsNothingElseAndShowsDefaultsAndChoices) {
   EXPECT_THAT(help, HasSubstr("(required) the model"));
   EXPECT_THAT(help, HasSubstr("--project_path"));
   EXPECT_THAT(help, HasSubstr("--num_threads arg (=-1)"));
-  EXPECT_THAT(help, HasSubstr("--device arg (=auto)"));
+  EXPECT_THAT(help, HasSubstr("--device arg (=cpu)"));
 }
 
 TEST(OptionManager, GivesItsCommandLineBackForAShell) {

@@ -93,6 +93,7 @@ void RunSelfTest(int argc, char** argv) {
                         "values on which a ray tracer may loop, cancel or overflow.");
   options.AddDefaultOption(
       "print_cases", &print_cases, "a line for every case, with the outcome that it must have");
+  options.AddDeviceOption();
   if (!options.Parse(argc, argv)) return;
 
   Row total;

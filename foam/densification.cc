@@ -59,21 +59,18 @@ Eigen::Vector3f ToFarthestNeighbor(const Foam& foam,
 
 }  // namespace
 
-Rearrangement Densify(const Delaunay& delaunay,
-                      const DensificationStatistics& statistics,
-                      const DensificationOptions& options,
-                      uint64_t seed,
-                      uint64_t event,
-                      Foam* foam) {
+Rearrangement PlanDensification(const Delaunay& delaunay,
+                                const DensificationStatistics& statistics,
+                                const DensificationOptions& options,
+                                uint64_t seed,
+                                uint64_t event,
+                                const Foam& foam) {
   const uint32_t n = delaunay.num_sites;
-  const std::vector<float> radii = CellRadii(WithGuardSites(foam->positions), delaunay);
+  const std::vector<float> radii = CellRadii(WithGuardSites(foam.positions), delaunay);
   const auto& contribution = statistics.contribution;
 
   std::vector<uint8_t> pruned(n, 0);
   for (uint32_t i = 0; i < n; ++i) {
-    if (contribution[i] < options.transparent_contribution) {
-      foam->raw_density[i] = std::min(foam->raw_density[i], kLowestRawDensity);
-    }
     if (contribution[i] > options.prune_contribution || radii[i] >= options.prune_radius) continue;
     const auto around = delaunay.Neighbors(i);
     pruned[i] = std::all_of(around.begin(), around.end(), [&](uint32_t j) {
@@ -87,22 +84,22 @@ Rearrangement Densify(const Delaunay& delaunay,
       DrawWithoutReplacement(score, options.num_to_add, seed, event);
 
   Rearrangement result;
-  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector3f>& positions = result.positions;
   for (uint32_t i = 0; i < n; ++i) {
     if (pruned[i]) continue;
     result.origin.push_back(i);
-    positions.push_back(foam->positions[i]);
+    positions.push_back(foam.positions[i]);
   }
   result.num_pruned = n - positions.size();
   result.is_new.assign(positions.size(), 0);
   for (const uint32_t parent : parents) {
-    const Eigen::Vector3f p = foam->positions[parent];
+    const Eigen::Vector3f p = foam.positions[parent];
     // Along the surface, where there is one.
-    Eigen::Vector3f to_farthest = ToFarthestNeighbor(*foam, delaunay, parent, [&](uint32_t j) {
+    Eigen::Vector3f to_farthest = ToFarthestNeighbor(foam, delaunay, parent, [&](uint32_t j) {
       return contribution[j] >= options.seen_contribution;
     });
     if (to_farthest.isZero(0)) {
-      to_farthest = ToFarthestNeighbor(*foam, delaunay, parent, [](uint32_t) { return true; });
+      to_farthest = ToFarthestNeighbor(foam, delaunay, parent, [](uint32_t) { return true; });
     }
     if (to_farthest.isZero(0)) continue;  // only guards around it
     CounterRandom random(seed, kPlacePurpose, event << 32 | parent);
@@ -119,11 +116,25 @@ Rearrangement Densify(const Delaunay& delaunay,
   Gather(order, 1, &result.origin);
   Gather(order, 1, &result.is_new);
   Gather(order, 1, &positions);
-  foam->positions = std::move(positions);
-  Gather(result.origin, 1, &foam->raw_density);
-  Gather(result.origin, foam->ShStride(), &foam->sh);
-  Gather(result.origin, kIdentityDim, &foam->identity);
   return result;
+}
+
+void Rearrange(const Rearrangement& plan,
+               const DensificationStatistics& statistics,
+               const DensificationOptions& options,
+               Foam* foam) {
+  for (size_t i = 0; i < foam->NumSites(); ++i) {
+    if (statistics.contribution[i] < options.transparent_contribution) {
+      foam->raw_density[i] = std::min(foam->raw_density[i], kLowestRawDensity);
+    }
+  }
+  Gather(plan.origin, 1, &foam->positions);
+  for (size_t k = 0; k < plan.origin.size(); ++k) {
+    if (plan.is_new[k]) foam->positions[k] = plan.positions[k];
+  }
+  Gather(plan.origin, 1, &foam->raw_density);
+  Gather(plan.origin, foam->ShStride(), &foam->sh);
+  Gather(plan.origin, kIdentityDim, &foam->identity);
 }
 
 }  // namespace semfoam

@@ -24,20 +24,6 @@ namespace {
 // many times the weight.
 constexpr int64_t kTvInterval = 4;
 
-// The planes follow the sites every so many iterations: moving all of them costs as much as casting
-// a thousand rays, and between two of its own steps a cell waits longer than that.
-constexpr int64_t kRefreshInterval = 2;
-
-// A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
-// ray leaves before it has entered them, and after so many iterations at the latest. But a stale
-// one is only renewed while the sites triangulated so far are no more than so many per piece of a
-// ray cast: some 9 % of the time of a run, whatever the scene. Counted in sites and pieces, not
-// seconds, so that the machine changes no byte.
-constexpr double kStaleShare = 2e-3;
-constexpr double kTriangulatedSitesPerPiece = 1.5e-3;
-constexpr int64_t kMinTriangulationInterval = 20;
-constexpr int64_t kMaxTriangulationInterval = 1000;
-
 }  // namespace
 
 Trainer::Trainer(const TrainingViews& views,
@@ -48,7 +34,8 @@ Trainer::Trainer(const TrainingViews& views,
       options_(options),
       free_space_(views, seeds),
       schedule_(options),
-      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
+      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)),
+      lag_(TriangulationLag()) {
   ChooseViews();
   if (pixels_.size() == 0) {
     throw UserError(
@@ -96,24 +83,6 @@ void Trainer::MakeCache() {
     plan.ranges_at = [](int64_t) { return std::vector<int>{kAllViews}; };
   }
   cache_ = std::make_unique<PixelCache>(views_, std::move(plan));
-}
-
-void Trainer::Retriangulate() {
-  const auto begin = std::chrono::steady_clock::now();
-  state_.topology.Triangulate(state_.foam.positions, free_space_, state_.foam.HasSemantics());
-  ParallelForBlocks(state_.foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      float& raw = state_.foam.raw_density[i];
-      raw =
-          state_.topology.is_clear()[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
-    }
-  });
-  device_->Upload();
-  device_->UploadTopology();
-  last_triangulation_ = progress_.iteration;
-  if (summary_.triangulations > 0) triangulated_sites_ += state_.foam.NumSites();
-  ++summary_.triangulations;
-  summary_.seconds_triangulating += SecondsSince(begin);
 }
 
 std::vector<uint32_t> Trainer::StartCellsWith(const std::vector<int>& views) const {
@@ -176,41 +145,6 @@ void Trainer::Iterate() {
   loss_sum_.quantile += batch_.mean_loss.quantile;
   loss_sum_.identity += batch_.mean_loss.identity;
   ++loss_count_;
-}
-
-// Densification events are spread evenly over [densify_from, densify_until]; each multiplies the
-// sites by what is left to reach the final number, so that prunings are made up for.
-bool Trainer::DensifyIfDue() {
-  if (densifications_ >= options_.densify_events) return false;
-  const double due = options_.densify_from + (options_.densify_until - options_.densify_from) *
-                                                 densifications_ /
-                                                 std::max(1, options_.densify_events - 1);
-  if (RunFraction() < due || !PositionsMove()) return false;
-  device_->Download();
-  const double growth = std::pow(double(options_.final_sites) / state_.foam.NumSites(),
-                                 1.0 / (options_.densify_events - densifications_));
-  DensificationOptions densify;
-  densify.num_to_add = static_cast<size_t>(std::max(0.0, state_.foam.NumSites() * (growth - 1)));
-  const Rearrangement rearrangement = Densify(state_.topology.delaunay(),
-                                              state_.densification,
-                                              densify,
-                                              options_.random_seed,
-                                              densifications_,
-                                              &state_.foam);
-  state_.optimizer->Rearrange(rearrangement.origin, rearrangement.is_new);
-  state_.densification.Reset(state_.foam.NumSites());
-  ++densifications_;
-  start_cells_.assign(views_.NumViews(), 0);
-  return true;
-}
-
-bool Trainer::TopologyIsStale() const {
-  const int64_t age = progress_.iteration - last_triangulation_;
-  const bool affordable = double(triangulated_sites_ + state_.foam.NumSites()) <=
-                          kTriangulatedSitesPerPiece * double(summary_.pieces);
-  return age >= kMaxTriangulationInterval ||
-         (age >= kMinTriangulationInterval && affordable &&
-          batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
 }
 
 void Trainer::EvaluateIfDue() {
@@ -277,18 +211,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     ++progress_.iteration;
     progress_.rays += rays_.size();
     ChooseShDegreeIfDue();
-    const bool densified = DensifyIfDue();
-    if (!frozen_) {
-      frozen_ = !PositionsMove();
-      if (densified) {
-        Retriangulate();
-      } else if (frozen_ || TopologyIsStale()) {
-        device_->Download();
-        Retriangulate();
-      } else if (progress_.iteration % kRefreshInterval == 0) {
-        device_->FollowSites();
-      }
-    }
+    UpdateTopology();
     schedule_.FitToSeconds(views_, progress_.iteration, SecondsSince(begin_), seconds_evaluating_);
     EvaluateIfDue();
     if (progress_.iteration >= schedule_.num_iterations()) break;
@@ -301,9 +224,12 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
         "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
   }
   guard_.Finish(progress_.iteration);
+  summary_.triangulation_lag = lag_;
   summary_.late_rays = schedule_.late_rays();
   summary_.unstable_iterations = guard_.unstable_iterations();
   summary_.explained_contrast = guard_.explained_contrast();
+  // One that is still under way is of no use any more.
+  pending_.reset();
   device_->Download();
   device_.reset();
   summary_.foam = std::move(state_.foam);
@@ -320,8 +246,10 @@ std::string TrainingSummary::BriefReport() const {
        << last.seconds << " s with " << last.rays / 1e6 << " M rays ("
        << last.rays / std::max(last.seconds, 1e-9) / 1e3 << " k rays/s, "
        << double(pieces) / std::max<int64_t>(last.rays, 1) << " cells a ray); " << triangulations
-       << " triangulations took " << seconds_triangulating << " s; " << step_limit_hits
-       << " rays hit the step limit, " << nonfinite_gradients << " updates skipped";
+       << (triangulation_lag > 0 ? " triangulations beside the iterations held these up for "
+                                 : " triangulations took ")
+       << seconds_triangulating << " s; " << step_limit_hits << " rays hit the step limit, "
+       << nonfinite_gradients << " updates skipped";
   if (std::isfinite(last.held_out_psnr)) {
     text << "; held-out PSNR " << std::setprecision(2) << last.held_out_psnr << " dB";
   }

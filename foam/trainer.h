@@ -46,7 +46,8 @@ struct TrainingSummary {
   int64_t pieces = 0;           // cells walked through, over all training rays
   int64_t step_limit_hits = 0;  // rays cut by the walk's step limit: 0 in a healthy run
   int64_t triangulations = 0;
-  double seconds_triangulating = 0;
+  double seconds_triangulating = 0;   // for which iterations waited
+  int triangulation_lag = 0;          // iterations that went on meanwhile (TrainingDevice)
   int64_t nonfinite_gradients = 0;    // updates skipped because a gradient was not finite
   int64_t nonfinite_pixels = 0;       // drawn and left out because their colour is not finite
   int64_t unstable_iterations = 0;    // see TrainingGuard: a run that recovered

@@ -5,7 +5,9 @@
 #include "foam/trainer_internal.h"
 #include "foam/view_renderer.h"
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -14,7 +16,8 @@
 namespace semfoam {
 
 // What a checkpoint holds: these, and where the sites were when they were triangulated and when
-// their planes were made. All else is made from that again.
+// their planes were made; of a triangulation under way, what it is made of. All else is made from
+// that again.
 template <typename Archive>
 void Trainer::SerializeNumbers(Archive* archive) {
   archive->Number("iteration", &progress_.iteration);
@@ -71,6 +74,18 @@ void Trainer::SerializeArrays(size_t num_sites, size_t num_reports, Archive* arc
   archive->Array("reports", &summary_.log, num_reports);
 }
 
+template <typename Archive>
+void Trainer::SerializePending(Archive* archive) {
+  Rearrangement& plan = pending_->plan;
+  size_t num_sites = plan.positions.size(), num_origins = plan.origin.size();
+  archive->Number("iteration", &pending_->iteration);
+  archive->Number("sites", &num_sites);
+  archive->Number("origins", &num_origins);
+  archive->Array("pending_positions", &plan.positions, num_sites);
+  archive->Array("pending_origin", &plan.origin, num_origins);
+  archive->Array("pending_is_new", &plan.is_new, num_origins);
+}
+
 void Trainer::Save(CheckpointContents* contents) {
   progress_.seconds = SecondsSince(begin_);
   device_->Download();
@@ -92,6 +107,10 @@ void Trainer::Save(CheckpointContents* contents) {
   const std::span planes(state_.topology.geometry().positions.data(), num_sites);
   state.Array("triangulated_positions", &state_.topology.triangulated_sites(), num_sites);
   state.Array("plane_positions", &planes, num_sites);
+  if (pending_ != nullptr) {
+    StateWriter pending("pending", contents);
+    SerializePending(&pending);
+  }
 }
 
 // The caller's options and sizes against the checkpoint's.
@@ -148,7 +167,25 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
   std::vector<Eigen::Vector3f> triangulated, planes;
   state.Array("triangulated_positions", &triangulated, num_sites);
   state.Array("plane_positions", &planes, num_sites);
-  for (const auto* sites : {&state_.foam.positions, &triangulated, &planes}) {
+  if (!checkpoint->Texts("pending").empty()) {
+    pending_ = std::make_unique<PendingTriangulation>();
+    StateReader pending("pending", *checkpoint);
+    SerializePending(&pending);
+    const Rearrangement& plan = pending_->plan;
+    const size_t num_pending = plan.positions.size();
+    if (num_pending != (plan.origin.empty() ? num_sites : plan.origin.size()) ||
+        std::any_of(
+            plan.origin.begin(), plan.origin.end(), [&](uint32_t i) { return i >= num_sites; })) {
+      checkpoint->ThrowDamaged("its next triangulation has other sites");
+    }
+    if (pending_->iteration < 0 || pending_->iteration > progress_.iteration) {
+      checkpoint->ThrowDamaged("its next triangulation is of an iteration to come");
+    }
+  }
+  std::vector<const std::vector<Eigen::Vector3f>*> all = {
+      &state_.foam.positions, &triangulated, &planes};
+  if (pending_ != nullptr) all.push_back(&pending_->plan.positions);
+  for (const auto* sites : all) {
     for (const Eigen::Vector3f& site : *sites) {
       if (site.norm() > 1.01f * kFarRadius) checkpoint->ThrowDamaged("a site is out of bounds");
     }
@@ -158,6 +195,7 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
   state_.topology.Follow(planes);
   device_->Upload();
   device_->UploadTopology();
+  if (pending_ != nullptr) StartTriangulating();
   if (sh_degree_is_settled_) SettleShDegree(state_.foam.sh_degree);
   MakeCache();
   last_report_ = progress_.seconds;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/checkpoint.h"
+#include "foam/densification.h"
 #include "foam/free_space.h"
 #include "foam/pixel_cache.h"
 #include "foam/ray_batch.h"
@@ -13,14 +14,16 @@
 
 #include <chrono>
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <vector>
 
 namespace semfoam {
 
 // One training run: what happens when, and to what. Where rays are cast and parameters stepped is
-// the device's affair. For the trainer's own files: the iterations (trainer.cc), the SH degree
-// (trainer_sh_degree.cc), and going on from a checkpoint (trainer_checkpoint.cc).
+// the device's affair. For the trainer's own files: the iterations (trainer.cc), densification and
+// topology (trainer_topology.cc), the SH degree (trainer_sh_degree.cc), and going on from a
+// checkpoint (trainer_checkpoint.cc).
 class Trainer {
  public:
   // Throws UserError where there is no photo to train on.
@@ -40,14 +43,25 @@ class Trainer {
   template <typename Archive>
   void SerializeNumbers(Archive* archive);
   template <typename Archive>
+  void SerializePending(Archive* archive);
+  template <typename Archive>
   void SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive);
   void RequireSameRun(int num_classes, const Checkpoint& checkpoint) const;
 
   // Ranges in the PixelCache.
   enum { kAllButProbes, kAllViews };
 
-  // Of the host's sites. The device takes over all of the state.
+  int TriangulationLag() const;
+  void UpdateTopology();
+  bool TopologyIsStale() const;
+  bool DensificationIsDue() const;
+  Rearrangement PlanNextDensification();
+  void CarryOut(const Rearrangement& densification);
+  void BeginTriangulation(Rearrangement plan);
+  void StartTriangulating();
+  void TakeOverTriangulation();
   void Retriangulate();
+  void HandOverTopology(int64_t iteration);
   void ChooseViews();
   void MakeCache();
   int RangeInCache() const { return probe_pixels_.size() > 0 ? kAllButProbes : kAllViews; }
@@ -55,13 +69,10 @@ class Trainer {
   std::vector<ViewPixel> ProbePixels() const;
   void DrawBatch();
   void Iterate();
-  // Leaves the new foam on the host, to be triangulated next.
-  bool DensifyIfDue();
   void ChooseShDegreeIfDue();
   void SetShDegree(int degree);
   void SettleShDegree(int degree);
   bool ShDegreePays() const;
-  bool TopologyIsStale() const;
   void EvaluateIfDue();
   void Report(const TrainingHooks& hooks);
 
@@ -83,6 +94,17 @@ class Trainer {
   TrainingState state_;
   std::unique_ptr<TrainingDevice> device_;
   int densifications_ = 0;
+
+  // A triangulation that is made while iterations go on.
+  struct PendingTriangulation {
+    int64_t iteration = 0;  // when it was asked for
+    // Its positions are triangulated. A densification takes effect with the new topology; without
+    // an origin the sites stay those that there are.
+    Rearrangement plan;
+    std::future<TrainingTopology> topology;  // goes first, and waits for what reads the positions
+  };
+  const int lag_;  // iterations from begin to end of one; 0: none is ever pending
+  std::unique_ptr<PendingTriangulation> pending_;
   std::vector<uint32_t> start_cells_;  // per view: where its camera was last
   int64_t last_triangulation_ = 0;     // iteration
   int64_t triangulated_sites_ = 0;     // after the first triangulation

@@ -25,6 +25,19 @@ Foam MarkedFoam(int num_sites) {
   return foam;
 }
 
+// Planned and carried out at once.
+Rearrangement Densify(const Delaunay& delaunay,
+                      const DensificationStatistics& statistics,
+                      const DensificationOptions& options,
+                      uint64_t seed,
+                      uint64_t event,
+                      Foam* foam) {
+  const Rearrangement plan = PlanDensification(delaunay, statistics, options, seed, event, *foam);
+  Rearrange(plan, statistics, options, foam);
+  EXPECT_EQ(foam->positions, plan.positions);
+  return plan;
+}
+
 void ExpectParametersFollow(const Foam& before, const Foam& after, const Rearrangement& how) {
   ASSERT_EQ(how.origin.size(), after.NumSites());
   for (size_t k = 0; k < after.NumSites(); ++k) {
@@ -159,6 +172,34 @@ TEST(Densification, DrawsInProportionToTheSquaredError) {
       first += how.is_new[k] && how.origin[k] == inner[0];
   }
   EXPECT_NEAR(first / double(draws), 0.75, 0.09);  // four standard deviations
+}
+
+TEST(Densification, KeepsWhatWasLearnedBetweenPlanAndDeed) {
+  const WalkableCells cells(RandomSites(400, 1));
+  const Foam before = MarkedFoam(400);
+  DensificationStatistics statistics;
+  statistics.Reset(400);
+  std::fill(statistics.contribution.begin(), statistics.contribution.end(), 0.5f);
+  std::fill(statistics.squared_error.begin(), statistics.squared_error.end(), 1.f);
+  DensificationOptions options;
+  options.num_to_add = 50;
+  const Rearrangement plan = PlanDensification(cells.delaunay, statistics, options, 1, 0, before);
+  Foam now = before;
+  for (Eigen::Vector3f& p : now.positions) p += Eigen::Vector3f(0.01f, 0.02f, 0.03f);
+  for (float& raw : now.raw_density) raw += 0.5f;
+  for (float& value : now.sh) value += 0.5f;
+  for (float& value : now.identity) value += 0.5f;
+  Foam after = now;
+  Rearrange(plan, statistics, options, &after);
+  ASSERT_EQ(after.NumSites(), 450u);
+  ExpectParametersFollow(now, after, plan);
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    if (plan.is_new[k]) {
+      ASSERT_EQ(after.positions[k], plan.positions[k]);
+    } else {
+      ASSERT_NE(after.positions[k], plan.positions[k]);
+    }
+  }
 }
 
 }  // namespace

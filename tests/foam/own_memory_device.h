@@ -17,7 +17,10 @@ namespace semfoam {
 // with none, where the host looks at the state without asking for it, or keeps a change to itself.
 class OwnMemoryDevice final : public TrainingDevice {
  public:
-  explicit OwnMemoryDevice(TrainingState* host) : host_(*host) {}
+  explicit OwnMemoryDevice(TrainingState* host, int triangulation_lag = 0)
+      : host_(*host), triangulation_lag_(triangulation_lag) {}
+
+  int TriangulationLag() const override { return triangulation_lag_; }
 
   void Download() override {
     Copy(own_, &host_);
@@ -69,6 +72,7 @@ class OwnMemoryDevice final : public TrainingDevice {
   }
 
   TrainingState& host_;
+  const int triangulation_lag_;
   TrainingState own_;
   std::unique_ptr<TrainingDevice> cpu_ = MakeCpuTrainingDevice(&own_);
 };

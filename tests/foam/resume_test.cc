@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A training that stops and goes on ends with the same bytes as one that never stopped.
-#include "foam/error.h"
-#include "foam/number_text.h"
-#include "foam/parallel.h"
-#include "foam/trainer.h"
-
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -15,102 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "tests/foam/foam_digest.h"
 #include "tests/foam/own_memory_device.h"
-#include "tests/foam/synthetic_views.h"
+#include "tests/foam/stopped_runs.h"
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
-
-// Everything that a run can do comes to pass in this one: see AllEvents.
-TrainingOptions EventfulRun() {
-  TrainingOptions options;
-  options.num_rays = 120 * 1024;
-  options.rays_per_iteration = 1024;
-  options.initial_sites = 100;
-  options.final_sites = 300;
-  options.sh_degree = 2;
-  options.densify_events = 4;
-  options.position_rate = 0.3;
-  return options;
-}
-
-const SyntheticViews& Views() {
-  static const SyntheticViews views(12, 32, 24, /*gloss=*/0.5f);
-  return views;
-}
-
-constexpr int kClasses = 3;
-
-struct Stop {};
-
-class ResumeTest : public testing::Test {
- protected:
-  ResumeTest() {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("semfoam_resume_test" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  ~ResumeTest() override {
-    SetNumThreads(-1);
-    std::filesystem::remove_all(folder_);
-  }
-
-  std::filesystem::path PathOf(int64_t iteration) const {
-    return folder_ / (std::to_string(iteration) + ".ckpt");
-  }
-
-  static TrainingSummary Train(const TrainingOptions& options, TrainingHooks hooks) {
-    return TrainFoam(Views(), Views().Seeds(400), kClasses, options, std::move(hooks));
-  }
-
-  // Trains to the end, with a checkpoint after every iteration.
-  TrainingSummary TrainAndSave(const TrainingOptions& options) {
-    TrainingHooks hooks;
-    hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
-      CheckpointContents contents;
-      save(&contents);
-      WriteCheckpoint(PathOf(iteration), contents);
-    };
-    return Train(options, std::move(hooks));
-  }
-
-  TrainingSummary Resume(const TrainingOptions& options, int64_t iteration) {
-    TrainingHooks hooks;
-    hooks.resume_from = std::make_unique<Checkpoint>(PathOf(iteration));
-    return Train(options, std::move(hooks));
-  }
-
-  std::map<std::string, std::string> StateOf(int64_t iteration) const {
-    return Checkpoint(PathOf(iteration)).Texts("state");
-  }
-
-  // The iterations before and after those in which this number of the state changes.
-  std::set<int64_t> Around(const std::string& number, int64_t num_iterations) const {
-    std::set<int64_t> around;
-    for (int64_t k = 2; k < num_iterations; ++k) {
-      if (StateOf(k - 1).at(number) != StateOf(k).at(number)) around.insert({k - 1, k});
-    }
-    return around;
-  }
-
-  std::filesystem::path folder_;
-};
-
-void ExpectSame(const TrainingSummary& resumed, const TrainingSummary& whole) {
-  EXPECT_EQ(DigestOf(resumed), DigestOf(whole));
-  EXPECT_EQ(resumed.last.iteration, whole.last.iteration);
-  EXPECT_EQ(resumed.last.rays, whole.last.rays);
-  EXPECT_EQ(resumed.pieces, whole.pieces);
-  EXPECT_EQ(resumed.triangulations, whole.triangulations);
-  EXPECT_EQ(resumed.late_rays, whole.late_rays);
-  EXPECT_EQ(FormatNumber(resumed.explained_contrast), FormatNumber(whole.explained_contrast));
-  EXPECT_EQ(resumed.unstable_iterations, whole.unstable_iterations);
-  EXPECT_EQ(FormatNumber(resumed.last.held_out_psnr), FormatNumber(whole.last.held_out_psnr));
-  EXPECT_EQ(FormatNumber(resumed.last.held_out_miou), FormatNumber(whole.last.held_out_miou));
-}
 
 TEST_F(ResumeTest, EndsWithTheSameBytesWhereverItStopped) {
   const TrainingOptions options = EventfulRun();
@@ -159,28 +63,13 @@ TEST_F(ResumeTest, EndsWithTheSameBytesOnAnyNumberOfThreads) {
 // whenever it looks at it, and hands it back whenever it has changed it.
 TEST_F(ResumeTest, EndsWithTheSameBytesOnADeviceWithItsOwnMemory) {
   const TrainingOptions options = EventfulRun();
-  const TrainingSummary whole = TrainAndSave(options);
-  TrainingHooks hooks;
-  hooks.make_device = MakeOwnMemoryDevice;
-  ExpectSame(Train(options, std::move(hooks)), whole);
+  TrainingHooks none;
+  const TrainingSummary plain = Train(options, std::move(none));
+  ExpectSame(TrainAndSave(options, MakeOwnMemoryDevice), plain);
   for (const int64_t stop : {17, 62}) {
     SCOPED_TRACE(stop);
-    const std::string theirs = StateOf(stop).at("pieces");
-    TrainingHooks stopped;
-    stopped.make_device = MakeOwnMemoryDevice;
-    stopped.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
-      if (iteration < stop) return;
-      CheckpointContents contents;
-      save(&contents);
-      WriteCheckpoint(PathOf(stop), contents);
-      throw Stop();
-    };
-    EXPECT_THROW(Train(options, std::move(stopped)), Stop);
-    EXPECT_EQ(StateOf(stop).at("pieces"), theirs);
-    TrainingHooks resumed;
-    resumed.make_device = MakeOwnMemoryDevice;
-    resumed.resume_from = std::make_unique<Checkpoint>(PathOf(stop));
-    ExpectSame(Train(options, std::move(resumed)), whole);
+    ExpectSame(Resume(options, stop, MakeOwnMemoryDevice), plain);
+    ExpectSame(Resume(options, stop), plain);  // the state is the same on any
   }
 }
 
@@ -261,15 +150,6 @@ TEST_F(ResumeTest, TrainsWithoutClasses) {
   ExpectSame(TrainFoam(Views(), Views().Seeds(400), 0, options, std::move(resume)), whole);
 }
 
-std::string Refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const UserError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST_F(ResumeTest, RefusesAnotherRun) {
   TrainingOptions options = EventfulRun();
   options.num_rays = 20 * 1024;
@@ -302,37 +182,13 @@ TEST_F(ResumeTest, RefusesAStateThatCannotBe) {
   options.num_rays = 20 * 1024;
   TrainAndSave(options);
   const Checkpoint good(PathOf(10));
-  const std::vector<std::string> arrays = {"positions",
-                                           "raw_density",
-                                           "sh",
-                                           "identity",
-                                           "classifier_weight",
-                                           "contribution",
-                                           "start_cells",
-                                           "reports",
-                                           "first_moments",
-                                           "second_moments",
-                                           "steps",
-                                           "classifier_first_moments",
-                                           "triangulated_positions",
-                                           "plane_positions",
-                                           "squared_error",
-                                           "classifier_bias",
-                                           "classifier_second_moments"};
+  const std::vector<std::string> arrays = StateArrays();
+  const StateRefusal refusals(good, arrays);
   const auto refusal = [&](const CheckpointTexts& texts,
                            const std::vector<CheckpointContents::Array>& changed) {
-    CheckpointContents contents{texts, changed};
-    for (const std::string& name : arrays) {
-      if (std::none_of(
-              changed.begin(), changed.end(), [&](const auto& a) { return a.name == name; })) {
-        contents.arrays.push_back({name, good.Array(name)});
-      }
-    }
-    WriteCheckpoint(folder_ / "1000.ckpt", contents);
-    return Refusal([&] { Resume(options, 1000); });
+    return refusals.Of(texts, changed, PathOf(1000), [&] { Resume(options, 1000); });
   };
-  CheckpointTexts texts;
-  for (const char* group : {"training_options", "state", "guard"}) texts[group] = good.Texts(group);
+  const CheckpointTexts& texts = refusals.texts();
   EXPECT_EQ(refusal(texts, {}), "") << "the untouched state is refused";
   for (const std::string& name : arrays) {
     const auto bytes = good.Array(name);

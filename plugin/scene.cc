@@ -268,6 +268,12 @@ std::string TrainingScene::MaskReport() const {
   return text.str();
 }
 
+std::string TrainingScene::MaskWarning() const {
+  std::vector<PhotoSize> mask_sizes;
+  for (const MaskContents& mask : mask_contents_) mask_sizes.push_back(mask.size);
+  return MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes);
+}
+
 std::string TrainingScene::PhotoReport() const {
   const auto held_out = std::count_if(plan_.photos.begin(),
                                       plan_.photos.end(),

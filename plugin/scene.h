@@ -161,6 +161,8 @@ class TrainingScene final : public TrainingViews {
 
   // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
   std::string MaskReport() const;
+  // What MaskSizeWarning says of the masks.
+  std::string MaskWarning() const;
   // What holding the masks against the tracks has come to.
   const MaskConsistencyReport& Consistency() const { return consistency_; }
   // The photos, in one line: how many, how many held out, what was left out or rescaled.

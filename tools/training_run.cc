@@ -300,6 +300,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
+  if (const std::string warning = scene.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
   if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }

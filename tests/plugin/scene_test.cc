@@ -307,6 +307,29 @@ TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
               HasSubstr("b.png: is 6 x 8 pixels, while its camera (2) has 8 x 6"));
 }
 
+// The photos' files count, not what is left of them for training.
+TEST(Scene, MasksOfPhotosBeforeUndistortionAreToldOf) {
+  SmallWorkspace w;
+  for (Camera& camera : w.model.cameras) {
+    camera.width = 41;
+    camera.height = 30;
+  }
+  w.WriteModelFiles();
+  for (const Image& image : w.model.images) {
+    w.WritePhoto(image.name, 41, 30);
+    w.WriteMask(image.name, image.name == "a.png" ? 41 : 40, 30);
+  }
+  EXPECT_EQ(TrainingScene(PlanScene(w.Options())).MaskWarning(),
+            "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
+                (w.temp / "object_mask/b.png").string() +
+                ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
+                "would be right.");
+  for (const Image& image : w.model.images) w.WriteMask(image.name, 41, 30);
+  SceneOptions reduced = w.Options();
+  reduced.max_image_size = 40;
+  EXPECT_EQ(TrainingScene(PlanScene(reduced)).MaskWarning(), "");
+}
+
 TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
   const SmallWorkspace workspace;
   SceneOptions options = workspace.Options();

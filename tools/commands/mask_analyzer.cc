@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 namespace {
 
@@ -130,6 +132,7 @@ void RunMaskAnalyzer(int argc, char** argv) {
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
   const MaskAnalysis analysis =
       AnalyzeMasks(paths, FindImages(image_path, workspace_path, paths.mask_folder), masks);
+  if (!analysis.photos.size_warning.empty()) LOG(WARNING) << analysis.photos.size_warning;
   const std::string report = MaskReportJson(analysis);
   if (!output_path.empty()) {
     RequireWritableFolder(output_path);

@@ -123,6 +123,7 @@ void RunPointLabeler(int argc, char** argv) {
       &model, std::move(records), pairing, paths.mask_folder, masks.Zero(), masks.Consistency());
   LOG(INFO) << pairing.NumPaired() << " of " << photos.photos.size() << " photos have a mask, "
             << pairing.unused.size() << " masks unused";
+  if (!photos.size_warning.empty()) LOG(WARNING) << photos.size_warning;
   if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
   std::vector<Label> labels = photos.corrected.labels;
   const bool names_fit =

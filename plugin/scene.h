@@ -99,7 +99,8 @@ struct LoadOptions {
 // Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
 // image or has another aspect than its camera; a test_every that
-// holds out everything or is negative; a mask or label path that is given but missing.
+// holds out everything or is negative; a mask or label path that is given but missing; a label path
+// without masks.
 ScenePlan PlanScene(const SceneOptions& options);
 
 // The photos, their cameras and their labels, ready to train on and to compare with. Views are

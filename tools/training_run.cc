@@ -248,6 +248,14 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
                     run->time_budget,
                     "; it must be a number of seconds, or 0 for none.");
   }
+  if (run->time_budget > 0) {
+    options.WarnWithoutEffect({"quality"}, "beside --FoamTraining.time_budget");
+  }
+  if (!run->effects.semantics) {
+    options.WarnWithoutEffect(
+        {"mask_path", "labels_path", "Masks.consistency", "FoamTraining.label_zero"},
+        "with --Effects.semantics off");
+  }
   for (const char* name : {"num_rays", "late_rays"}) {
     if (run->time_budget > 0 && options.IsGiven(std::string("FoamTraining.") + name)) {
       throw UserError("Failed to parse options - --FoamTraining.",

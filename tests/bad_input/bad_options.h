@@ -47,6 +47,7 @@ inline const std::map<std::string, Command> kCommands = {
      {RunMaskCorrupter, "mask_corrupter --mask_path TABLETOP/object_mask --output_path IN/out"}},
     {"evaluate",
      {RunFoamEvaluator, "foam_evaluator --foam_path IN/a.foam --image_path TABLETOP/images"}},
+    {"analyze", {RunMaskAnalyzer, "mask_analyzer --output_path IN/out"}},
     {"label", {RunPointLabeler, "point_labeler --workspace_path TABLETOP --output_path IN/out"}},
 };
 

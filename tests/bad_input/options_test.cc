@@ -115,6 +115,18 @@ TEST(BadInput, Options) {
        "--formats|vdb,fbx",
        "Failed to parse options - the argument ('vdb,fbx') for option '--formats' is invalid; it "
        "takes any of vdb,om,ply,obj,glb,usda, apart by commas."},
+      {"segment",
+       "--formats|om|--VolumeExport.nvdb|1",
+       "Failed to parse options - --VolumeExport.nvdb has no effect without vdb among the "
+       "--formats; add it, or leave this out."},
+      {"segment",
+       "--formats|vdb|--MeshExport.method|smooth",
+       "Failed to parse options - --MeshExport.method has no effect without a mesh's format among "
+       "the --formats; add it, or leave this out."},
+      {"analyze",
+       "--mask_path|TABLETOP/segmentation_labels/masks/mug|--Masks.consistency|tracks",
+       "Failed to parse options - --Masks.consistency has no effect without the COLMAP model; give "
+       "--input_path too, or leave it out."},
       {"label",
        "--mask_path|IN/none",
        "IN/none: there is no such folder; it should hold a PNG mask for each photo."},
@@ -144,6 +156,17 @@ TEST(BadInput, Options) {
        "--trajectory|orbit|--width|-1",
        "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right."},
       {"render",
+       "--input_path|TABLETOP/sparse|--frames|24",
+       "Failed to parse options - --frames has no effect without --trajectory; give both, or "
+       "neither."},
+      {"render",
+       "--input_path|TABLETOP/sparse|--width|64",
+       "Failed to parse options - --width has no effect without --trajectory; give both, or "
+       "neither."},
+      {"render",
+       "--trajectory|orbit|--views|test",
+       "Failed to parse options - --views has no effect with --trajectory; give one of the two."},
+      {"render",
        "--object|nobody|--trajectory|orbit",
        "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
@@ -162,6 +185,14 @@ TEST(BadInput, Options) {
        "--manifest_path|IN/a file",
        "Failed to parse options - give --foam_path to make a film, or --manifest_path and "
        "--mask_path to bring a tracker's masks back."},
+      {"film",
+       "--foam_path||--manifest_path|IN/a file|--mask_path|IN|--order|name",
+       "Failed to parse options - --order has no effect on a film that is made; give it with "
+       "--foam_path, or leave it out."},
+      {"film",
+       "--foam_path||--manifest_path|IN/a file|--mask_path|IN|--image_path|IN",
+       "Failed to parse options - --image_path has no effect on a film that is made; give it with "
+       "--foam_path, or leave it out."},
       {"film", "", "IN/a.foam: has no photos, so there is nothing to make a film of."},
       {"convert",
        "--output_type|stl",
@@ -170,6 +201,13 @@ TEST(BadInput, Options) {
       {"convert",
        "--splat_scale|0",
        "Failed to parse options - --splat_scale 0: 0.1 to 10 would be right."},
+      {"convert",
+       "--splat_scale|2",
+       "Failed to parse options - --splat_scale has no effect on text; leave it out, or write "
+       "splats."},
+      {"convert",
+       "--labels|mug",
+       "Failed to parse options - --labels chooses splats and points; text takes the whole foam."},
       {"convert",
        "--labels|nobody|--output_type|splats",
        "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "

@@ -443,6 +443,16 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   options = workspace.Options();
   options.labels_path = root / "no.json";
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
+  fs::remove_all(root / "object_mask");
+  fs::remove_all(root / "Annotations");
+  EXPECT_EQ(
+      SceneErrorOf(options),
+      (root / "no.json").string() +
+          ": names labels, while there are no masks: neither object_mask/ nor Annotations/ is "
+          "beside the photos; --mask_path would name their folder.");
+  options.use_masks = false;
+  options.labels_path.clear();
+  EXPECT_EQ(SceneErrorOf(options), "");
 }
 
 TEST(Scene, MasksAndDistortionCanBeLeftOut) {

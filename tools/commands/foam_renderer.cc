@@ -247,11 +247,18 @@ void RunFoamRenderer(int argc, char** argv) {
         "Failed to parse options - the views are those of a COLMAP model, --input_path; or "
         "--trajectory orbit goes without.");
   }
+  if (has_trajectory) {
+    options.RequireEffect({"views"}, "with --trajectory; give one of the two");
+    options.WarnWithoutEffect({"input_path"}, "with --trajectory");
+  } else {
+    options.RequireEffect({"frames", "width"}, "without --trajectory; give both, or neither");
+  }
   if (preview && (image_path.empty() || has_trajectory)) {
     throw UserError(
         "Failed to parse options - --preview 1 needs the photos' folder, --image_path, and views, "
         "no trajectory.");
   }
+  if (!preview) options.WarnWithoutEffect({"image_path"}, "without --preview 1");
   if (path.num_frames < 0 || path.num_frames > 100'000 || path.width < 0 || path.width > 16'384) {
     throw UserError(
         "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");

@@ -130,6 +130,10 @@ void RunMaskAnalyzer(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
+  if (paths.model_folder.empty()) {
+    options.RequireEffect({"Masks.consistency"},
+                          "without the COLMAP model; give --input_path too, or leave it out");
+  }
   const MaskAnalysis analysis =
       AnalyzeMasks(paths, FindImages(image_path, workspace_path, paths.mask_folder), masks);
   if (!analysis.photos.size_warning.empty()) LOG(WARNING) << analysis.photos.size_warning;

@@ -197,6 +197,8 @@ void RunViewInterpolator(int argc, char** argv) {
     throw UserError("Failed to parse options - --between ", between, ": 0 to 100 would be right.");
   }
   if (!manifest_path.empty()) {
+    options.RequireEffect({"between", "order", "image_path"},
+                          "on a film that is made; give it with --foam_path, or leave it out");
     CollectMasks(manifest_path, mask_path, output_path);
     return;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad options of training, renders, conversions and edits; bad .ini files.
+#include "tools/output_lock.h"
+
 #include "tests/bad_input/bad_options.h"
 
 namespace semfoam {
@@ -284,6 +286,38 @@ TEST(BadInput, Options) {
        "IN/none.foam: there is no such file, where a foam model such as foam_trainer's scene.foam "
        "should be."},
   });
+}
+
+// Every command that writes into a folder, while another one writes there.
+TEST(BadInput, ASecondWriter) {
+  const TempFolder temp;
+  WriteModel(temp / "a.foam", TouchingBalls(300));
+  const std::string folder = temp.path().string();
+  const OutputLock first(temp / "out");
+  for (const auto& [command, options] : std::map<std::string, std::string>{
+           {"segment", ""},
+           {"train", ""},
+           {"effects", ""},
+           {"profile", ""},
+           {"plot", ""},
+           {"volumes", ""},
+           {"meshes", ""},
+           {"render", "--input_path|TABLETOP/sparse"},
+           {"extract", "--labels|mug"},
+           {"remove", "--labels|mug"},
+           {"insert", ""},
+           {"film", ""},
+           {"corrupt", ""},
+           {"evaluate", "--maps_path|IN/out"},
+           {"label", ""},
+           {"analyze", "--workspace_path|TABLETOP"},
+       }) {
+    EXPECT_EQ(SentenceOf({command, options, ""}, folder),
+              "IN/out: another process is writing into this folder; wait for its end, or choose "
+              "another.")
+        << command;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(temp / "out"));
 }
 
 // .ini files, as --project_path takes them.

@@ -9,6 +9,7 @@
 #include "tools/commands.h"
 #include "tools/evaluation.h"
 #include "tools/exports.h"
+#include "tools/output_lock.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
 #include "tools/surface_error.h"
@@ -333,7 +334,7 @@ void RunAccuracyProfiler(int argc, char** argv) {
   }
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   Study study(options, run, output_path, budget);
   study.Run();
   LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << output_path;

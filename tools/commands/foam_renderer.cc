@@ -4,7 +4,6 @@
 #include "foam/error.h"
 #include "foam/input_file.h"
 #include "foam/model.h"
-#include "foam/output_file.h"
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
 #include "plugin/colmap_model.h"
@@ -12,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 #include "tools/trajectory.h"
 #include "tools/view_images.h"
 
@@ -264,6 +264,7 @@ void RunFoamRenderer(int argc, char** argv) {
         "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");
   }
 
+  const OutputLock lock(output_path);
   Model model = ReadModel(foam_path);
   std::optional<Eigen::AlignedBox3d> box;
   if (!object.empty()) box = ShowAlone(object, &model);
@@ -278,7 +279,6 @@ void RunFoamRenderer(int argc, char** argv) {
     chosen = ChooseViews(views, foam_path, input_path, model);
   }
 
-  RequireWritableFolder(output_path);
   const ViewRenderer renderer(model.foam);
   for (const View& view : chosen) {
     const Pictures pictures = RenderView(view, model, renderer, output_path);

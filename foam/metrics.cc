@@ -12,7 +12,8 @@
 namespace semfoam {
 namespace {
 
-constexpr int kWindow = 11;
+constexpr int kRadius = 5;
+constexpr int kWindow = 2 * kRadius + 1;
 constexpr double kSigma = 1.5;
 
 using Plane = std::vector<double>;  // [height][width]
@@ -21,7 +22,7 @@ std::array<double, kWindow> GaussianWindow() {
   std::array<double, kWindow> window;
   double sum = 0;
   for (int i = 0; i < kWindow; ++i) {
-    const double x = (i - kWindow / 2) / kSigma;
+    const double x = (i - kRadius) / kSigma;
     sum += window[i] = std::exp(-0.5 * x * x);
   }
   for (double& w : window) w /= sum;
@@ -42,7 +43,7 @@ Plane Blur(const Plane& in, int width, int height) {
     for (int x = 0; x < width; ++x) {
       double sum = 0;
       for (int k = 0; k < kWindow; ++k) {
-        sum += window[k] * in[size_t(y) * width + Mirror(x + k - kWindow / 2, width)];
+        sum += window[k] * in[size_t(y) * width + Mirror(x + k - kRadius, width)];
       }
       rows[size_t(y) * width + x] = sum;
     }
@@ -51,7 +52,7 @@ Plane Blur(const Plane& in, int width, int height) {
     for (int x = 0; x < width; ++x) {
       double sum = 0;
       for (int k = 0; k < kWindow; ++k) {
-        sum += window[k] * rows[size_t(Mirror(y + k - kWindow / 2, height)) * width + x];
+        sum += window[k] * rows[size_t(Mirror(y + k - kRadius, height)) * width + x];
       }
       out[size_t(y) * width + x] = sum;
     }

@@ -47,13 +47,17 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
   CHECK_EQ(photos.size(), pairing.masks.size());
   MaskedPhotos result;
   std::vector<PhotoSize> sizes(photos.size());
+  std::vector<PhotoSize> mask_sizes(photos.size());
   ForEachFile(static_cast<int64_t>(photos.size()), [&](int64_t i) {
     sizes[i] = {photos[i].width, photos[i].height};
     if (pairing.masks[i].empty()) return;
-    const PhotoSize mask = ReadMaskSize(pairing.masks[i]);
-    if (SameAspect(mask, sizes[i]) && mask.width < sizes[i].width) sizes[i] = mask;
+    mask_sizes[i] = ReadMaskSize(pairing.masks[i]);
   });
+  result.size_warning = MaskSizeWarning(pairing, mask_sizes, sizes);
   for (size_t i = 0; i < photos.size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    const PhotoSize mask = mask_sizes[i];
+    if (SameAspect(mask, sizes[i]) && mask.width < sizes[i].width) sizes[i] = mask;
     photos[i].width = sizes[i].width;
     photos[i].height = sizes[i].height;
   }

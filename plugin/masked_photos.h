@@ -8,6 +8,7 @@
 #include "plugin/tracks.h"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -25,6 +26,7 @@ struct MaskedPhotos {
   // [points of the model] where the photos saw each, in pixels of the records' size; none for a
   // model that is null.
   std::vector<Sightings> sightings;
+  std::string size_warning;  // MaskSizeWarning, for the sizes of the photos as given
 };
 
 // Loads the masks of `photos`, which are RegisteredPhotos of `model`, and corrects a copy of them

@@ -7,7 +7,7 @@
 #include "plugin/mask_tables.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <unordered_map>
@@ -88,7 +88,8 @@ void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& p
                   photo.width,
                   " x ",
                   photo.height,
-                  "; a mask of the photo's aspect would be right.");
+                  "; a mask of the photo's aspect would be right, made of the undistorted photo if "
+                  "COLMAP undistorted it.");
 }
 
 std::string Lowercase(std::string text) {
@@ -127,12 +128,21 @@ std::vector<std::string> MaskNames(const std::string& photo_name) {
 // From this share of their pixels on, id 0 is what the masks say, not what they leave out.
 constexpr double kBackgroundShare = 0.2;
 
+// Undistorted photos differ from what the camera saw by less than this share of their sides, masks
+// that were reduced on purpose by more.
+constexpr double kUndistortedShare = 0.1;
+
+bool SeemsDistorted(const PhotoSize& mask, const PhotoSize& photo) {
+  const auto is_near = [](int a, int b) { return std::abs(a - b) < kUndistortedShare * b; };
+  return mask != photo && is_near(mask.width, photo.width) && is_near(mask.height, photo.height);
+}
+
 // The share of all masks' pixels that are 0.
 double ShareOfZero(const std::vector<MaskContents>& masks) {
   double zeros = 0, pixels = 0;
   for (const MaskContents& mask : masks) {
     zeros += static_cast<double>(mask.num_zero);
-    pixels += static_cast<double>(mask.num_pixels);
+    pixels += static_cast<double>(mask.size.width) * mask.size.height;
   }
   return pixels > 0 ? zeros / pixels : 0;
 }
@@ -259,13 +269,36 @@ MaskContents ContentsOf(const DecodedMask& mask) {
   MaskContents contents;
   contents.is_rgb = mask.is_rgb;
   contents.ids = mask.ids;
-  contents.num_pixels = static_cast<int64_t>(mask.pixels.size());
+  contents.size = mask.size;
   const auto zero = std::find(mask.ids.begin(), mask.ids.end(), 0u);
   if (zero != mask.ids.end()) {
     const auto index = static_cast<uint16_t>(zero - mask.ids.begin());
     contents.num_zero = std::count(mask.pixels.begin(), mask.pixels.end(), index);
   }
   return contents;
+}
+
+std::string MaskSizeWarning(const MaskPairing& pairing,
+                            const std::vector<PhotoSize>& mask_sizes,
+                            const std::vector<PhotoSize>& photo_sizes) {
+  CHECK_EQ(pairing.masks.size(), mask_sizes.size());
+  CHECK_EQ(pairing.masks.size(), photo_sizes.size());
+  int count = 0;
+  size_t first = 0;
+  for (size_t i = pairing.masks.size(); i-- > 0;) {
+    if (pairing.masks[i].empty() || !SeemsDistorted(mask_sizes[i], photo_sizes[i])) continue;
+    ++count;
+    first = i;
+  }
+  if (count == 0) return "";
+  const auto text = [](const PhotoSize& size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+  };
+  return std::to_string(count) + " of " + std::to_string(pairing.NumPaired()) +
+         " masks seem to be of photos that were not yet undistorted, the first of them " +
+         pairing.masks[first].string() + ", " + text(mask_sizes[first]) +
+         " pixels for a photo of " + text(photo_sizes[first]) +
+         "; masks made of the undistorted photos would be right.";
 }
 
 namespace {

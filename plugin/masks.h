@@ -104,9 +104,18 @@ struct MaskContents {
   bool is_rgb = false;
   std::vector<uint32_t> ids;  // as of DecodedMask
   int64_t num_zero = 0;       // pixels of id 0, at the mask's size
-  int64_t num_pixels = 0;     // 0: there is no mask
+  PhotoSize size;             // 0 x 0: there is no mask
 };
 MaskContents ContentsOf(const DecodedMask& mask);
+
+// A sentence for the user about masks that seem to be of the photos before they were undistorted:
+// larger or smaller than their photos by less than a tenth, as undistorting changes a photo and
+// nobody reduces a mask. Read at the nearest pixel centre, they would lie beside what they show.
+// Empty where there is none of them. `mask_sizes` [pairing.masks], of which those without a mask
+// are not looked at, and `photo_sizes` are those of the files.
+std::string MaskSizeWarning(const MaskPairing& pairing,
+                            const std::vector<PhotoSize>& mask_sizes,
+                            const std::vector<PhotoSize>& photo_sizes);
 
 // The classes of a set of masks.
 struct MaskClasses {

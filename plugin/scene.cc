@@ -223,6 +223,11 @@ ScenePlan PlanScene(const SceneOptions& options) {
   } else {
     plan.masks = PairMasks(plan.mask_folder, names);
   }
+  if (options.use_masks && plan.mask_folder.empty() && plan.labels_are_given) {
+    throw UserError(options.labels_path.string(),
+                    ": names labels, while there are no masks: neither object_mask/ nor "
+                    "Annotations/ is beside the photos; --mask_path would name their folder.");
+  }
   plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
   plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
@@ -266,6 +271,12 @@ std::string TrainingScene::MaskReport() const {
        << Plural(objects, "label") << ", " << Plural(plan_.masks.unused.size(), "mask")
        << " unused";
   return text.str();
+}
+
+std::string TrainingScene::MaskWarning() const {
+  std::vector<PhotoSize> mask_sizes;
+  for (const MaskContents& mask : mask_contents_) mask_sizes.push_back(mask.size);
+  return MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes);
 }
 
 std::string TrainingScene::PhotoReport() const {

@@ -99,7 +99,8 @@ struct LoadOptions {
 // Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
 // image or has another aspect than its camera; a test_every that
-// holds out everything or is negative; a mask or label path that is given but missing.
+// holds out everything or is negative; a mask or label path that is given but missing; a label path
+// without masks.
 ScenePlan PlanScene(const SceneOptions& options);
 
 // The photos, their cameras and their labels, ready to train on and to compare with. Views are
@@ -161,6 +162,8 @@ class TrainingScene final : public TrainingViews {
 
   // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
   std::string MaskReport() const;
+  // What MaskSizeWarning says of the masks.
+  std::string MaskWarning() const;
   // What holding the masks against the tracks has come to.
   const MaskConsistencyReport& Consistency() const { return consistency_; }
   // The photos, in one line: how many, how many held out, what was left out or rescaled.

@@ -169,6 +169,31 @@ void RequireValid(const SurfaceExportOptions& surface) {
   }
 }
 
+void RequireEffects(const OptionManager& options,
+                    const VolumeExportOptions& volume,
+                    const std::set<std::string>& formats) {
+  const auto require = [&](const std::string& group, bool is_written, const std::string& named) {
+    if (is_written) return;
+    std::vector<std::string> names;
+    for (const auto& [name, value] : options.GroupValues(group)) {
+      names.push_back(group + "." + name);
+    }
+    options.RequireEffect(names,
+                          "without " + named + " among the --formats; add it, or leave this out");
+  };
+  require("VolumeExport", formats.count("vdb") != 0, "vdb");
+  require("MeshExport", formats != std::set<std::string>{"vdb"}, "a mesh's format");
+  if (volume.voxel_size > 0) {
+    options.RequireEffect({"VolumeExport.max_resolution"},
+                          "with --VolumeExport.voxel_size; give one of the two");
+  }
+  if (!volume.labels.empty()) {
+    options.RequireEffect({"VolumeExport.min_optical_depth"},
+                          "with --VolumeExport.labels, whose cells are all written; give one of "
+                          "the two");
+  }
+}
+
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
   const std::vector<std::string> known = SplitAtCommas(allowed);
   std::set<std::string> parsed;

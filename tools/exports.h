@@ -46,6 +46,12 @@ std::string ModelChecksum(const std::filesystem::path& foam_path);
 void RequireValid(const VolumeExportOptions& volume);
 void RequireValid(const PieceOptions& pieces);
 void RequireValid(const SurfaceExportOptions& surface);
+// Throws UserError for an option of volumes or surfaces that the user gave and another one leaves
+// without effect. `formats` are those that the command writes.
+void RequireEffects(const OptionManager& options,
+                    const VolumeExportOptions& volume,
+                    const std::set<std::string>& formats);
+
 // The formats of a comma list, each of which `allowed` must have.
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
 

@@ -165,6 +165,28 @@ bool OptionManager::IsGiven(const std::string& name) const {
       options_.begin(), options_.end(), [&](const Option& o) { return o.name == name && o.given; });
 }
 
+bool OptionManager::IsChosen(const std::string& name) const {
+  const auto option = std::find_if(
+      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
+  CHECK(option != options_.end()) << name;
+  return option->given && option->format() != option->default_text;
+}
+
+void OptionManager::RequireEffect(const std::vector<std::string>& names,
+                                  const std::string& why) const {
+  for (const std::string& name : names) {
+    if (!IsChosen(name)) continue;
+    throw UserError("Failed to parse options - --", name, " has no effect ", why, ".");
+  }
+}
+
+void OptionManager::WarnWithoutEffect(const std::vector<std::string>& names,
+                                      const std::string& why) const {
+  for (const std::string& name : names) {
+    if (IsChosen(name)) LOG(WARNING) << "--" << name << " has no effect " << why << ".";
+  }
+}
+
 std::map<std::string, std::string> OptionManager::GroupValues(const std::string& group) const {
   std::map<std::string, std::string> values;
   const std::string prefix = group + ".";

@@ -67,6 +67,13 @@ class OptionManager {
   // Whether the user gave this option, on the command line or in the project file.
   bool IsGiven(const std::string& name) const;
 
+  // For options that do nothing beside, or without, another one. Throws UserError for the first of
+  // these that the user gave, unless as its default: "--frames has no effect " and `why`, which
+  // says what would be right, too: "without --trajectory; give both, or neither".
+  void RequireEffect(const std::vector<std::string>& names, const std::string& why) const;
+  // Warns instead, of options of which nobody expects anything: a command line may be another's.
+  void WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const;
+
   // The command line as it was given, with this option set so: to be pasted into a shell. `program`
   // comes first.
   std::string CommandLineWith(const std::string& program,
@@ -102,6 +109,8 @@ class OptionManager {
            const std::function<void()>& then);
   void AddOption(Option option);
   Option* Find(const std::string& name);
+  // Whether the user gave this option, which must be there (CHECK), another value than its default.
+  bool IsChosen(const std::string& name) const;
   // The option's name, whichever of its two spellings is given; an unknown one as it is.
   std::string FullName(const std::string& name) const;
   std::map<std::string, std::string> ReadCommandLine(int argc, const char* const* argv) const;

@@ -24,7 +24,7 @@ OutputLock::OutputLock(const std::filesystem::path& folder) {
   if (error == EWOULDBLOCK) {
     throw UserError(folder.string(),
                     ": another process is writing into this folder; wait for its end, or choose "
-                    "another --output_path.");
+                    "another.");
   }
   LOG(WARNING) << folder.string() << ": cannot be locked (" << std::strerror(error)
                << "), so nothing keeps a second process from writing into it.";

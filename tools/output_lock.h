@@ -6,8 +6,9 @@
 namespace semfoam {
 
 // The right to write into an output folder, which one process has at a time: two that write the
-// same files would leave a mixture. A lock (flock) on the folder itself, so nothing of it is to be
-// seen, it hinders nobody from reading, and it dies with its process.
+// same files would leave a mixture. Every command that writes into a folder takes it before it
+// reads anything. A lock (flock) on the folder itself, so nothing of it is to be seen, it hinders
+// nobody from reading, and it dies with its process.
 class OutputLock {
  public:
   // Makes the folder if it is missing. Throws UserError, naming it, where nothing can be written

@@ -249,6 +249,14 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
                     run->time_budget,
                     "; it must be a number of seconds, or 0 for none.");
   }
+  if (run->time_budget > 0) {
+    options.WarnWithoutEffect({"quality"}, "beside --FoamTraining.time_budget");
+  }
+  if (!run->effects.semantics) {
+    options.WarnWithoutEffect(
+        {"mask_path", "labels_path", "Masks.consistency", "FoamTraining.label_zero"},
+        "with --Effects.semantics off");
+  }
   for (const char* name : {"num_rays", "late_rays"}) {
     if (run->time_budget > 0 && options.IsGiven(std::string("FoamTraining.") + name)) {
       throw UserError("Failed to parse options - --FoamTraining.",
@@ -301,6 +309,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
+  if (const std::string warning = scene.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
   if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }

@@ -47,6 +47,14 @@ inline const std::map<std::string, Command> kCommands = {
      {RunMaskCorrupter, "mask_corrupter --mask_path TABLETOP/object_mask --output_path IN/out"}},
     {"evaluate",
      {RunFoamEvaluator, "foam_evaluator --foam_path IN/a.foam --image_path TABLETOP/images"}},
+    {"effects",
+     {RunSceneAnalyzer,
+      "scene_analyzer --image_path TABLETOP/images --input_path TABLETOP/sparse --output_path "
+      "IN/out"}},
+    {"profile",
+     {RunAccuracyProfiler, "accuracy_profiler --workspace_path TABLETOP --output_path IN/out"}},
+    {"plot", {RunTrainingPlotter, "training_plotter --run_paths IN/a --output_path IN/out"}},
+    {"analyze", {RunMaskAnalyzer, "mask_analyzer --output_path IN/out"}},
     {"label", {RunPointLabeler, "point_labeler --workspace_path TABLETOP --output_path IN/out"}},
 };
 
@@ -71,6 +79,28 @@ inline std::vector<std::string> Split(const std::string& text, char between) {
   return parts;
 }
 
+// What the command says to the user with these options, with IN for the folder.
+inline std::string SentenceOf(const BadOptions& bad, const std::string& folder) {
+  const Command& command = kCommands.at(bad.command);
+  std::vector<std::string> arguments = Split(command.options, ' ');
+  // An option given by the case replaces the command's own.
+  std::vector<std::string> more = Split(bad.options, '|');
+  if (bad.options.ends_with('|')) more.push_back("");
+  if (!more.empty()) {
+    const auto same = std::find(arguments.begin(), arguments.end(), more.front());
+    if (same != arguments.end()) arguments.erase(same, same + 2);
+  }
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) {
+    argument =
+        Replaced(Replaced(argument, "TABLETOP", SEMFOAM_TEST_DATA "/tabletop"), "IN", folder);
+    argv.push_back(argument.data());
+  }
+  return Replaced(
+      UserErrorOf([&] { command.run(static_cast<int>(argv.size()), argv.data()); }), folder, "IN");
+}
+
 // Expects of each case its sentence, and no file.
 inline void ExpectRefused(const std::vector<BadOptions>& cases) {
   const TempFolder temp;
@@ -78,25 +108,7 @@ inline void ExpectRefused(const std::vector<BadOptions>& cases) {
   WriteModel(temp / "a.foam", TouchingBalls(300));
   WriteFile(temp / "a file", "in the way");
   for (const BadOptions& bad : cases) {
-    const Command& command = kCommands.at(bad.command);
-    std::vector<std::string> arguments = Split(command.options, ' ');
-    // An option given by the case replaces the command's own.
-    std::vector<std::string> more = Split(bad.options, '|');
-    if (bad.options.ends_with('|')) more.push_back("");
-    if (!more.empty()) {
-      const auto same = std::find(arguments.begin(), arguments.end(), more.front());
-      if (same != arguments.end()) arguments.erase(same, same + 2);
-    }
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) {
-      argument =
-          Replaced(Replaced(argument, "TABLETOP", SEMFOAM_TEST_DATA "/tabletop"), "IN", folder);
-      argv.push_back(argument.data());
-    }
-    const std::string sentence =
-        UserErrorOf([&] { command.run(static_cast<int>(argv.size()), argv.data()); });
-    EXPECT_EQ(Replaced(sentence, folder, "IN"), bad.sentence) << bad.command << " " << bad.options;
+    EXPECT_EQ(SentenceOf(bad, folder), bad.sentence) << bad.command << " " << bad.options;
     // A folder may have been made to see whether it can be; no file.
     EXPECT_TRUE(!std::filesystem::exists(temp / "out") || std::filesystem::is_empty(temp / "out"))
         << bad.options;

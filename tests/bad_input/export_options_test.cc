@@ -132,6 +132,14 @@ TEST(BadInput, ExportOptions) {
        "--VolumeExport.min_optical_depth|-1",
        "Failed to parse options - min_optical_depth must not be negative."},
       {"volumes",
+       "--voxel_size|0.1|--max_resolution|64",
+       "Failed to parse options - --VolumeExport.max_resolution has no effect with "
+       "--VolumeExport.voxel_size; give one of the two."},
+      {"volumes",
+       "--labels|mug|--VolumeExport.min_optical_depth|0.1",
+       "Failed to parse options - --VolumeExport.min_optical_depth has no effect with "
+       "--VolumeExport.labels, whose cells are all written; give one of the two."},
+      {"volumes",
        "--VolumeExport.max_voxels|0",
        "Failed to parse options - max_voxels must be positive."},
       {"volumes",

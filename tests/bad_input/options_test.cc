@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad options of training, renders, conversions and edits; bad .ini files.
+#include "tools/output_lock.h"
+
 #include "tests/bad_input/bad_options.h"
 
 namespace semfoam {
@@ -134,6 +136,18 @@ TEST(BadInput, Options) {
        "--formats|vdb,fbx",
        "Failed to parse options - the argument ('vdb,fbx') for option '--formats' is invalid; it "
        "takes any of vdb,om,ply,obj,glb,usda, apart by commas."},
+      {"segment",
+       "--formats|om|--VolumeExport.nvdb|1",
+       "Failed to parse options - --VolumeExport.nvdb has no effect without vdb among the "
+       "--formats; add it, or leave this out."},
+      {"segment",
+       "--formats|vdb|--MeshExport.method|smooth",
+       "Failed to parse options - --MeshExport.method has no effect without a mesh's format among "
+       "the --formats; add it, or leave this out."},
+      {"analyze",
+       "--mask_path|TABLETOP/segmentation_labels/masks/mug|--Masks.consistency|tracks",
+       "Failed to parse options - --Masks.consistency has no effect without the COLMAP model; give "
+       "--input_path too, or leave it out."},
       {"label",
        "--mask_path|IN/none",
        "IN/none: there is no such folder; it should hold a PNG mask for each photo."},
@@ -163,6 +177,17 @@ TEST(BadInput, Options) {
        "--trajectory|orbit|--width|-1",
        "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right."},
       {"render",
+       "--input_path|TABLETOP/sparse|--frames|24",
+       "Failed to parse options - --frames has no effect without --trajectory; give both, or "
+       "neither."},
+      {"render",
+       "--input_path|TABLETOP/sparse|--width|64",
+       "Failed to parse options - --width has no effect without --trajectory; give both, or "
+       "neither."},
+      {"render",
+       "--trajectory|orbit|--views|test",
+       "Failed to parse options - --views has no effect with --trajectory; give one of the two."},
+      {"render",
        "--object|nobody|--trajectory|orbit",
        "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
@@ -181,6 +206,14 @@ TEST(BadInput, Options) {
        "--manifest_path|IN/a file",
        "Failed to parse options - give --foam_path to make a film, or --manifest_path and "
        "--mask_path to bring a tracker's masks back."},
+      {"film",
+       "--foam_path||--manifest_path|IN/a file|--mask_path|IN|--order|name",
+       "Failed to parse options - --order has no effect on a film that is made; give it with "
+       "--foam_path, or leave it out."},
+      {"film",
+       "--foam_path||--manifest_path|IN/a file|--mask_path|IN|--image_path|IN",
+       "Failed to parse options - --image_path has no effect on a film that is made; give it with "
+       "--foam_path, or leave it out."},
       {"film", "", "IN/a.foam: has no photos, so there is nothing to make a film of."},
       {"convert",
        "--output_type|stl",
@@ -189,6 +222,13 @@ TEST(BadInput, Options) {
       {"convert",
        "--splat_scale|0",
        "Failed to parse options - --splat_scale 0: 0.1 to 10 would be right."},
+      {"convert",
+       "--splat_scale|2",
+       "Failed to parse options - --splat_scale has no effect on text; leave it out, or write "
+       "splats."},
+      {"convert",
+       "--labels|mug",
+       "Failed to parse options - --labels chooses splats and points; text takes the whole foam."},
       {"convert",
        "--labels|nobody|--output_type|splats",
        "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
@@ -265,6 +305,38 @@ TEST(BadInput, Options) {
        "IN/none.foam: there is no such file, where a foam model such as foam_trainer's scene.foam "
        "should be."},
   });
+}
+
+// Every command that writes into a folder, while another one writes there.
+TEST(BadInput, ASecondWriter) {
+  const TempFolder temp;
+  WriteModel(temp / "a.foam", TouchingBalls(300));
+  const std::string folder = temp.path().string();
+  const OutputLock first(temp / "out");
+  for (const auto& [command, options] : std::map<std::string, std::string>{
+           {"segment", ""},
+           {"train", ""},
+           {"effects", ""},
+           {"profile", ""},
+           {"plot", ""},
+           {"volumes", ""},
+           {"meshes", ""},
+           {"render", "--input_path|TABLETOP/sparse"},
+           {"extract", "--labels|mug"},
+           {"remove", "--labels|mug"},
+           {"insert", ""},
+           {"film", ""},
+           {"corrupt", ""},
+           {"evaluate", "--maps_path|IN/out"},
+           {"label", ""},
+           {"analyze", "--workspace_path|TABLETOP"},
+       }) {
+    EXPECT_EQ(SentenceOf({command, options, ""}, folder),
+              "IN/out: another process is writing into this folder; wait for its end, or choose "
+              "another.")
+        << command;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(temp / "out"));
 }
 
 // .ini files, as --project_path takes them.

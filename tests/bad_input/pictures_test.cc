@@ -261,7 +261,7 @@ TEST(BadInput, Masks) {
          WritePng(f / "mask.png", 6, 8, 8, PNG_COLOR_TYPE_GRAY, std::vector<uint8_t>(48, 1));
        },
        "IN/mask.png: is 6 x 8 pixels and its photo 8 x 6; a mask of the photo's aspect would be "
-       "right."},
+       "right, made of the undistorted photo if COLMAP undistorted it."},
       {"colours that are no ids",
        [](auto& f) {
          std::vector<uint8_t> rgb(3 * 48, 9);

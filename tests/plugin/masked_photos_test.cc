@@ -65,6 +65,15 @@ TEST(MaskedPhotos, RecordsAreSortedByNameAndHaveTheCamerasSize) {
   EXPECT_EQ(photos[1].height, 48);
 }
 
+TEST(MaskedPhotos, MasksOfPhotosBeforeUndistortionAreToldOf) {
+  const TempFolder folder;
+  WriteHalves(folder / "a.png", 64, 48);
+  WriteHalves(folder / "b.png", 63, 48);
+  const Reconstruction model = TwoPhotos();
+  EXPECT_THAT(Load(folder, &model).size_warning,
+              HasSubstr("b.png, 63 x 48 pixels for a photo of 64 x 48; "));
+}
+
 TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   const TempFolder folder;
   WriteHalves(folder / "a.png", 32, 24);
@@ -74,6 +83,7 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   EXPECT_EQ(photos.photos[0].width, 32);
   EXPECT_EQ(photos.photos[0].height, 24);
   EXPECT_EQ(photos.photos[1].width, 64);
+  EXPECT_EQ(photos.size_warning, "");
   ASSERT_THAT(photos.given.labels, SizeIs(2));
   EXPECT_EQ(photos.given.classes[0][15], 0);
   EXPECT_EQ(photos.given.classes[0][16], 1);

@@ -364,7 +364,29 @@ TEST(Masks, AnotherAspectIsNamedWithBothSizes) {
   EXPECT_EQ(message,
             (temp / "a.png").string() +
                 ": is 48 x 64 pixels and its photo 640 x 480; a mask of the photo's aspect would "
-                "be right.");
+                "be right, made of the undistorted photo if COLMAP undistorted it.");
+}
+
+// Photos by COLMAP's image_undistorter, masks of the photos that it was given.
+TEST(Masks, OfPhotosBeforeUndistortionAreCountedAndNamed) {
+  MaskPairing pairing;
+  pairing.masks = {"M/a.png", "", "M/c.png", "M/d.png"};
+  const std::vector<PhotoSize> masks = {{320, 240}, {}, {320, 240}, {320, 240}};
+  EXPECT_EQ(MaskSizeWarning(pairing, masks, {{320, 240}, {321, 240}, {321, 240}, {310, 233}}),
+            "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them "
+            "M/c.png, 320 x 240 pixels for a photo of 321 x 240; masks made of the undistorted "
+            "photos would be right.");
+  // Half, a third, twice the size, and a common size of films, to rounded pixels: reduced or
+  // enlarged on purpose.
+  const MaskPairing one = {{"M/a.png"}, {}};
+  for (const PhotoSize& photo : {PhotoSize{320, 240}, {641, 481}, {960, 720}, {160, 120}}) {
+    EXPECT_EQ(MaskSizeWarning(one, {{320, 240}}, {photo}), "") << photo.width;
+  }
+  EXPECT_EQ(MaskSizeWarning(one, {{854, 480}}, {{1920, 1080}}), "");
+  // Both sides have to be near.
+  EXPECT_EQ(MaskSizeWarning(one, {{320, 240}}, {{356, 267}}), "");
+  EXPECT_NE(MaskSizeWarning(one, {{320, 240}}, {{355, 266}}), "");
+  EXPECT_NE(MaskSizeWarning(one, {{320, 240}}, {{320, 241}}), "");
 }
 
 TEST(Masks, TheFirstDamagedMaskIsNamedWhateverTheThreads) {

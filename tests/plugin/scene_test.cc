@@ -307,6 +307,29 @@ TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
               HasSubstr("b.png: is 6 x 8 pixels, while its camera (2) has 8 x 6"));
 }
 
+// The photos' files count, not what is left of them for training.
+TEST(Scene, MasksOfPhotosBeforeUndistortionAreToldOf) {
+  SmallWorkspace w;
+  for (Camera& camera : w.model.cameras) {
+    camera.width = 41;
+    camera.height = 30;
+  }
+  w.WriteModelFiles();
+  for (const Image& image : w.model.images) {
+    w.WritePhoto(image.name, 41, 30);
+    w.WriteMask(image.name, image.name == "a.png" ? 41 : 40, 30);
+  }
+  EXPECT_EQ(TrainingScene(PlanScene(w.Options())).MaskWarning(),
+            "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
+                (w.temp / "object_mask/b.png").string() +
+                ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
+                "would be right.");
+  for (const Image& image : w.model.images) w.WriteMask(image.name, 41, 30);
+  SceneOptions reduced = w.Options();
+  reduced.max_image_size = 40;
+  EXPECT_EQ(TrainingScene(PlanScene(reduced)).MaskWarning(), "");
+}
+
 TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
   const SmallWorkspace workspace;
   SceneOptions options = workspace.Options();
@@ -420,6 +443,16 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   options = workspace.Options();
   options.labels_path = root / "no.json";
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
+  fs::remove_all(root / "object_mask");
+  fs::remove_all(root / "Annotations");
+  EXPECT_EQ(
+      SceneErrorOf(options),
+      (root / "no.json").string() +
+          ": names labels, while there are no masks: neither object_mask/ nor Annotations/ is "
+          "beside the photos; --mask_path would name their folder.");
+  options.use_masks = false;
+  options.labels_path.clear();
+  EXPECT_EQ(SceneErrorOf(options), "");
 }
 
 TEST(Scene, MasksAndDistortionCanBeLeftOut) {

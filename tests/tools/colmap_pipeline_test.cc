@@ -2,8 +2,10 @@
 //
 // From photos to objects: COLMAP itself makes the model, as a user would have it made, and the
 // program takes the workspace as COLMAP left it.
+#include "plugin/camera_models.h"
 #include "plugin/colmap_model.h"
 
+#include <algorithm>
 #include <optional>
 #include <sstream>
 
@@ -19,7 +21,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::Contains;
 using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 void Colmap(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {"QT_QPA_PLATFORM=offscreen", "colmap"});
@@ -235,6 +239,48 @@ TEST_F(ColmapPipelineTest, RegisteredPhotosAreRead) {
   ASSERT_TRUE(before && next && after);
   EXPECT_FALSE(center_in(less, "0012.jpg"));
   EXPECT_LT((*after - *before).norm(), 0.1 * (*next - *before).norm());
+}
+
+// Masks that were made before image_undistorter changed the photos lie beside what they show, which
+// nobody sees where the sizes are nearly the same: every command that reads masks tells.
+TEST_F(ColmapPipelineTest, MasksMadeBeforeUndistortionAreToldOf) {
+  const fs::path distorted = *folder_ / "distorted", workspace = *folder_ / "undistorted";
+  Reconstruction model = ReadReconstruction(Workspace() / "sparse/0");
+  model.cameras[0].model_id = FindCameraModel("SIMPLE_RADIAL")->id;
+  model.cameras[0].params = {266.7, 160, 120, -0.002};
+  WriteReconstruction(distorted, model, ModelFormat::kBinary);
+  Colmap({"image_undistorter",
+          "--image_path",
+          (Workspace() / "images").string(),
+          "--input_path",
+          distorted.string(),
+          "--output_path",
+          workspace.string()});
+  fs::copy(Workspace() / "object_mask", workspace / "object_mask");
+  const std::string warning =
+      "WARNING: 1[3-6] of 1[3-6] masks seem to be of photos that were not yet undistorted, the "
+      "first of them .*object_mask/0008.png, 320 x 240 pixels for a photo of 319 x 239; masks made "
+      "of the undistorted photos would be right.\n";
+  for (const std::vector<std::string>& command : {
+           TinyTraining({"automatic_segmenter", "--formats", "om", "--workspace_path"}),
+           {"mask_analyzer", "--workspace_path"},
+           {"point_labeler", "--workspace_path"},
+       }) {
+    SCOPED_TRACE(command[0]);
+    const auto run_on = [&](const fs::path& folder) {
+      std::vector<std::string> arguments = command;
+      const auto place = std::find(arguments.begin(), arguments.end(), "--workspace_path");
+      arguments.insert(place + 1, folder.string());
+      arguments.insert(arguments.end(), {"--output_path", Out(command[0]).string()});
+      return RunSemfoam(arguments);
+    };
+    const Outcome run = run_on(workspace);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, ContainsRegex(warning));
+    const Outcome as_made = run_on(Workspace());
+    ASSERT_EQ(as_made.exit_code, 0) << as_made.err;
+    EXPECT_THAT(as_made.err, Not(HasSubstr("undistorted")));
+  }
 }
 
 }  // namespace

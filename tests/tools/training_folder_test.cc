@@ -156,7 +156,7 @@ TEST_F(TrainingFolder, OneProcessAtATimeWritesIntoAFolder) {
     EXPECT_THAT(refused.Errors(),
                 ElementsAre("ERROR: " + output.string() +
                             ": another process is writing into this folder; wait for its end, or "
-                            "choose another --output_path."));
+                            "choose another."));
   }
   // Who only reads is not hindered.
   EXPECT_EQ(

@@ -9,6 +9,7 @@
 #include "tools/commands.h"
 #include "tools/evaluation.h"
 #include "tools/exports.h"
+#include "tools/output_lock.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
 #include "tools/surface_error.h"
@@ -69,6 +70,7 @@ class Study {
                                   scene_.WorldFromNormalized());
     LOG(INFO) << scene_.PhotoReport();
     LOG(INFO) << scene_.MaskReport();
+    if (const std::string warning = scene_.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
     fits_exposure_ = BringToReferenceExposure(&scene_);
   }
 
@@ -332,7 +334,7 @@ void RunAccuracyProfiler(int argc, char** argv) {
   }
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   Study study(options, run, output_path, budget);
   study.Run();
   LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << output_path;

@@ -44,6 +44,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireValid(surface);
   RequireValid(pieces);
   const std::set<std::string> wanted = ParseFormats(formats, kAllFormats);
+  RequireEffects(options, volume, wanted);
   const ExportTransform transform = ParseExportTransform(frame);
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);

@@ -84,6 +84,9 @@ void RunFoamConverter(int argc, char** argv) {
                     type,
                     " takes the whole foam.");
   }
+  if (type != "splats") {
+    options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
+  }
 
   const Model model = ReadInput(input_path, options.RandomSeed());
   if (type == "foam") {

@@ -7,6 +7,7 @@
 #include "tools/evaluation.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -134,7 +135,8 @@ void RunFoamEvaluator(int argc, char** argv) {
       "none, white = a quarter of the range) and confidence/*.png (white = 1)");
   if (!options.Parse(argc, argv)) return;
 
-  if (!maps_path.empty()) RequireWritableFolder(maps_path);
+  std::optional<OutputLock> lock;
+  if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
   const Model model = ReadModel(foam_path);
   const bool fits_exposure =

@@ -4,7 +4,6 @@
 #include "foam/error.h"
 #include "foam/input_file.h"
 #include "foam/model.h"
-#include "foam/output_file.h"
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
 #include "plugin/colmap_model.h"
@@ -12,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 #include "tools/trajectory.h"
 #include "tools/view_images.h"
 
@@ -248,16 +248,24 @@ void RunFoamRenderer(int argc, char** argv) {
         "Failed to parse options - the views are those of a COLMAP model, --input_path; or "
         "--trajectory orbit goes without.");
   }
+  if (has_trajectory) {
+    options.RequireEffect({"views"}, "with --trajectory; give one of the two");
+    options.WarnWithoutEffect({"input_path"}, "with --trajectory");
+  } else {
+    options.RequireEffect({"frames", "width"}, "without --trajectory; give both, or neither");
+  }
   if (preview && (image_path.empty() || has_trajectory)) {
     throw UserError(
         "Failed to parse options - --preview 1 needs the photos' folder, --image_path, and views, "
         "no trajectory.");
   }
+  if (!preview) options.WarnWithoutEffect({"image_path"}, "without --preview 1");
   if (path.num_frames < 0 || path.num_frames > 100'000 || path.width < 0 || path.width > 16'384) {
     throw UserError(
         "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");
   }
 
+  const OutputLock lock(output_path);
   Model model = ReadModel(foam_path);
   std::optional<Eigen::AlignedBox3d> box;
   if (!object.empty()) box = ShowAlone(object, &model);
@@ -272,7 +280,6 @@ void RunFoamRenderer(int argc, char** argv) {
     chosen = ChooseViews(views, foam_path, input_path, model);
   }
 
-  RequireWritableFolder(output_path);
   const ViewRenderer renderer(model.foam);
   for (const View& view : chosen) {
     const Pictures pictures = RenderView(view, model, renderer, output_path);

@@ -9,12 +9,16 @@
 #include "tools/mask_analysis.h"
 #include "tools/mask_options.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -128,11 +132,17 @@ void RunMaskAnalyzer(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
+  if (paths.model_folder.empty()) {
+    options.RequireEffect({"Masks.consistency"},
+                          "without the COLMAP model; give --input_path too, or leave it out");
+  }
+  std::optional<OutputLock> lock;
+  if (!output_path.empty()) lock.emplace(output_path);
   const MaskAnalysis analysis =
       AnalyzeMasks(paths, FindImages(image_path, workspace_path, paths.mask_folder), masks);
+  if (!analysis.photos.size_warning.empty()) LOG(WARNING) << analysis.photos.size_warning;
   const std::string report = MaskReportJson(analysis);
   if (!output_path.empty()) {
-    RequireWritableFolder(output_path);
     WriteTextFile(fs::path(output_path) / "masks.json", report);
     WriteSheet(analysis, output_path);
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
-#include "foam/output_file.h"
 #include "foam/random.h"
 #include "plugin/files.h"
 #include "plugin/mask_png.h"
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 
 #include <algorithm>
 #include <array>
@@ -153,7 +153,7 @@ void RunMaskCorrupter(int argc, char** argv) {
   for (const fs::path& path : ListFiles(mask_path)) {
     if (path.extension() == ".png") masks.push_back(path);
   }
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   std::vector<Counts> counts(masks.size());
   ForEachFile(static_cast<int64_t>(masks.size()), [&](int64_t i) {
     LabelImage mask = ReadIds(masks[i]);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/object_choice.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 
 #include <string>
 
@@ -26,6 +26,7 @@ void RunObjectExtractor(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   RequireValid(selection);
 
+  const OutputLock lock(output_path);
   const Model model = ReadModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
   const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);

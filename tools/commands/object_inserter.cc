@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
 #include "foam/object_insertion.h"
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/object_choice.h"
 #include "tools/object_placement_options.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 
 #include <string>
 #include <vector>
@@ -35,6 +35,7 @@ void RunObjectInserter(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   const ParsedPlacement parsed = ParsePlacement(placement_options);
 
+  const OutputLock lock(output_path);
   const Model scene = ReadModel(foam_path);
   const Model source = ReadModel(object_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path, object_path});

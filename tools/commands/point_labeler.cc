@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/names.h"
 #include "foam/error.h"
-#include "foam/output_file.h"
 #include "plugin/colmap_model.h"
 #include "plugin/masked_photos.h"
 #include "plugin/point_labels.h"
 #include "tools/commands.h"
 #include "tools/mask_options.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 #include "tools/point_label_files.h"
 
 #include <chrono>
@@ -104,6 +104,7 @@ void RunPointLabeler(int argc, char** argv) {
   const ModelFormat format = FindModelFormat(paths.model_folder);
   const auto begin = std::chrono::steady_clock::now();
   RequireRoomForModel(output_path, paths.model_folder, format);
+  const OutputLock lock(output_path);
 
   const Reconstruction model = ReadReconstruction(paths.model_folder);
   if (model.images.empty()) {
@@ -123,6 +124,7 @@ void RunPointLabeler(int argc, char** argv) {
       &model, std::move(records), pairing, paths.mask_folder, masks.Zero(), masks.Consistency());
   LOG(INFO) << pairing.NumPaired() << " of " << photos.photos.size() << " photos have a mask, "
             << pairing.unused.size() << " masks unused";
+  if (!photos.size_warning.empty()) LOG(WARNING) << photos.size_warning;
   if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
   std::vector<Label> labels = photos.corrected.labels;
   const bool names_fit =
@@ -134,7 +136,6 @@ void RunPointLabeler(int argc, char** argv) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   LOG(INFO) << points.size() << " points labelled in " << std::lround(1000 * seconds)
             << " ms, reading included";
-  RequireWritableFolder(output_path);
   const fs::path folder = output_path;
   WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);
   WritePointsPly(folder / "points.ply", model, points, labels);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/effects_options.h"
+#include "tools/output_lock.h"
 #include "tools/training_run.h"
 
 #include <cstdio>
@@ -23,7 +23,7 @@ void RunSceneAnalyzer(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, &run);
 
-  RequireWritableFolder(output_path);
+  const OutputLock lock(output_path);
   const TrainingScene scene = LoadScene(run, run.scene);
   const SceneEffects effects = ProbeEffects(scene, run.effects);
   for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());

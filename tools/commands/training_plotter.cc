@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/error.h"
-#include "foam/output_file.h"
 #include "tools/commands.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 #include "tools/plot.h"
 #include "tools/training_log.h"
 
@@ -38,6 +38,7 @@ void RunTrainingPlotter(int argc, char** argv) {
                     paths.size(),
                     " trainings; it must have one for each, or be empty.");
   }
+  const OutputLock lock(output_path);
   std::vector<TrainingCurve> curves;
   std::set<std::string> seen;
   for (size_t i = 0; i < paths.size(); ++i) {
@@ -56,7 +57,6 @@ void RunTrainingPlotter(int argc, char** argv) {
     throw UserError(run_paths,
                     ": none of the trainings knows its held-out quality; train with --test_every.");
   }
-  RequireWritableFolder(output_path);
   const fs::path stem = fs::path(output_path) / "quality_over_seconds";
   WritePlot(stem, plot);
   std::printf("%s.svg and .png show %zu trainings\n", stem.c_str(), curves.size());

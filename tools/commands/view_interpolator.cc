@@ -12,6 +12,7 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/option_manager.h"
+#include "tools/output_lock.h"
 #include "tools/view_images.h"
 
 #include <cstdio>
@@ -198,6 +199,11 @@ void RunViewInterpolator(int argc, char** argv) {
     throw UserError("Failed to parse options - --between ", between, ": 0 to 100 would be right.");
   }
   if (!manifest_path.empty()) {
+    options.RequireEffect({"between", "order", "image_path"},
+                          "on a film that is made; give it with --foam_path, or leave it out");
+  }
+  const OutputLock lock(output_path);
+  if (!manifest_path.empty()) {
     CollectMasks(manifest_path, mask_path, output_path);
     return;
   }
@@ -206,7 +212,6 @@ void RunViewInterpolator(int argc, char** argv) {
   if (model.photos.empty()) {
     throw UserError(foam_path, ": has no photos, so there is nothing to make a film of.");
   }
-  RequireWritableFolder(output_path);
   // The frame's unit is about the cameras' distance from what they look at.
   const double depth = model.world_from_normalized.scale;
   const std::vector<FilmFrame> film =

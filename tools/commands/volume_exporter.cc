@@ -26,6 +26,7 @@ void RunVolumeExporter(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   RequireValid(pieces);
+  RequireEffects(options, volume, {"vdb"});
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);

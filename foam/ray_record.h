@@ -168,7 +168,7 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
                                           const std::type_identity_t<Real>* identity = nullptr) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
   RecordedPiece<Real> piece;
-  ShadedPiece<Real> shaded;
+  ShadedPiece<Real> shaded{};
   auto pieces = record.FromTheEnd();
   if (!pieces.Next(&piece, &shaded)) return;
   BackwardPass<Real> pass(record.composite, gradient);

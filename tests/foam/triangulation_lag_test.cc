@@ -57,6 +57,14 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
     EXPECT_EQ(std::stol(StateOf(k + 3).at("triangulations")),
               std::stol(StateOf(k).at("triangulations")) + 1);
     EXPECT_EQ(std::stol(StateOf(k + 3).at("last_triangulation")), k);
+    // Of the sites as they were, with planes of where they are.
+    const Checkpoint taken_over(PathOf(k + 3));
+    const auto bytes = [](const Checkpoint& of, const std::string& array) {
+      const auto values = of.Array(array);
+      return std::vector<std::byte>(values.begin(), values.end());
+    };
+    EXPECT_EQ(bytes(taken_over, "triangulated_positions"), bytes(checkpoint, "pending_positions"));
+    EXPECT_EQ(bytes(taken_over, "plane_positions"), bytes(taken_over, "positions"));
   }
   EXPECT_EQ(densifications, options.densify_events);
   EXPECT_GE(others, 2);  // as a topology becomes stale, and when positions freeze

@@ -9,7 +9,9 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
+#include <utility>
 
+#include <glog/logging.h>
 #include <pthread.h>
 
 namespace semfoam {
@@ -22,7 +24,8 @@ constexpr std::chrono::seconds kEcho(1);
 // Never destroyed: the waiting thread outlives the end of main.
 struct State {
   std::mutex mutex;
-  int num_deferrals = 0;  // guarded by the mutex
+  int num_deferrals = 0;      // guarded by the mutex
+  std::function<void()> say;  // likewise; empty: nothing
   std::atomic<int> requested = 0;
 };
 
@@ -31,7 +34,11 @@ State& TheState() {
   return state;
 }
 
-[[noreturn]] void End(int signal) { RemoveScratchFoldersAndExit(Interruption(signal).ExitCode()); }
+// The state's mutex is held.
+[[noreturn]] void End(int signal) {
+  if (const auto& say = TheState().say) say();
+  RemoveScratchFoldersAndExit(Interruption(signal).ExitCode());
+}
 
 [[noreturn]] void WaitForSignals(const sigset_t& signals) {
   using Clock = std::chrono::steady_clock;
@@ -77,6 +84,17 @@ DeferInterruption::~DeferInterruption() {
   --state.num_deferrals;
   const bool is_answered = std::uncaught_exceptions() > exceptions_at_begin_;
   if (state.num_deferrals == 0 && state.requested != 0 && !is_answered) End(state.requested);
+}
+
+SayOnInterruption::SayOnInterruption(std::function<void()> say) {
+  const std::lock_guard lock(TheState().mutex);
+  CHECK(!TheState().say);
+  TheState().say = std::move(say);
+}
+
+SayOnInterruption::~SayOnInterruption() {
+  const std::lock_guard lock(TheState().mutex);
+  TheState().say = nullptr;
 }
 
 int InterruptionRequested() { return TheState().requested.load(std::memory_order_relaxed); }

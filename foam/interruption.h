@@ -2,6 +2,7 @@
 #pragma once
 
 #include <exception>
+#include <functional>
 
 namespace semfoam {
 
@@ -32,6 +33,17 @@ class DeferInterruption {
 
  private:
   const int exceptions_at_begin_;
+};
+
+// While one lives, a signal that ends the process calls `say` before it does, in the thread that
+// waits for signals: to tell what is left to do. It must not wait for other threads, nor throw. One
+// at a time (CHECK).
+class SayOnInterruption {
+ public:
+  explicit SayOnInterruption(std::function<void()> say);
+  ~SayOnInterruption();
+  SayOnInterruption(const SayOnInterruption&) = delete;
+  SayOnInterruption& operator=(const SayOnInterruption&) = delete;
 };
 
 // The signal that a DeferInterruption has held back, 0 where there was none. Costs one load: loops

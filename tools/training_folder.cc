@@ -6,6 +6,7 @@
 #include "tools/exports.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <functional>
 #include <system_error>
 #include <utility>
@@ -42,7 +43,9 @@ void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints
       "resume", &checkpoints->resume, "goes on from the newest checkpoint in the output folder");
 }
 
-TrainingFolder::TrainingFolder(const fs::path& output_path, const CheckpointOptions& options)
+TrainingFolder::TrainingFolder(const fs::path& output_path,
+                               const CheckpointOptions& options,
+                               const OptionManager& command)
     : output_path_(output_path),
       folder_(output_path / "checkpoints"),
       options_([&] {
@@ -53,6 +56,7 @@ TrainingFolder::TrainingFolder(const fs::path& output_path, const CheckpointOpti
         }
         return options;
       }()),
+      resume_command_(command.CommandLineWith(program_invocation_name, "resume", "1")),
       lock_(output_path) {}
 
 bool TrainingFolder::IsFinished() const {
@@ -110,7 +114,7 @@ void TrainingFolder::RequireSameRun(const Checkpoint& checkpoint) const {
   }
 }
 
-bool TrainingFolder::IsTrained() const {
+bool TrainingFolder::IsTrained() {
   const fs::path path = folder_ / kTrained;
   if (!options_.resume || !fs::exists(path)) return false;
   const Checkpoint checkpoint(path);
@@ -126,6 +130,7 @@ bool TrainingFolder::IsTrained() const {
                     " knows; that one, or --resume 0 to train from the beginning, would be right.");
   }
   LOG(INFO) << "Training is done already: going on with " << foam_path.string();
+  say_.emplace([this] { SayStopped("after training"); });
   return true;
 }
 
@@ -206,16 +211,22 @@ void TrainingFolder::Write(int64_t iteration, CheckpointContents contents) {
           << std::chrono::duration<double>(last_ - begin).count() << " s";
 }
 
+void TrainingFolder::SayStopped(const std::string& where) const {
+  LOG(WARNING) << "Stopped " << where << ". To go on from there: " << resume_command_;
+}
+
 void TrainingFolder::EndTraining() {
   CheckpointContents contents;
   contents.texts = identity_;
   contents.texts["result"]["scene.foam"] = ModelChecksum(output_path_ / "scene.foam");
   WriteCheckpoint(folder_ / kTrained, contents);
+  say_.emplace([this] { SayStopped("after training"); });
   std::error_code ignored;
   for (const int64_t iteration : Iterations()) fs::remove(PathOf(iteration), ignored);
 }
 
 void TrainingFolder::Finish() {
+  say_.reset();
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
 }

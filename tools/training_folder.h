@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/checkpoint.h"
+#include "foam/interruption.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
 
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,8 +34,11 @@ void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints
 //   replaced/          what a run left behind that a later one did not want to go on with
 class TrainingFolder {
  public:
-  // Throws UserError where `options` are out of range or the folder cannot be had.
-  TrainingFolder(const std::filesystem::path& output_path, const CheckpointOptions& options);
+  // `command` is the one that trains, parsed. Throws UserError where `options` are out of range or
+  // the folder cannot be had.
+  TrainingFolder(const std::filesystem::path& output_path,
+                 const CheckpointOptions& options,
+                 const OptionManager& command);
 
   const std::filesystem::path& path() const { return output_path_; }
   bool resume() const { return options_.resume; }
@@ -47,7 +52,7 @@ class TrainingFolder {
 
   // With resume: whether all of the training has been done, and scene.foam is its result. Throws
   // UserError where that was another run.
-  bool IsTrained() const;
+  bool IsTrained();
 
   // With resume: the newest checkpoint that can be read; those that cannot are told. Nothing where
   // there is none, which is said. Throws UserError, naming what differs, where it is of another
@@ -62,7 +67,10 @@ class TrainingFolder {
   // Writes one, with the identity, and removes all but the two newest. Where it cannot be written,
   // warns: training goes on, and the older ones stay.
   void Write(int64_t iteration, CheckpointContents contents);
-  // scene.foam has been written.
+  // Says that the run was stopped "after training", and how to go on.
+  void SayStopped(const std::string& where) const;
+  // scene.foam has been written. From now on, or when it IsTrained, a signal that ends the process
+  // says how to go on with what is left to be written.
   void EndTraining();
   // All has been written.
   void Finish();
@@ -78,9 +86,11 @@ class TrainingFolder {
   const std::filesystem::path output_path_;
   const std::filesystem::path folder_;  // checkpoints/
   const CheckpointOptions options_;
+  const std::string resume_command_;  // to be pasted into a shell
   const OutputLock lock_;
   CheckpointTexts identity_;
   std::vector<std::filesystem::path> unreadable_;
+  std::optional<SayOnInterruption> say_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

@@ -18,7 +18,6 @@
 #include "tools/training_options.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -132,15 +131,8 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
   return texts;
 }
 
-[[noreturn]] void Stop(const OptionManager& options, const std::string& where, int signal) {
-  LOG(WARNING) << "Stopped " << where << ". To go on from there: "
-               << options.CommandLineWith(program_invocation_name, "resume", "1");
-  throw Interruption(signal);
-}
-
 // Trains, with checkpoints. Throws Interruption where a signal has asked for it, after the last.
-TrainingSummary Train(const OptionManager& options,
-                      const TrainingScene& scene,
+TrainingSummary Train(const TrainingScene& scene,
                       const TrainingOptions& training,
                       const CheckpointTexts& texts,
                       std::unique_ptr<Checkpoint> checkpoint,
@@ -164,7 +156,9 @@ TrainingSummary Train(const OptionManager& options,
     contents.texts = texts;
     save(&contents);
     folder->Write(iteration, std::move(contents));
-    if (signal != 0) Stop(options, "after iteration " + FormatValue(iteration), signal);
+    if (signal == 0) return;
+    folder->SayStopped("after iteration " + FormatValue(iteration));
+    throw Interruption(signal);
   };
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
@@ -347,8 +341,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
 
   // A signal that comes when the last iteration has begun waits until the result is safe.
   const DeferInterruption until_written;
-  TrainingSummary summary =
-      Train(options, scene, run->training, texts, std::move(checkpoint), folder);
+  TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
   if (run->time_budget > 0) {
@@ -394,7 +387,10 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     WritePlot(output_path / "training_plot", plot);
   }
   folder->EndTraining();
-  if (const int signal = InterruptionRequested()) Stop(options, "after training", signal);
+  if (const int signal = InterruptionRequested()) {
+    folder->SayStopped("after training");
+    throw Interruption(signal);
+  }
   return model;
 }
 

@@ -6,6 +6,7 @@
 #include "foam/scratch_folder.h"
 
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -64,6 +65,39 @@ TEST_P(Signals, EndTheProcessWithoutUnfinishedFiles) {
       "^$");
   EXPECT_THAT(FilesBelow(folder.path()), UnorderedElementsAre("finished"));
   EXPECT_TRUE(fs::is_empty(folder / "b"));
+}
+
+TEST(Interruption, TellsWhatIsLeftToDoBeforeItEnds) {
+  const TempFolder folder;
+  EXPECT_EXIT(
+      {
+        HandleInterruptions();
+        {
+          const SayOnInterruption done([] { std::fputs("this is done\n", stderr); });
+        }
+        const SayOnInterruption say([] { std::fputs("there is more to do\n", stderr); });
+        const OutputFile file(folder / "unfinished.vdb");
+        Send(SIGINT);
+        WaitForTheEnd();
+      },
+      ExitedWithCode(130),
+      "^there is more to do\n$");
+  EXPECT_THAT(FilesBelow(folder.path()), IsEmpty());
+  // Who holds signals back says it himself.
+  EXPECT_EXIT(
+      {
+        HandleInterruptions();
+        const SayOnInterruption say([] { std::fputs("there is more to do\n", stderr); });
+        try {
+          const DeferInterruption until_safe;
+          SendAndAwait(SIGTERM);
+          throw Interruption(SIGTERM);
+        } catch (const Interruption& interruption) {
+          ::_exit(interruption.ExitCode());
+        }
+      },
+      ExitedWithCode(143),
+      "^$");
 }
 
 TEST(Interruption, LeavesNothingOfThreadsThatWriteManyFiles) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The program is stopped in the midst of its work, by what stops programs, and goes on.
+#include <algorithm>
 #include <csignal>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/tools/stopped_training.h"
 
@@ -141,6 +144,41 @@ TEST_F(Resume, AnExportThatIsStoppedGoesOnWithoutTraining) {
   EXPECT_TRUE(ReadFile(output / "scene.foam") == foam_);
   EXPECT_TRUE(fs::exists(output / "scene.vdb"));
   EXPECT_FALSE(fs::exists(output / "checkpoints"));
+}
+
+// What is left to do after training is one command as well, which trains nothing.
+TEST_F(Resume, TheCommandThatASignalLeavesAfterTrainingExports) {
+  const TempFolder folder;
+  const fs::path output = folder / "it's \"out\"";
+  std::vector<std::string> segmenter = Trainer(Workspace(), output, {"--formats", "vdb,ply"});
+  segmenter[0] = "automatic_segmenter";
+  segmenter.insert(segmenter.end(), {"--workspace_path", Workspace().string()});
+  Outcome stopped;
+  {
+    Running running(segmenter);
+    ASSERT_TRUE(running.WaitUntil([&] { return fs::exists(output / "objects"); }));
+    stopped = running.End(SIGINT);
+  }
+  EXPECT_EQ(stopped.exit_code, 130);
+  EXPECT_FALSE(fs::exists(output / "labels.json")) << "too late to be a test";
+  const std::string before = "WARNING: Stopped after training. To go on from there: ";
+  const size_t at = stopped.err.find(before);
+  ASSERT_NE(at, std::string::npos) << stopped.err;
+  WriteFile(folder / "command", stopped.err.substr(at + before.size()));
+  const Outcome resumed = RunProgram("/bin/sh", {(folder / "command").string()});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("Training is done already"));
+  EXPECT_THAT(resumed.err, Not(HasSubstr("iteration ")));
+
+  segmenter[std::find(segmenter.begin(), segmenter.end(), output.string()) - segmenter.begin()] =
+      (folder / "whole").string();
+  ASSERT_EQ(RunSemfoam(segmenter).exit_code, 0);
+  const auto files = FilesBelow(folder / "whole");
+  EXPECT_THAT(FilesBelow(output), ::testing::UnorderedElementsAreArray(files));
+  for (const std::string& file : files) {
+    if (file.starts_with("training_")) continue;  // times
+    EXPECT_TRUE(ReadFile(output / file) == ReadFile(folder / "whole" / file)) << file;
+  }
 }
 
 TEST_F(Resume, KeepsTheScheduleOfATimeBudget) {

@@ -49,7 +49,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
 
-  TrainingFolder folder(output_path, checkpoints);
+  TrainingFolder folder(output_path, checkpoints, options);
   if (folder.IsFinished()) return;
   const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
   const ExportableScene scene =

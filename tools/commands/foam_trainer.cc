@@ -26,7 +26,7 @@ void RunFoamTrainer(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, &run);
 
-  TrainingFolder folder(output_path, checkpoints);
+  TrainingFolder folder(output_path, checkpoints, options);
   if (folder.IsFinished()) return;
   RequireOneFrame({}, output_path, {});
   const Model model = TrainAndWrite(options, &folder, &run);

@@ -90,7 +90,8 @@ HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
                  !hn::AllFalse(f, hn::And(sure, is_nearest)))) {
     return {hn::GetLane(nearest), next};
   }
-  if (hn::GetLane(nearest) == std::numeric_limits<float>::infinity() && WalkView<float>(geometry).IsOpen(cell)) {
+  if (hn::GetLane(nearest) == std::numeric_limits<float>::infinity() &&
+      WalkView<float>(geometry).IsOpen(cell)) {
     return {};
   }
   return FindExitInDouble(geometry, cell, origin, direction);

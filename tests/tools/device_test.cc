@@ -20,8 +20,10 @@ struct Quality {
 Outcome TrainAndScore(const TempFolder& folder, const std::string& device, Quality* quality) {
   const std::string output = folder / device;
   const Outcome trained = RunSemfoam(TinyTraining({"foam_trainer",
-                                                   "--workspace_path",
-                                                   kTabletop.string(),
+                                                   "--image_path",
+                                                   (kTabletop / "images").string(),
+                                                   "--input_path",
+                                                   (kTabletop / "sparse" / "0").string(),
                                                    "--output_path",
                                                    output,
                                                    "--device",

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/ply_header.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace semfoam {
@@ -31,17 +32,10 @@ class PlyFile {
   std::vector<double> Values(const std::string& element, const std::string& property) const;
 
  private:
-  struct Property {
-    std::string name;
-    std::string type;
-    size_t offset = 0;  // in the record
-  };
-  struct Element {
-    std::string name;
-    uint64_t count = 0;
-    size_t stride = 0;  // bytes of a record
-    size_t begin = 0;   // of the first record in `bytes_`
-    std::vector<Property> properties;
+  struct Element : PlyElement {
+    size_t stride = 0;            // bytes of a record
+    size_t begin = 0;             // of the first record in `bytes_`
+    std::vector<size_t> offsets;  // [properties] in the record
   };
   const Element* Find(const std::string& element) const;
 

@@ -223,12 +223,12 @@ ScenePlan PlanScene(const SceneOptions& options) {
   } else {
     plan.masks = PairMasks(plan.mask_folder, names);
   }
+  plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
   if (options.use_masks && plan.mask_folder.empty() && plan.labels_are_given) {
     throw UserError(options.labels_path.string(),
                     ": names labels, while there are no masks: neither object_mask/ nor "
                     "Annotations/ is beside the photos; --mask_path would name their folder.");
   }
-  plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
   plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
   plan.lenses = LensOfPhotos(model, plan.photos);

@@ -16,10 +16,11 @@ struct TriangleMesh {
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-// Reads .obj, .off, .ply and .stl (CGAL, which keeps doubles and faces that are not manifold) and
-// .om (OpenMesh). Faces with more corners are cut into a fan. Throws UserError when the file cannot
-// be read, is of another kind, has a face with a corner that is no vertex or no finite number, or
-// has no face with an area.
+// Reads .ply (ReadPlyMesh), .om (ReadOmMesh), .obj, .off and .stl (CGAL, which keeps doubles and
+// faces that are not manifold), with memory in proportion to the file, whatever it promises. Faces
+// with more corners are cut into a fan. Throws UserError when the file cannot be read, is of
+// another kind, has a face with a corner that is no vertex or no finite number, or has no face with
+// an area.
 TriangleMesh ReadTriangleMesh(const std::filesystem::path& path);
 
 // The vertices of a .ply with or without faces. Throws UserError when there are none.

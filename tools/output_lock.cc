@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <glog/logging.h>
@@ -14,7 +15,14 @@
 
 namespace semfoam {
 
-OutputLock::OutputLock(const std::filesystem::path& folder) {
+namespace fs = std::filesystem;
+
+OutputLock::OutputLock(const fs::path& folder) {
+  std::error_code ignored;
+  for (fs::path path = fs::absolute(folder).lexically_normal(); !fs::exists(path, ignored);
+       path = path.parent_path()) {
+    made_.push_back(path);
+  }
   RequireWritableFolder(folder);
   folder_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_ >= 0 && ::flock(folder_, LOCK_EX | LOCK_NB) == 0) return;
@@ -31,6 +39,8 @@ OutputLock::OutputLock(const std::filesystem::path& folder) {
 }
 
 OutputLock::~OutputLock() {
+  std::error_code not_empty;
+  for (const fs::path& path : made_) fs::remove(path, not_empty);
   if (folder_ >= 0) ::close(folder_);
 }
 

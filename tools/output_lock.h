@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 namespace semfoam {
 
@@ -14,12 +15,14 @@ class OutputLock {
   // Makes the folder if it is missing. Throws UserError, naming it, where nothing can be written
   // there, or another process has the right. Warns where the file system has no locks, and goes on.
   explicit OutputLock(const std::filesystem::path& folder);
+  // Removes what it made and nobody wrote into: bad input leaves nothing.
   ~OutputLock();
   OutputLock(const OutputLock&) = delete;
   OutputLock& operator=(const OutputLock&) = delete;
 
  private:
-  int folder_ = -1;  // descriptor
+  std::vector<std::filesystem::path> made_;  // the deepest first
+  int folder_ = -1;                          // descriptor
 };
 
 }  // namespace semfoam

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tests/bad_input/bad_input.h"
+#include "tests/small_files.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -16,30 +17,6 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-
-void WriteSmallFoam(const fs::path& folder) {
-  Model model;
-  Foam& foam = model.foam;
-  foam.sh_degree = 0;
-  foam.num_classes = 2;
-  for (int i = 0; i < 3; ++i) {
-    foam.positions.push_back(Eigen::Vector3f(0.5f, 1, 2) * static_cast<float>(i));
-    foam.raw_density.push_back(1);
-  }
-  foam.sh.assign(9, 0.25f);
-  foam.identity.assign(3 * kIdentityDim, 0.5f);
-  foam.classifier_weight.assign(2 * kIdentityDim, -1);
-  foam.classifier_bias.assign(2, 0);
-  model.labels = {{0, 0, ""}, {7, 9, "mug"}};
-  PhotoRecord photo;
-  photo.name = "a.jpg";
-  photo.camera_model = "PINHOLE";
-  photo.width = 64;
-  photo.height = 48;
-  photo.camera_params = {50, 50, 32, 24};
-  model.photos = {photo};
-  WriteModel(folder / "scene.foam", model);
-}
 
 // A spoiler: the file is changed and gets the checksum of what it is then.
 auto Resealed(const std::function<void(std::string&)>& change) {
@@ -128,20 +105,20 @@ TEST(BadInput, SceneFoam) {
        "IN/scene.foam: its header is damaged (key 'sites' not found); train it again."},
       {"2^60 sites",
        Header("\"sites\": 3", "\"sites\": " + huge),
-       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 156); train it again."},
+       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 210); train it again."},
       {"4 sites",
        Header("\"sites\": 3", "\"sites\": 4"),
        "IN/scene.foam: it is damaged (array 'positions' has another size than the header says); "
        "train it again."},
       {"1e300 sites",
        Header("\"sites\": 3", "\"sites\": 1e300"),
-       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 155); train it again."},
+       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 209); train it again."},
       {"-1 sites",
        Header("\"sites\": 3", "\"sites\": -1"),
-       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 155); train it again."},
+       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 208); train it again."},
       {"sites are a text",
        Header("\"sites\": 3", "\"sites\": \"3\""),
-       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 155); train it again."},
+       "IN/scene.foam: it is damaged (its 'sites' is not 0 to 208); train it again."},
       {"SH degree 4",
        Header("\"sh_degree\": 0", "\"sh_degree\": 4"),
        "IN/scene.foam: it is damaged (its 'sh_degree' is not 0 to 3); train it again."},
@@ -184,16 +161,16 @@ TEST(BadInput, SceneFoam) {
        "IN/scene.foam: it is damaged (its 'width' is not 1 to 1000000); train it again."},
       {"rotation of length 2",
        Header("1.0,\n    0.0,\n    0.0,\n    0.0", "2,0,0,0"),
-       "IN/scene.foam: it is damaged (the rotation of photo 'a.jpg' has another length than 1); "
+       "IN/scene.foam: it is damaged (the rotation of photo 'a/b.jpg' has another length than 1); "
        "train it again."},
       {"offset beyond the end",
        Header("\"offset\": 0", "\"offset\": " + huge),
-       "IN/scene.foam: it is damaged (its 'offset' is not 0 to 1882); train it again."},
+       "IN/scene.foam: it is damaged (its 'offset' is not 0 to 2522); train it again."},
       {"offset -64",
        Header("\"offset\": 0", "\"offset\": -64"),
-       "IN/scene.foam: it is damaged (its 'offset' is not 0 to 1866); train it again."},
+       "IN/scene.foam: it is damaged (its 'offset' is not 0 to 2506); train it again."},
       {"offset in the last array",
-       Header("\"offset\": 0", "\"offset\": 600"),
+       Header("\"offset\": 0", "\"offset\": 1200"),
        "IN/scene.foam: it is damaged (array 'positions' reaches beyond the end of the file); train "
        "it again."},
       {"another type",
@@ -206,12 +183,15 @@ TEST(BadInput, SceneFoam) {
       {"a number that is none",
        Resealed([](auto& b) {
          const float nan = std::numeric_limits<float>::quiet_NaN();
-         std::memcpy(&b[b.size() - 64], &nan, 4);
+         std::memcpy(&b[b.size() - 64], &nan, 4);  // the last array
        }),
-       "IN/scene.foam: it is damaged (array 'classifier_bias' holds a number that is not finite); "
+       "IN/scene.foam: it is damaged (array 'stopped' holds a number that is not finite); "
        "train it again."},
   };
-  ExpectSentences(cases, WriteSmallFoam, [](const fs::path& f) { ReadModel(f / "scene.foam"); });
+  ExpectSentences(
+      cases,
+      [](const fs::path& f) { WriteModel(f / "scene.foam", SmallFoam(0)); },
+      [](const fs::path& f) { ReadModel(f / "scene.foam"); });
 }
 
 }  // namespace

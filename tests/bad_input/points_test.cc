@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad PLY of Radiant Foam, meshes and lists of points.
-#include "export/byte_writer.h"
 #include "export/radiant_foam_ply.h"
 #include "tools/mesh_distance.h"
 
@@ -9,6 +8,7 @@
 #include <limits>
 
 #include "tests/bad_input/bad_input.h"
+#include "tests/small_files.h"
 
 namespace semfoam {
 namespace {
@@ -18,27 +18,7 @@ namespace fs = std::filesystem;
 constexpr size_t kSiteBytes = 3 * 4 + 3 + 4 + 4;
 
 void WriteRadiantFoam(const fs::path& folder) {
-  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex 3\n";
-  for (const char* name : {"float x",
-                           "float y",
-                           "float z",
-                           "uchar red",
-                           "uchar green",
-                           "uchar blue",
-                           "float density",
-                           "uint adjacency_offset"}) {
-    ply += std::string("property ") + name + "\n";
-  }
-  ply += "element adjacency 2\nproperty uint adjacency\nend_header\n";
-  for (const float x : {0.f, 1.f, 2.f}) {
-    for (const float value : {x, -x, 1.f}) AppendBinary(value, &ply);
-    ply += "abc";
-    AppendBinary(0.5f, &ply);
-    AppendBinary(uint32_t{x > 0 ? 2u : 1u}, &ply);
-  }
-  AppendBinary(uint32_t{1}, &ply);
-  AppendBinary(uint32_t{0}, &ply);
-  WriteFile(folder / "a.ply", ply);
+  WriteFile(folder / "a.ply", SmallRadiantFoam("3", 0));
 }
 
 // A spoiler: a value in the data, `back` bytes before the end.
@@ -210,6 +190,181 @@ TEST(BadInput, Meshes) {
       cases,
       [&](const fs::path& f) { WriteFile(f / "a.obj", vertices + "f 1 2 3\n"); },
       [](const fs::path& f) { ReadTriangleMesh(f / "a.obj"); });
+  const std::string unreadable =
+      ": cannot be read as a mesh; .obj, .ply, .off, .stl and .om files can, where they are "
+      "complete.";
+  const std::string rest = "0 0 0\n1 0 0\n0 1 0\n";
+  const std::vector<BadInput> promising = {
+      {"4e9 vertices", Put("a.off", "OFF\n4000000000 1 0\n" + rest + "3 0 1 2\n"), ""},
+      {"4e9 faces", Put("a.off", "OFF\n3 4000000000 0\n" + rest + "3 0 1 2\n"), ""},
+      {"4e9 corners", Put("a.off", "OFF\n3 1 0\n" + rest + "4000000000 0 1 2\n"), ""},
+  };
+  for (BadInput bad : promising) {
+    bad.sentence = "IN/a.off" + unreadable;
+    ExpectSentences(
+        {bad}, [](auto&) {}, [](const fs::path& f) { ReadTriangleMesh(f / "a.off"); });
+  }
+}
+
+TEST(BadInput, MeshesInPly) {
+  const auto put = [](const std::string& format, uint32_t corners) {
+    return Put("a.ply", SmallPlyMesh(format, corners));
+  };
+  const auto change = [](const std::string& from, const std::string& to) {
+    return Replace("a.ply", from, to);
+  };
+  const std::vector<BadInput> cases = {
+      {"empty",
+       Put("a.ply", ""),
+       "IN/a.ply: is no PLY file: it does not begin with 'ply'; a PLY of points or faces would be "
+       "right."},
+      {"no format",
+       change("format ascii 1.0\n", ""),
+       "IN/a.ply: is a PLY of format none; ascii, binary_little_endian and binary_big_endian are "
+       "what can be read."},
+      {"another format",
+       change("ascii", "utf8"),
+       "IN/a.ply: is a PLY of format utf8; ascii, binary_little_endian and binary_big_endian are "
+       "what can be read."},
+      {"2^32 - 1 corners in text",
+       put("ascii", 0xffffffff),
+       "IN/a.ply: has a list of 4294967295 vertex_indices, of which at most 7 can follow; is it "
+       "damaged?"},
+      {"2^32 - 1 corners",
+       put("binary_little_endian", 0xffffffff),
+       "IN/a.ply: has a list of 4294967295 vertex_indices, of which at most 3 can follow; is it "
+       "damaged?"},
+      {"2^32 - 1 corners, the other end first",
+       put("binary_big_endian", 0xffffffff),
+       "IN/a.ply: has a list of 4294967295 vertex_indices, of which at most 3 can follow; is it "
+       "damaged?"},
+      {"4 corners of which there are 3",
+       put("binary_little_endian", 4),
+       "IN/a.ply: has a list of 4 vertex_indices, of which at most 3 can follow; is it damaged?"},
+      {"-1 corners",
+       change("\n3 0 1 2", "\n-1 0 1 2"),
+       "IN/a.ply: has a list of -1 vertex_indices, of which at most 7 can follow; is it damaged?"},
+      {"2.5 corners",
+       change("\n3 0 1 2", "\n2.5 0 1 2"),
+       "IN/a.ply: has a list of 2.5 vertex_indices, of which at most 7 can follow; is it damaged?"},
+      {"a list of as many as a fraction says",
+       change("list uint", "list float"),
+       "IN/a.ply: has a line in its header that is not understood, 'property list float int "
+       "vertex_indices'; 'element NAME COUNT', 'property TYPE NAME', each name once, would be "
+       "right."},
+      {"2^60 vertices",
+       change("vertex 3", "vertex 1152921504606846976"),
+       "IN/a.ply: ends too early: its header says 1152921504606846976 of vertex, of which there "
+       "are "
+       "4; is the copy complete?"},
+      {"2^60 faces",
+       change("face 1", "face 1152921504606846976"),
+       "IN/a.ply: ends too early: its header says 1152921504606846976 of face, of which there are "
+       "1; is the copy complete?"},
+      {"a word",
+       change("0 1 0", "0 one 0"),
+       "IN/a.ply: has 'one' where a number should be, y of vertex; is it damaged?"},
+      {"no height",
+       change("float z", "float height"),
+       "IN/a.ply: has no property z of vertex, which should be there; is it of another program?"},
+      {"no corners",
+       change("vertex_indices", "corners"),
+       "IN/a.ply: has no list vertex_indices of face, which should be there; is it of another "
+       "program?"},
+      {"corners that are no list",
+       change("list uint int", "int"),
+       "IN/a.ply: has no list vertex_indices of face, which should be there; is it of another "
+       "program?"},
+      {"a corner beyond the vertices",
+       change("0 1 2", "0 1 3"),
+       "IN/a.ply: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"a corner before them",
+       change("0 1 2", "0 1 -1"),
+       "IN/a.ply: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"a corner between them",
+       change("0 1 2", "0 1 1.5"),
+       "IN/a.ply: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"a vertex without end",
+       change("0 1 0", "0 1 inf"),
+       "IN/a.ply: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"no faces",
+       change("face 1", "face 0"),
+       "IN/a.ply: has no face with an area; a mesh with a surface is needed."},
+  };
+  ExpectSentences(
+      cases,
+      [](const fs::path& f) { WriteFile(f / "a.ply", SmallPlyMesh("ascii")); },
+      [](const fs::path& f) { ReadTriangleMesh(f / "a.ply"); });
+}
+
+TEST(BadInput, MeshesInOm) {
+  const auto change = [](const std::string& from, const std::string& to) {
+    return Replace("a.om", from, to);
+  };
+  const std::string not_closed =
+      "IN/a.om: has a face whose edges do not close; is the file damaged?";
+  const std::vector<BadInput> cases = {
+      {"empty",
+       Put("a.om", ""),
+       "IN/a.om: is no OpenMesh file: it does not begin with 'OM'; an .om file of mesh_exporter's, "
+       "or of OpenMesh's, would be right."},
+      {"2^32 - 1 vertices",
+       Put("a.om", SmallOmMesh(0xffffffff, 1, 3)),
+       "IN/a.om: ends too early: its header says 4294967295 vertices, 1 faces and 3 edges; is the "
+       "copy complete?"},
+      {"2^32 - 1 faces",
+       Put("a.om", SmallOmMesh(3, 0xffffffff, 3)),
+       "IN/a.om: ends too early: its header says 3 vertices, 4294967295 faces and 3 edges; is the "
+       "copy complete?"},
+      {"2^32 - 1 edges",
+       Put("a.om", SmallOmMesh(3, 1, 0xffffffff)),
+       "IN/a.om: ends too early: its header says 3 vertices, 1 faces and 4294967295 edges; is the "
+       "copy complete?"},
+      {"cut",
+       CutTo("a.om", 60),
+       "IN/a.om: ends too early: its header says 3 vertices, 1 faces and 3 edges; is the copy "
+       "complete?"},
+      {"cut between its parts",
+       CutTo("a.om", 16 + 2 + 72),
+       "IN/a.om: ends too early: its header says 3 vertices, 1 faces and 3 edges; is the copy "
+       "complete?"},
+      {"a part of another kind",
+       change(std::string("\x00\x56", 2), std::string("\xa0\x56", 2)),
+       "IN/a.om: has a part that is not understood (entity 0, type 5); is the file damaged?"},
+      {"positions in the plane",
+       change(std::string("\x00\x56", 2), std::string("\x00\x4e", 2)),
+       "IN/a.om: has a part that is not understood (entity 0, type 0); is the file damaged?"},
+      {"edges in a circle beside the first",
+       change(std::string("\x04\x02\x00", 3), std::string("\x02\x02\x00", 3)),
+       not_closed},
+      {"an edge that is none",
+       change(std::string("\x04\x02\x00", 3), std::string("\x06\x02\x00", 3)),
+       not_closed},
+      {"a face without edges", change("\xe8\x06\x04", "\xe8\x06\xff"), not_closed},
+      {"a corner beyond the vertices",
+       change(std::string("\x04\x02\x00", 3), std::string("\x04\x03\x00", 3)),
+       "IN/a.om: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"a corner before them",
+       change(std::string("\x04\x02\x00", 3), std::string("\x04\xff\x00", 3)),
+       "IN/a.om: a face has a corner that is no vertex of the file with finite coordinates; is it "
+       "complete?"},
+      {"a property longer than the file",
+       change("int32_t\x0c", "int32_t\xff"),
+       "IN/a.om: ends too early: its header says 3 vertices, 1 faces and 3 edges; is the copy "
+       "complete?"},
+  };
+  ExpectSentences(
+      cases,
+      [](const fs::path& f) { WriteFile(f / "a.om", SmallOmMesh()); },
+      [](const fs::path& f) { ReadTriangleMesh(f / "a.om"); });
+}
+
+TEST(BadInput, PointsInPly) {
   const std::vector<BadInput> points = {
       {"missing",
        Remove("a.ply"),
@@ -218,25 +373,31 @@ TEST(BadInput, Meshes) {
       {"a pipe", MakePipe("a.ply"), "IN/a.ply: is a pipe, where a list of points should be."},
       {"empty",
        Put("a.ply", ""),
-       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+       "IN/a.ply: is no PLY file: it does not begin with 'ply'; a PLY of points or faces would be "
+       "right."},
       {"2^60 points",
        Put("a.ply",
            "ply\nformat ascii 1.0\nelement vertex 1152921504606846976\nproperty double x\nproperty "
            "double y\nproperty double z\nend_header\n0 0 0\n"),
-       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+       "IN/a.ply: ends too early: its header says 1152921504606846976 of vertex, of which there "
+       "are "
+       "1; is the copy complete?"},
       {"a property of no element",
        Put("a.ply", "ply\nformat ascii 1.0\nproperty double x\nend_header\n0 0 0\n"),
-       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+       "IN/a.ply: has a line in its header that is not understood, 'property double x'; 'element "
+       "NAME COUNT', 'property TYPE NAME', each name once, would be right."},
       {"no points",
        Put("a.ply",
            "ply\nformat ascii 1.0\nelement vertex 0\nproperty double x\nproperty double "
            "y\nproperty double z\nend_header\n"),
-       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed, all "
+       "of them with finite coordinates."},
       {"nan",
        Put("a.ply",
            "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double "
            "y\nproperty double z\nend_header\nnan 0 0\n"),
-       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed."},
+       "IN/a.ply: is no list of points that can be read; a .ply file with vertices is needed, all "
+       "of them with finite coordinates."},
   };
   ExpectSentences(points, WriteRadiantFoam, [](const fs::path& f) { ReadPlyPoints(f / "a.ply"); });
 }

@@ -6,7 +6,6 @@
 #include "plugin/colmap_model_formats.h"
 
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include "tests/plugin/small_model.h"
 #include "tests/plugin/test_util.h"
+#include "tests/small_files.h"
 
 namespace semfoam {
 namespace {
@@ -21,11 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kBetween[] = "--8<--\n";
-
-template <typename T>
-void Append(T value, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
 
 std::string Together(const std::vector<std::string>& parts) {
   std::string input;
@@ -61,7 +56,7 @@ void WriteModels(const fs::path& folder) {
   WriteFile(folder / "colmap_binary" / "seed_odd", Together(Encoded(odd, true)));
   WriteFile(folder / "colmap_text" / "seed_odd", Together(Encoded(odd, false)));
   std::string count;
-  Append(uint64_t{1} << 60, &count);
+  AppendBinary(uint64_t{1} << 60, &count);
   for (size_t file = 0; file < 5; ++file) {
     std::vector<std::string> parts = Encoded(SmallModel(true), true);
     parts[file].replace(0, 8, count);
@@ -120,40 +115,10 @@ void WriteMasks(const fs::path& folder) {
   WriteFile(folder / "mask_png" / "packed_rgb", rows);
 }
 
-Model SmallFoam() {
-  Model model;
-  Foam& foam = model.foam;
-  foam.sh_degree = 1;
-  foam.num_classes = 2;
-  for (int i = 0; i < 3; ++i) {
-    foam.positions.push_back(Eigen::Vector3f(0.5f, 1, 2) * static_cast<float>(i));
-    foam.raw_density.push_back(1);
-  }
-  foam.sh.assign(3 * foam.ShStride(), 0.25f);
-  foam.identity.assign(3 * kIdentityDim, 0.5f);
-  foam.classifier_weight.assign(2 * kIdentityDim, -1);
-  foam.classifier_bias.assign(2, 0);
-  model.statistics.contribution.assign(3, 1);
-  model.statistics.mean_color.assign(3, {0.5f, 0.5f, 0.5f});
-  model.statistics.passed.assign(3, 1);
-  model.statistics.stopped.assign(3, 1);
-  model.labels = {{0, 0, ""}, {7, 0x123456, "mug"}};
-  PhotoRecord photo;
-  photo.name = "a/b.jpg";
-  photo.camera_model = "PINHOLE";
-  photo.width = 64;
-  photo.height = 48;
-  photo.camera_params = {50, 50, 32, 24};
-  photo.held_out = true;
-  model.photos = {photo};
-  model.options = {{"num_rays", "100"}};
-  return model;
-}
-
 void WriteFoams(const fs::path& folder) {
   const fs::path file = folder / "model_file" / "seed";
   fs::create_directories(file.parent_path());
-  WriteModel(file, SmallFoam());
+  WriteModel(file, SmallFoam(1));
   std::string bytes = ReadFile(file);
   bytes.resize(bytes.size() - 8);
   WriteFile(file, bytes);
@@ -172,36 +137,11 @@ void WriteFoams(const fs::path& folder) {
   WriteFile(folder / "model_file" / "huge_header", header);
 }
 
-std::string RadiantFoam(const std::string& num_sites) {
-  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " + num_sites + "\n";
-  for (const char* name : {"float x",
-                           "float y",
-                           "float z",
-                           "uchar red",
-                           "uchar green",
-                           "uchar blue",
-                           "float density",
-                           "uint adjacency_offset"}) {
-    ply += std::string("property ") + name + "\n";
-  }
-  for (int k = 0; k < 9; ++k) ply += "property float color_sh_" + std::to_string(k) + "\n";
-  ply += "element adjacency 2\nproperty uint adjacency\nend_header\n";
-  for (const float x : {0.f, 1.f, 2.f}) {
-    for (const float value : {x, -x, 1.f}) Append(value, &ply);
-    ply += "abc";
-    Append(0.5f, &ply);
-    Append(uint32_t{x > 0 ? 2u : 1u}, &ply);
-    for (int k = 0; k < 9; ++k) Append(0.125f, &ply);
-  }
-  Append(uint32_t{1}, &ply);
-  Append(uint32_t{0}, &ply);
-  return ply;
-}
-
 void WriteTexts(const fs::path& folder) {
-  WriteFile(folder / "radiant_foam_ply" / "seed", RadiantFoam("3"));
-  WriteFile(folder / "radiant_foam_ply" / "huge_count", RadiantFoam("1152921504606846976"));
-  WriteFile(folder / "radiant_foam_ply" / "huge_product", RadiantFoam("18446744073709551615"));
+  WriteFile(folder / "radiant_foam_ply" / "seed", SmallRadiantFoam("3", 9));
+  WriteFile(folder / "radiant_foam_ply" / "huge_count", SmallRadiantFoam("1152921504606846976", 9));
+  WriteFile(folder / "radiant_foam_ply" / "huge_product",
+            SmallRadiantFoam("18446744073709551615", 9));
 
   const std::string nested(100'000, '[');
   WriteFile(folder / "label_names" / "seed",
@@ -246,16 +186,31 @@ void WriteMeshes(const fs::path& folder) {
       "pply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
       "property float y\nproperty float z\n" +
       faces;
-  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) Append(x, &binary);
+  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) AppendBinary(x, &binary);
   binary += '\3';
-  for (const int32_t corner : {0, 1, 2}) Append(corner, &binary);
+  for (const int32_t corner : {0, 1, 2}) AppendBinary(corner, &binary);
   WriteFile(folder / "mesh" / "ply_binary", binary);
   std::string stl = "s" + std::string(80, ' ');
-  Append(uint32_t{1}, &stl);
+  AppendBinary(uint32_t{1}, &stl);
   for (const float x : {0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f})
-    Append(x, &stl);
-  Append(uint16_t{0}, &stl);
+    AppendBinary(x, &stl);
+  AppendBinary(uint16_t{0}, &stl);
   WriteFile(folder / "mesh" / "stl", stl);
+
+  // What CGAL makes room for.
+  constexpr uint32_t kHuge = 0xf0000000;
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    WriteFile(folder / "mesh" / ("huge_list_" + std::string(format)),
+              "p" + SmallPlyMesh(format, kHuge));
+  }
+  const std::string rest = "0 0 0\n1 0 0\n0 1 0\n";
+  WriteFile(folder / "mesh" / "huge_off_vertices", "fOFF\n4000000000 1 0\n" + rest + "3 0 1 2\n");
+  WriteFile(folder / "mesh" / "huge_off_faces", "fOFF\n3 4000000000 0\n" + rest + "3 0 1 2\n");
+  WriteFile(folder / "mesh" / "huge_off_corners", "fOFF\n3 1 0\n" + rest + "4000000000 0 1 2\n");
+  WriteFile(folder / "mesh" / "om", "m" + SmallOmMesh());
+  WriteFile(folder / "mesh" / "huge_om_vertices", "m" + SmallOmMesh(kHuge, 1, 3));
+  WriteFile(folder / "mesh" / "huge_om_faces", "m" + SmallOmMesh(3, kHuge, 3));
+  WriteFile(folder / "mesh" / "huge_om_edges", "m" + SmallOmMesh(3, 1, kHuge));
 }
 
 }  // namespace

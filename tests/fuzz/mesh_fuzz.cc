@@ -7,7 +7,7 @@
 #include "tests/fuzz/fuzz_input.h"
 
 // Meshes and points as mesh_evaluator takes them; the first byte of an input is the format. CGAL
-// and OpenMesh read them, whose code is not instrumented but for its templates.
+// reads .obj, .off and .stl, whose code is not instrumented but for its templates.
 namespace semfoam {
 
 const double kLargestBlockPerByte = 1000;
@@ -37,7 +37,7 @@ class NamedFile {
 
  private:
   inline static const std::map<char, std::string> kExtensions = {
-      {'p', ".ply"}, {'o', ".obj"}, {'f', ".off"}, {'s', ".stl"}};
+      {'p', ".ply"}, {'o', ".obj"}, {'f', ".off"}, {'s', ".stl"}, {'m', ".om"}};
   std::filesystem::path folder_;
   MemoryFile file_;
 };

@@ -443,8 +443,7 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   options = workspace.Options();
   options.labels_path = root / "no.json";
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
-  fs::remove_all(root / "object_mask");
-  fs::remove_all(root / "Annotations");
+  WriteFile(root / "no.json", R"({"labels": {"7": "mug"}})");
   EXPECT_EQ(
       SceneErrorOf(options),
       (root / "no.json").string() +

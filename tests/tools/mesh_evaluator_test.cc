@@ -4,8 +4,13 @@
 #include "foam/model.h"
 
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/export/test_foams.h"
+#include "tests/small_files.h"
+#include "tests/tools/peak_memory.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -157,6 +162,37 @@ TEST_F(MeshEvaluator, ATransformBringsMeshesToTheirReferences) {
   const json scores = Scores({"--transform", "2 0 0 1 0 2 0 0 0 0 2 0"}, "out", "moved");
   const json plain = Scores({})["objects"]["mug"];
   EXPECT_NEAR(scores["mean"]["f_score"][1].get<double>(), plain["f_score"][1].get<double>(), 2e-3);
+}
+
+// Small files whose counts promise what would take gigabytes.
+TEST_F(MeshEvaluator, CountsOfAFileTakeNoMemory) {
+  constexpr uint32_t kHuge = 0xf0000000;
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    files.emplace_back(std::string(format) + ".ply", SmallPlyMesh(format, kHuge));
+  }
+  const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
+  files.emplace_back("vertices.off", "OFF\n400000000 1 0\n" + vertices + "3 0 1 2\n");
+  files.emplace_back("faces.off", "OFF\n3 400000000 0\n" + vertices + "3 0 1 2\n");
+  files.emplace_back("corners.off", "OFF\n3 1 0\n" + vertices + "400000000 0 1 2\n");
+  const std::string om = ReadFile(folder_ / "out/objects/7_mug.om");
+  for (const auto& [name, at] : {std::pair("vertices", 4), {"faces", 8}, {"edges", 12}}) {
+    std::string huge;
+    AppendBinary(kHuge / 4, &huge);
+    files.emplace_back(std::string(name) + ".om", std::string(om).replace(at, huge.size(), huge));
+  }
+  for (const auto& [name, bytes] : files) {
+    SCOPED_TRACE(name);
+    WriteFile(folder_ / name, bytes);
+    const MeasuredRun run = MeasureSemfoam({"mesh_evaluator",
+                                            "--mesh_path",
+                                            (folder_ / name).string(),
+                                            "--reference_path",
+                                            (folder_ / "truth/mug.obj").string()},
+                                           /*memory_limit=*/int64_t{4} << 30);
+    ExpectRefused(run.outcome, name + ": ");
+    EXPECT_LT(run.peak_bytes, int64_t{400} << 20);
+  }
 }
 
 TEST_F(MeshEvaluator, BadInputIsOneSentence) {

@@ -6,6 +6,8 @@
 #include "plugin/colmap_model.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <fstream>
 #include <optional>
 #include <sstream>
 
@@ -71,6 +73,15 @@ class ColmapPipelineTest : public testing::Test {
              Workspace() / "segmentation_labels",
              fs::copy_options::recursive);
 
+    // Of the same photos COLMAP makes one model or another: in one run of some dozens its mapper
+    // begins with a pair from which it gets no farther.
+    for (int attempt = 0; attempt < 3 && NumRegistered() < 13; ++attempt) MakeModel();
+  }
+
+  static void MakeModel() {
+    fs::remove(Workspace() / "database.db");
+    fs::remove_all(Workspace() / "sparse");
+    fs::create_directories(Workspace() / "sparse");
     const std::string database = (Workspace() / "database.db").string();
     const std::string images = (Workspace() / "images").string();
     Colmap({"feature_extractor",
@@ -84,6 +95,8 @@ class ColmapPipelineTest : public testing::Test {
             "266.7,160,120,0",
             "--SiftExtraction.use_gpu",
             "0",
+            "--SiftExtraction.num_threads",
+            "1",
             "--SiftExtraction.max_num_features",
             "1500"});
     Colmap({"sequential_matcher",
@@ -121,7 +134,15 @@ class ColmapPipelineTest : public testing::Test {
             "0.1"});
   }
   static void TearDownTestSuite() { delete folder_; }
-  void SetUp() override { ASSERT_TRUE(fs::exists(Workspace() / "sparse/0/images.bin")); }
+  void SetUp() override { ASSERT_GE(NumRegistered(), 13u); }
+
+  // Photos of the model, whose file of images begins with their number; 0 without a model.
+  static uint64_t NumRegistered() {
+    uint64_t count = 0;
+    std::ifstream file(Workspace() / "sparse/0/images.bin", std::ios::binary);
+    file.read(reinterpret_cast<char*>(&count), sizeof(count));
+    return file ? count : 0;
+  }
 
   static fs::path Workspace() { return *folder_ / "workspace"; }
   static fs::path Out(const std::string& name) { return *folder_ / name; }

@@ -198,9 +198,9 @@ TEST_F(MeshFiles, ReadsOurOwn) {
 
 TEST_F(MeshFiles, WhatIsNoMeshIsOneSentence) {
   EXPECT_THAT(Failure("no.obj", "this is no mesh"), HasSubstr("cannot be read as a mesh"));
-  EXPECT_THAT(Failure("no.om", "this is no mesh"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(Failure("no.om", "this is no mesh"), HasSubstr("is no OpenMesh file"));
   EXPECT_THAT(Failure("no.blend", "BLENDER"), HasSubstr("cannot be read as a mesh"));
-  EXPECT_THAT(Failure("empty.ply", ""), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(Failure("empty.ply", ""), HasSubstr("is no PLY file"));
   EXPECT_THAT(Failure("points.obj", "v 0 0 0\nv 1 0 0\n"), HasSubstr("no face with an area"));
   EXPECT_THAT(Failure("line.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n"),
               HasSubstr("no face with an area"));

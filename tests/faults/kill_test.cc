@@ -196,6 +196,7 @@ TEST(Neighbour, TakesAPhotoAway) {
       SCOPED_TRACE(std::string(deed) + " at opening " + std::to_string(time));
       fs::copy_file(kTabletop / "images" / "0003.jpg", photo, fs::copy_options::overwrite_existing);
       fs::remove_all(folder / "out");
+      fs::create_directories(folder / "out");  // stays, as the run has not made it
       const Outcome outcome = RunWithFault(TinyTrainingCommand(folder / "scene", folder / "out"),
                                            photo,
                                            std::string(deed) + ":" + std::to_string(time) + ":0");

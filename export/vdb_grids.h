@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -25,6 +26,37 @@ struct CellValues {
   openvdb::Vec3s color{0.f};
   float confidence = 0;
 };
+
+// The labels that cells give to voxels.
+struct VoxelLabels {
+  const int32_t* by_cell = nullptr;  // null: `of_all` is that of every cell
+  int32_t of_all = 0;
+
+  int32_t Of(uint32_t cell) const { return by_cell == nullptr ? of_all : by_cell[cell]; }
+};
+
+// In which types labels are wanted.
+struct LabelGrids {
+  bool label = true;
+  bool label_int32 = false;
+};
+
+// Grids with the same active voxels, without names and transforms; null where not wanted.
+struct VoxelGrids {
+  openvdb::FloatGrid::Ptr density, label, confidence;
+  openvdb::Vec3SGrid::Ptr color;
+  openvdb::Int32Grid::Ptr label_int32;
+  int64_t num_voxels = 0;
+};
+
+// The voxels of `voxelizer`, each with what its cell gives (`values`, by cell), or its samples
+// together (VolumeExportOptions::supersample). Calls progress(share), one call at a time from any
+// thread, if there is one. Same grids on any number of threads.
+VoxelGrids MakeVoxelGrids(const CellVoxelizer& voxelizer,
+                          const std::vector<CellValues>& values,
+                          const VoxelLabels& labels,
+                          const LabelGrids& wanted,
+                          const std::function<void(double)>& progress);
 
 // The narrow-band level set of the object's surface (ExtractSurface), cut to `box` (normalised
 // frame) where the object reaches out of it: class level set, half width 3 voxels, distances in

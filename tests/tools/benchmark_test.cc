@@ -34,6 +34,7 @@ const std::map<std::string, std::set<std::string>> kSubjects = {
     {"walk/interleaved", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
     {"render/forward", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
     {"render/backward", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
+    {"render/backward_plain", {"steps_per_second", "rays_per_second", "bytes_per_site"}},
     {"update", {"sites_per_second", "rays_per_second", "bytes_per_site"}},
     {"voxelize", {"voxels_per_second", "voxels", "bytes_per_site"}},
 };

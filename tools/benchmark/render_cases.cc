@@ -145,23 +145,33 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
       Same(forward_bytes + double(records) / rays * sizeof(GradientRecord));
 }
 
-void RegisterOn(const std::string& scene_name, const SceneSource& source) {
+using SceneOf = std::function<std::shared_ptr<const BenchmarkScene>(Appearance)>;
+
+void RegisterOn(const std::string& scene_name, const SceneOf& scene_of) {
+  const SceneSource full = [scene_of] { return scene_of(Appearance::kFull); };
+  const SceneSource plain = [scene_of] { return scene_of(Appearance::kPlain); };
   RegisterSharedCase("render/forward/" + scene_name,
-                     [source](benchmark::State& state) { RunForward(state, source); });
-  RegisterParallelCase("render/backward/" + scene_name,
-                       [source](benchmark::State& state, int num_threads) {
-                         RunBackward(state, source, num_threads);
+                     [full](benchmark::State& state) { RunForward(state, full); });
+  RegisterParallelCase(
+      "render/backward/" + scene_name,
+      [full](benchmark::State& state, int num_threads) { RunBackward(state, full, num_threads); });
+  // Beside it, what is left of that when a scene calls for no effect.
+  RegisterParallelCase("render/backward_plain/" + scene_name,
+                       [plain](benchmark::State& state, int num_threads) {
+                         RunBackward(state, plain, num_threads);
                        });
 }
 
 }  // namespace
 
 void RegisterRenderCases(int64_t num_sites) {
-  RegisterOn(std::to_string(num_sites), [num_sites] { return ShellScene(num_sites); });
+  RegisterOn(std::to_string(num_sites),
+             [num_sites](Appearance appearance) { return ShellScene(num_sites, appearance); });
 }
 
 void RegisterRenderCases(const std::filesystem::path& foam_file) {
-  RegisterOn("foam", [foam_file] { return TrainedScene(foam_file); });
+  RegisterOn("foam",
+             [foam_file](Appearance appearance) { return TrainedScene(foam_file, appearance); });
 }
 
 }  // namespace semfoam

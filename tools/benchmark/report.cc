@@ -29,6 +29,7 @@ constexpr Subject kSubjects[] = {
     {"walk/interleaved", "steps_per_second", "step"},
     {"render/forward", "rays_per_second", "ray"},
     {"render/backward", "rays_per_second", "ray"},
+    {"render/backward_plain", "rays_per_second", "ray"},
     {"update", "updates_per_second", "update"},
     {"voxelize", "voxels_per_second", "voxel"},
 };
@@ -176,6 +177,7 @@ void Report::PrintTo(std::ostream& out) const {
   out << "\ntime at 10 x: how many times as long the same job takes on ten times the sites, on 1 "
          "thread. The job: all sites (delaunay),\n  a picture (walk, render/forward), a batch of "
          "rays (render/backward, update).\n"
+         "render/backward_plain: render/backward without view-dependent colour and identity.\n"
          "of the bound: the rate times the bytes that it touches at least, as a share of the "
          "stream "
          "copy; above 100 %, caches serve it.\n";

@@ -137,19 +137,38 @@ std::vector<std::vector<BatchRay>> DrawBatches(
   return batches;
 }
 
-std::shared_ptr<const BenchmarkScene> MakeShellScene(int64_t num_sites) {
-  auto scene = std::make_shared<BenchmarkScene>(ShellFoam(num_sites));
+Foam WithAppearance(Foam foam, Appearance appearance) {
+  if (appearance == Appearance::kFull) return foam;
+  LargePageVector<float> sh(3 * foam.NumSites());
+  for (size_t i = 0; i < foam.NumSites(); ++i) {
+    std::copy_n(&foam.sh[i * foam.ShStride()], 3, &sh[3 * i]);
+  }
+  foam.sh = std::move(sh);
+  foam.sh_degree = 0;
+  foam.num_classes = 0;
+  foam.identity.clear();
+  foam.classifier_weight.clear();
+  foam.classifier_bias.clear();
+  return foam;
+}
+
+std::shared_ptr<const BenchmarkScene> MakeShellScene(int64_t num_sites, Appearance appearance) {
+  auto scene = std::make_shared<BenchmarkScene>(WithAppearance(ShellFoam(num_sites), appearance));
   const CameraRays rays = ShellCamera();
   const uint32_t start_cell = scene->renderer.StartCell(rays.origin);
   for (const Eigen::Vector3f& direction : rays.directions) {
     scene->rays.push_back({rays.origin.cast<float>(), direction, start_cell});
   }
   scene->batches = DrawBatches(
-      {{rays.width, rays.height}}, [&](size_t) { return rays; }, scene->renderer, kNumClasses);
+      {{rays.width, rays.height}},
+      [&](size_t) { return rays; },
+      scene->renderer,
+      scene->foam.num_classes);
   return scene;
 }
 
-std::shared_ptr<const BenchmarkScene> MakeTrainedScene(const std::filesystem::path& foam_file) {
+std::shared_ptr<const BenchmarkScene> MakeTrainedScene(const std::filesystem::path& foam_file,
+                                                       Appearance appearance) {
   Model model = ReadModel(foam_file);
   std::vector<const PhotoRecord*> photos;
   std::vector<ViewSize> sizes;
@@ -158,7 +177,7 @@ std::shared_ptr<const BenchmarkScene> MakeTrainedScene(const std::filesystem::pa
     photos.push_back(&photo);
     sizes.push_back({photo.width, photo.height});
   }
-  auto scene = std::make_shared<BenchmarkScene>(std::move(model.foam));
+  auto scene = std::make_shared<BenchmarkScene>(WithAppearance(std::move(model.foam), appearance));
   scene->batches = DrawBatches(
       sizes,
       [&](size_t view) {
@@ -175,6 +194,10 @@ std::shared_ptr<const BenchmarkScene> MakeTrainedScene(const std::filesystem::pa
     throw UserError(foam_file.string(), ": holds no photo to cast rays from.");
   }
   return scene;
+}
+
+std::string Key(const std::string& scene, Appearance appearance) {
+  return (appearance == Appearance::kPlain ? "plain " : "full ") + scene;
 }
 
 // The scene that was asked for last. Made on all cores, whatever the case at hand runs on.
@@ -220,12 +243,15 @@ ShellSites MakeShellSites(int64_t num_sites) {
   return sites;
 }
 
-std::shared_ptr<const BenchmarkScene> ShellScene(int64_t num_sites) {
-  return Kept(std::to_string(num_sites), [&] { return MakeShellScene(num_sites); });
+std::shared_ptr<const BenchmarkScene> ShellScene(int64_t num_sites, Appearance appearance) {
+  return Kept(Key(std::to_string(num_sites), appearance),
+              [&] { return MakeShellScene(num_sites, appearance); });
 }
 
-std::shared_ptr<const BenchmarkScene> TrainedScene(const std::filesystem::path& foam_file) {
-  return Kept(foam_file.string(), [&] { return MakeTrainedScene(foam_file); });
+std::shared_ptr<const BenchmarkScene> TrainedScene(const std::filesystem::path& foam_file,
+                                                   Appearance appearance) {
+  return Kept(Key(foam_file.string(), appearance),
+              [&] { return MakeTrainedScene(foam_file, appearance); });
 }
 
 }  // namespace semfoam

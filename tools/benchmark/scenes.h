@@ -32,6 +32,12 @@ struct BenchmarkScene {
   std::vector<std::vector<BatchRay>> batches;
 };
 
+// How much of the light a scene's foam simulates.
+enum class Appearance {
+  kFull,   // as the foam has it
+  kPlain,  // one colour per cell from everywhere (SH of degree 0), no identity, no classes
+};
+
 inline constexpr int kBatchRays = 4096;  // the trainer's default
 inline constexpr int kNumBatches = 16;
 
@@ -49,11 +55,13 @@ ShellSites MakeShellSites(int64_t num_sites);
 // have an optical depth of 1 over the spacing of the shell's sites, the others lie at the
 // optimiser's lower bound. Kept until another scene is asked for, so that a run never holds two.
 // Thread-safe.
-std::shared_ptr<const BenchmarkScene> ShellScene(int64_t num_sites);
+std::shared_ptr<const BenchmarkScene> ShellScene(int64_t num_sites,
+                                                 Appearance appearance = Appearance::kFull);
 
 // The scene of a trained foam, seen from the photos that it was trained on; `rays` are those of the
 // batches. Kept like the above. Throws UserError when the file is no foam, or when its photos
 // have no rays.
-std::shared_ptr<const BenchmarkScene> TrainedScene(const std::filesystem::path& foam_file);
+std::shared_ptr<const BenchmarkScene> TrainedScene(const std::filesystem::path& foam_file,
+                                                   Appearance appearance = Appearance::kFull);
 
 }  // namespace semfoam

@@ -2,7 +2,6 @@
 #include "plugin/mask_consistency.h"
 
 #include "foam/error.h"
-#include "foam/parallel.h"
 #include "plugin/mask_association.h"
 #include "plugin/mask_evidence.h"
 #include "plugin/mask_rewriting.h"
@@ -366,28 +365,6 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
   report.labels_after = static_cast<int>(rewriter->labels().size());
   correction.rewriter = rewriter;
   return correction;
-}
-
-MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
-                                          const std::vector<Sightings>& tracks,
-                                          const std::vector<PhotoRecord>& photos,
-                                          MaskConsistency mode,
-                                          MaskSet* masks) {
-  CHECK_EQ(photos.size(), masks->classes.size());
-  const auto num_views = static_cast<int64_t>(photos.size());
-  const std::vector<std::vector<Eigen::Vector2f>> places = PlacesByView(tracks, photos.size());
-  std::vector<ViewEvidence> views(photos.size());
-  ParallelForBlocks(num_views, 1, [&](int64_t view, int64_t) {
-    views[view] = LookAtMask(masks->classes[view], photos[view], places[view]);
-  });
-  MaskCorrection correction = CorrectMasks(seeds, tracks, photos, mode, masks->labels, views);
-  if (!correction.rewriter) return std::move(correction.report);
-  masks->labels = correction.rewriter->labels();
-  ParallelForBlocks(num_views, 1, [&](int64_t view, int64_t) {
-    masks->classes[view] =
-        correction.rewriter->Rewrite(static_cast<int>(view), photos[view], masks->classes[view]);
-  });
-  return std::move(correction.report);
 }
 
 }  // namespace semfoam

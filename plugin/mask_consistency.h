@@ -87,11 +87,4 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
                             const std::vector<Label>& labels,
                             const std::vector<ViewEvidence>& views);
 
-// The same for masks that are in memory, and corrects these.
-MaskConsistencyReport MakeMasksConsistent(const std::vector<SeedPoint>& seeds,
-                                          const std::vector<Sightings>& tracks,
-                                          const std::vector<PhotoRecord>& photos,
-                                          MaskConsistency mode,
-                                          MaskSet* masks);
-
 }  // namespace semfoam

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <utility>
 
 namespace semfoam {
 namespace {
@@ -24,6 +26,10 @@ int32_t InnerClass(const ClassImage& image, const PhotoRecord& photo, float x, f
 
 int RaggedRadius(const PhotoRecord& photo) {
   return std::max(1, std::max(photo.width, photo.height) / 320);
+}
+
+int SafeRadius(const PhotoRecord& photo) {
+  return kSafePixels * std::max(1, std::max(photo.width, photo.height) / kSafeSide);
 }
 
 int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most) {
@@ -93,6 +99,24 @@ ViewEvidence LookAtMask(const ClassImage& image,
     evidence.class_at[k] = InnerClass(image, photo, places[k].x(), places[k].y());
   }
   return evidence;
+}
+
+ViewEvidence LookAtMask(const DecodedMask& mask,
+                        const PhotoRecord& photo,
+                        const std::vector<Eigen::Vector2f>& places) {
+  std::vector<int32_t> own(mask.ids.size());
+  std::iota(own.begin(), own.end(), 0);
+  const PhotoSize size = {photo.width, photo.height};
+  return LookAtMask(ClassesOf(mask, own, size, static_cast<int>(own.size())), photo, places);
+}
+
+void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence) {
+  std::map<int32_t, int64_t> pixels_of;
+  for (const auto& [own, pixels] : evidence->pixels_of) {
+    if (classes[own] != kUnlabelled) pixels_of[classes[own]] = pixels;
+  }
+  evidence->pixels_of = std::move(pixels_of);
+  for (int32_t& c : evidence->class_at) c = c == kNoLabel ? kNoLabel : classes[c];
 }
 
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,

@@ -65,6 +65,12 @@ struct ViewEvidence {
   std::vector<int32_t> class_at;
 };
 
+// So many pixels from a border on, at kSafeSide pixels a side, a pixel's class is as sure as it
+// gets.
+inline constexpr int kSafePixels = 4;
+inline constexpr int kSafeSide = 640;
+int SafeRadius(const PhotoRecord& photo);
+
 // Where the tracks see something in each of `num_views` views, in the order of the tracks.
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
                                                        size_t num_views);
@@ -73,6 +79,15 @@ std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightin
 ViewEvidence LookAtMask(const ClassImage& image,
                         const PhotoRecord& photo,
                         const std::vector<Eigen::Vector2f>& places);
+
+// The same before the mask's ids have classes: of the photo's size, the indices of its own ids
+// (DecodedMask::ids) instead, none of which is kUnlabelled.
+ViewEvidence LookAtMask(const DecodedMask& mask,
+                        const PhotoRecord& photo,
+                        const std::vector<Eigen::Vector2f>& places);
+
+// Makes such indices classes; `classes` [ids of the mask], no two of them the same but kUnlabelled.
+void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence);
 
 // The observations of all points that masks have something to say of. Held-out photos have none,
 // nor have sightings within RaggedRadius of a border.

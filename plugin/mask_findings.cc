@@ -57,7 +57,7 @@ void FindFaultyRegions(const MaskedPhotos& photos, std::vector<MaskFinding>* fin
     finding.share =
         static_cast<double>(region.num_pixels) / (static_cast<double>(photo.width) * photo.height);
     if (finding.fault == MaskFault::kMissing) {
-      std::erase_if(finding.classes, [&](int32_t c) { return IsZero(photos.corrected.labels, c); });
+      std::erase_if(finding.classes, [&](int32_t c) { return IsZero(photos.labels, c); });
     }
     // An id of its own is the same thing once joined; all of its points speak for the other id.
     finding.num_points = finding.fault == MaskFault::kNewId
@@ -78,17 +78,13 @@ void FindMissingObjects(const MaskedPhotos& photos,
   std::map<std::pair<int32_t, int32_t>, Seen> seen;  // by view and class
   for (size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].class_index == kUnlabelled || labels[i].confidence <= kLeastConfidence) continue;
-    if (IsZero(photos.corrected.labels, labels[i].class_index)) continue;
-    for (const Sighting& sighting : photos.sightings[i]) {
-      const PhotoRecord& photo = photos.photos[sighting.view];
-      const ClassImage& image = photos.given.classes[sighting.view];
-      const auto x = static_cast<float>(sighting.pixel.x());
-      const auto y = static_cast<float>(sighting.pixel.y());
-      const int radius = RaggedRadius(photo);
-      if (image.Empty() || UniformRadius(image, photo, x, y, radius) < radius) continue;
-      const size_t pixel = static_cast<size_t>(y) * photo.width + static_cast<size_t>(x);
-      Seen& s = seen[{sighting.view, labels[i].class_index}];
-      ++(image[pixel] == kUnlabelled ? s.unlabelled : s.labelled);
+    if (IsZero(photos.labels, labels[i].class_index)) continue;
+    for (size_t k = 0; k < photos.sightings[i].size(); ++k) {
+      const int32_t view = photos.sightings[i][k].view;
+      const MaskSighting& shown = photos.shown[i][k];
+      if (shown.given_radius < RaggedRadius(photos.photos[view])) continue;
+      Seen& s = seen[{view, labels[i].class_index}];
+      ++(shown.given_class == kUnlabelled ? s.unlabelled : s.labelled);
     }
   }
   for (const auto& [key, s] : seen) {

@@ -30,7 +30,7 @@ struct MaskFinding {
   int32_t view = 0;
   MaskFault fault = MaskFault::kNone;
   int32_t given_class = kUnlabelled;  // the region's, of MaskedPhotos::given, where there is one
-  std::vector<int32_t> classes;       // of MaskedPhotos::corrected: what it is, or what is missing
+  std::vector<int32_t> classes;       // of MaskedPhotos::labels: what it is, or what is missing
   int num_points = 0;                 // that speak against the mask
   double share = 0;                   // of the photo that the region covers, 0..1
 
@@ -40,7 +40,7 @@ struct MaskFinding {
 
 // What the tracks find wrong with the masks, by view. `labels` is LabelPoints of the photos.
 //
-// Regions are as MakeMasksConsistent found them. An object is missing where at least three points
+// Regions are as CorrectMasks found them. An object is missing where at least three points
 // that are it with a confidence above 1/2, and at least half of those that the photo sees, lie in
 // what the mask leaves unlabelled, away from borders. Where id 0 is a class, a region of it that
 // holds an object is that object missing.

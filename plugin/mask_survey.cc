@@ -33,38 +33,21 @@ std::vector<MaskFile> SurveyMasks(const std::vector<std::filesystem::path>& mask
 CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
   const size_t num_views = photos.photos.size();
   const std::vector<Label>& labels = photos.given.labels;
-  // [views] the classes there and their shares of the photo.
-  std::vector<std::vector<std::pair<int32_t, double>>> shares(num_views);
   CoverageSurvey survey;
   survey.unlabelled.assign(num_views, std::numeric_limits<double>::quiet_NaN());
-  ParallelForBlocks(static_cast<int64_t>(num_views), 1, [&](int64_t view, int64_t) {
-    const ClassImage& image = photos.given.classes[view];
-    if (image.Empty()) return;
-    const size_t pixels =
-        static_cast<size_t>(photos.photos[view].width) * photos.photos[view].height;
-    std::vector<int64_t> count(labels.size());
-    int64_t unlabelled = 0;
-    for (size_t i = 0; i < pixels; ++i) {
-      const int32_t c = image[i];
-      ++(c == kUnlabelled ? unlabelled : count[c]);
-    }
-    for (size_t c = 0; c < labels.size(); ++c) {
-      if (labels[c].source_id == 0) {
-        unlabelled += count[c];
-      } else if (count[c] > 0) {
-        shares[view].emplace_back(static_cast<int32_t>(c),
-                                  static_cast<double>(count[c]) / static_cast<double>(pixels));
-      }
-    }
-    survey.unlabelled[view] = static_cast<double>(unlabelled) / static_cast<double>(pixels);
-  });
   std::vector<std::vector<double>> shares_of(labels.size());
   std::vector<std::vector<int32_t>> views_of(labels.size());
   for (size_t view = 0; view < num_views; ++view) {
-    for (const auto& [c, share] : shares[view]) {
+    if (!photos.HasMask(static_cast<int>(view))) continue;
+    const int64_t pixels = int64_t{photos.photos[view].width} * photos.photos[view].height;
+    int64_t unlabelled = pixels;
+    for (const auto& [c, count] : photos.pixels[view]) {
+      if (labels[c].source_id == 0) continue;
+      unlabelled -= count;
       views_of[c].push_back(static_cast<int32_t>(view));
-      shares_of[c].push_back(share);
+      shares_of[c].push_back(static_cast<double>(count) / static_cast<double>(pixels));
     }
+    survey.unlabelled[view] = static_cast<double>(unlabelled) / static_cast<double>(pixels);
   }
   for (size_t c = 0; c < labels.size(); ++c) {
     // An id may vanish where its mask is read at a smaller size.

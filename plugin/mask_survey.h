@@ -34,7 +34,7 @@ struct CoverageSurvey {
   std::vector<double> unlabelled;  // [views] the share of the photo that is 0; NaN without a mask
 };
 
-// Counts the pixels of the masks as they are given.
+// Of the masks as they are given, at the records' size.
 CoverageSurvey SurveyCoverage(const MaskedPhotos& photos);
 
 }  // namespace semfoam

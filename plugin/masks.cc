@@ -278,6 +278,16 @@ MaskContents ContentsOf(const DecodedMask& mask) {
   return contents;
 }
 
+DecodedMask DecodeMaskAgain(const fs::path& path,
+                            const PhotoSize& photo_size,
+                            const MaskContents& contents) {
+  DecodedMask mask = DecodeMask(path, photo_size);
+  if (mask.ids == contents.ids) return mask;
+  throw UserError(path.string(),
+                  ": has changed its ids since it was first looked at; masks that stay as they are "
+                  "would be right.");
+}
+
 std::string MaskSizeWarning(const MaskPairing& pairing,
                             const std::vector<PhotoSize>& mask_sizes,
                             const std::vector<PhotoSize>& photo_sizes) {
@@ -361,32 +371,6 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
     result.labels.push_back(label);
   }
   return result;
-}
-
-MaskSet LoadMasks(const MaskPairing& pairing,
-                  const std::vector<PhotoSize>& photo_sizes,
-                  const fs::path& mask_folder,
-                  LabelZero label_zero) {
-  CHECK_EQ(pairing.masks.size(), photo_sizes.size());
-  const auto count = static_cast<int64_t>(photo_sizes.size());
-  std::vector<DecodedMask> masks(count);
-  std::vector<MaskContents> contents(count);
-  ForEachFile(count, [&](int64_t i) {
-    if (pairing.masks[i].empty()) return;
-    masks[i] = DecodeMask(pairing.masks[i], photo_sizes[i]);
-    contents[i] = ContentsOf(masks[i]);
-  });
-  MaskClasses classes = NumberMasks(contents, pairing, mask_folder, label_zero);
-  MaskSet set;
-  set.labels = std::move(classes.labels);
-  set.classes.resize(photo_sizes.size());
-  const int num_classes = static_cast<int>(set.labels.size());
-  ForEachFile(count, [&](int64_t i) {
-    if (pairing.masks[i].empty()) return;
-    set.classes[i] = ClassesOf(masks[i], classes.Of(masks[i]), photo_sizes[i], num_classes);
-    masks[i] = DecodedMask();
-  });
-  return set;
 }
 
 void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {

@@ -76,11 +76,6 @@ class ClassImage {
 // (kClass). kAuto: a class where at least a fifth of the masks' pixels are 0.
 enum class LabelZero { kIgnore, kClass, kAuto };
 
-struct MaskSet {
-  std::vector<Label> labels;        // one per class, ascending by source id
-  std::vector<ClassImage> classes;  // one per photo, of the photo's size; empty without a mask
-};
-
 // A mask by itself, at its own size: its ids, and which of them each pixel has. Two bytes a pixel.
 struct DecodedMask {
   PhotoSize size;
@@ -89,7 +84,8 @@ struct DecodedMask {
   std::vector<uint16_t> pixels;
 };
 
-// Throws UserError as LoadMasks does for one mask.
+// Throws UserError, one sentence naming the file: a mask that is damaged or no PNG; one whose
+// aspect is not the photo's (to a pixel); one with more than 65535 ids.
 DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
 
 // The mask at the photo's size, read at the nearest pixel centre; `classes` [ids of the mask] are
@@ -107,6 +103,12 @@ struct MaskContents {
   PhotoSize size;             // 0 x 0: there is no mask
 };
 MaskContents ContentsOf(const DecodedMask& mask);
+
+// DecodeMask for a mask that was looked at before, when it had these contents. Also throws
+// UserError where its ids are others now: what is known of them would be wrong.
+DecodedMask DecodeMaskAgain(const std::filesystem::path& path,
+                            const PhotoSize& photo_size,
+                            const MaskContents& contents);
 
 // A sentence for the user about masks that seem to be of the photos before they were undistorted:
 // larger or smaller than their photos by less than a tenth, as undistorting changes a photo and
@@ -128,30 +130,22 @@ struct MaskClasses {
   std::vector<int32_t> Of(const MaskContents& mask) const;
 };
 
-// Numbers the ids of all masks as classes, as LoadMasks does; `contents` [pairing.masks].
-MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
-                        const MaskPairing& pairing,
-                        const std::filesystem::path& mask_folder,
-                        LabelZero label_zero);
-
-// Decodes all paired masks, in parallel, and numbers their ids as classes.
+// Numbers the ids of all masks as classes; `contents` [pairing.masks] are ContentsOf each.
 //
 // A pixel's id is: the value of a grey mask (1 to 16 bits); the index, never the colour, of a
 // palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set
-// has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. A mask of
-// another size than its photo is read at the nearest pixel centre. Id 0 is no object: it becomes
-// kUnlabelled, or a class of its own (`label_zero`).
+// has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. Id 0 is no
+// object: it becomes kUnlabelled, or a class of its own (`label_zero`).
 //
 // Label::id is the mask's id where all ids of the set are at most 65535; else they are numbered
 // from 1 in ascending order, and Label::source_id keeps the mask's.
 //
-// Throws UserError, one sentence naming the file: a mask that is damaged or no PNG; one whose
-// aspect is not the photo's (to a pixel); long ids that DEVA's pred.json, in the mask folder or
-// beside it, does not have (a resampled mask); more than 65535 classes.
-MaskSet LoadMasks(const MaskPairing& pairing,
-                  const std::vector<PhotoSize>& photo_sizes,
-                  const std::filesystem::path& mask_folder,
-                  LabelZero label_zero);
+// Throws UserError, one sentence naming the file: long ids that DEVA's pred.json, in the mask
+// folder or beside it, does not have (a resampled mask); more than 65535 classes.
+MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
+                        const MaskPairing& pairing,
+                        const std::filesystem::path& mask_folder,
+                        LabelZero label_zero);
 
 // Names the labels from a file {"labels": {"7": "mug"}}, whose keys are ids of the masks. Other
 // keys of the file and ids that no mask has are ignored, so what the exports write can be read

@@ -11,10 +11,6 @@
 namespace semfoam {
 namespace {
 
-// Away from borders by so many pixels of a photo of kSafeSide pixels, a vote has its full weight.
-constexpr int kSafePixels = 4;
-constexpr int kSafeSide = 640;
-
 // How far each region is to be trusted, by view and class of the masks as given. Without a report,
 // all are trusted alike.
 class Trust {
@@ -35,9 +31,8 @@ class Trust {
   std::map<std::pair<int32_t, int32_t>, float> weights_;
 };
 
-float BorderWeight(const ClassImage& image, const PhotoRecord& photo, float x, float y) {
-  const int pixel = std::max(1, std::max(photo.width, photo.height) / kSafeSide);
-  const int radius = UniformRadius(image, photo, x, y, kSafePixels * pixel);
+float BorderWeight(int radius, const PhotoRecord& photo) {
+  const int pixel = SafeRadius(photo) / kSafePixels;
   const float distance = static_cast<float>(radius) / static_cast<float>(pixel);
   return (distance + 0.5f) / (kSafePixels + 0.5f);
 }
@@ -65,17 +60,13 @@ std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
     std::vector<Vote> votes;
     for (int64_t i = begin; i < end; ++i) {
       votes.clear();
-      for (const Sighting& sighting : photos.sightings[i]) {
-        const PhotoRecord& photo = photos.photos[sighting.view];
-        const ClassImage& image = photos.corrected.classes[sighting.view];
-        const auto x = static_cast<float>(sighting.pixel.x());
-        const auto y = static_cast<float>(sighting.pixel.y());
-        if (image.Empty() || UniformRadius(image, photo, x, y, 0) < 0) continue;
-        const size_t pixel = static_cast<size_t>(y) * photo.width + static_cast<size_t>(x);
-        if (image[pixel] == kUnlabelled) continue;
-        const float weight = BorderWeight(image, photo, x, y) *
-                             trust.Of(sighting.view, photos.given.classes[sighting.view][pixel]);
-        AddVote(image[pixel], weight, &votes);
+      for (size_t k = 0; k < photos.sightings[i].size(); ++k) {
+        const int32_t view = photos.sightings[i][k].view;
+        const MaskSighting& shown = photos.shown[i][k];
+        if (shown.corrected_class == kUnlabelled) continue;
+        const float weight = BorderWeight(shown.corrected_radius, photos.photos[view]) *
+                             trust.Of(view, shown.given_class);
+        AddVote(shown.corrected_class, weight, &votes);
       }
       labels[i] = Winner(votes);
     }

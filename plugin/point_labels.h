@@ -10,16 +10,16 @@ namespace semfoam {
 
 // What a point of the model is, by a vote of the masks over its track.
 struct PointLabel {
-  int32_t class_index = kUnlabelled;  // of MaskedPhotos::corrected
+  int32_t class_index = kUnlabelled;  // of MaskedPhotos::labels
   float confidence = 0;               // the label's share of all votes' weight, 0..1
 };
 
 // One label for each point of the model. Each sighting votes for the class of its pixel in the
 // corrected masks, with the product of two weights:
 //
-//   border  of a pixel that is d pixels from what is another class (at 640 pixels a side, at most
-//           kSafePixels): (d + 1/2) / (kSafePixels + 1/2), since borders are ragged and the feature
-//           of an edge lies on either side;
+//   border  of a pixel that is d pixels from what is another class (at kSafeSide pixels a side, at
+//           most kSafePixels): (d + 1/2) / (kSafePixels + 1/2), since borders are ragged and the
+//           feature of an edge lies on either side;
 //   trust   of the region that the pixel lies in: of the points in it that the other photos say
 //           something of, the share that agrees, (agreeing + 1) / (judged + 2).
 //

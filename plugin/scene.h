@@ -112,9 +112,9 @@ ScenePlan PlanScene(const SceneOptions& options);
 class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
-  // name, that is damaged, and whatever LoadMasks, MakeMasksConsistent and NameLabels throw. Labels
-  // that were matched from photo to photo have new ids, which only a labels file that the user
-  // named can know.
+  // name, that is damaged, and whatever DecodeMask, NumberMasks, CorrectMasks and NameLabels throw.
+  // Labels that were matched from photo to photo have new ids, which only a labels file that the
+  // user named can know.
   explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
 
   int NumViews() const override { return static_cast<int>(views_.size()); }

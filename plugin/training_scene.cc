@@ -7,9 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
 #include <glog/logging.h>
@@ -60,13 +58,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = ContentsOf(mask);
-      if (is_judged) {
-        std::vector<int32_t> own(mask.ids.size());
-        std::iota(own.begin(), own.end(), 0);
-        evidence[i] = LookAtMask(ClassesOf(mask, own, size, static_cast<int>(own.size())),
-                                 plan_.photos[i],
-                                 seed_places[i]);
-      }
+      if (is_judged) evidence[i] = LookAtMask(mask, plan_.photos[i], seed_places[i]);
       if (holds_pixels_) masks[i] = std::move(mask);
     } else {
       evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
@@ -80,13 +72,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   labels_ = mask_classes_.labels;
   if (is_judged) {
     for (int64_t i = 0; i < num_views; ++i) {
-      const std::vector<int32_t> classes = mask_classes_.Of(mask_contents_[i]);
-      std::map<int32_t, int64_t> pixels_of;
-      for (const auto& [own, pixels] : evidence[i].pixels_of) {
-        if (classes[own] != kUnlabelled) pixels_of[classes[own]] = pixels;
-      }
-      evidence[i].pixels_of = std::move(pixels_of);
-      for (int32_t& c : evidence[i].class_at) c = c == kNoLabel ? kNoLabel : classes[c];
+      GiveClasses(mask_classes_.Of(mask_contents_[i]), &evidence[i]);
     }
     MaskCorrection correction = CorrectMasks(plan_.seeds,
                                              plan_.seed_sightings,
@@ -152,13 +138,10 @@ std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
       }
       // The mask first: decoding it takes the most memory.
       if (!mask_file.empty()) {
-        const DecodedMask mask = DecodeMask(mask_file, {scene.Width(view), scene.Height(view)});
-        if (mask.ids != scene.mask_contents_[view].ids) {
-          throw UserError(mask_file.string(),
-                          ": has changed its ids since it was first looked at; masks that stay as "
-                          "they are would be right.");
-        }
-        classes_ = scene.ClassesOfMask(view, mask);
+        classes_ = scene.ClassesOfMask(
+            view,
+            DecodeMaskAgain(
+                mask_file, {scene.Width(view), scene.Height(view)}, scene.mask_contents_[view]));
       }
       photo_ = scene.DecodePhoto(view);
     }

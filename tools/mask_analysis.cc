@@ -113,7 +113,7 @@ MaskAnalysis AnalyzeMasks(const MaskedModelPaths& paths,
   if (!paths.labels_file.empty()) {
     NameLabels(paths.labels_file, &analysis.photos.given.labels);
     if (analysis.photos.consistency.used != MaskConsistency::kIndependent) {
-      NameLabels(paths.labels_file, &analysis.photos.corrected.labels);
+      NameLabels(paths.labels_file, &analysis.photos.labels);
     }
   }
   analysis.coverage = SurveyCoverage(analysis.photos);

@@ -21,7 +21,7 @@ struct MaskAnalysis {
   std::vector<MaskFile> files;   // [photos]
   std::vector<PhotoSize> sizes;  // [photos] of the photo or its camera; the mask's without either
   // The masks that can be used, by photo. Labels have their names. Without a model the corrected
-  // masks are the given ones.
+  // labels are the given ones.
   MaskedPhotos photos;
   CoverageSurvey coverage;
   std::vector<SuspiciousPhoto> suspicious;

@@ -63,10 +63,6 @@ std::string Tally(const std::map<std::string, int>& counts) {
   return text;
 }
 
-bool IsUsable(const MaskAnalysis& analysis, size_t view) {
-  return !analysis.photos.given.classes[view].Empty();
-}
-
 void AppendFileLines(const MaskAnalysis& analysis, std::vector<std::string>* lines) {
   std::map<std::string, int> formats, sizes;
   int other_size = 0;
@@ -180,7 +176,7 @@ Json FindingJson(const MaskAnalysis& analysis, const MaskFinding& finding) {
   }
   json["is"] = Json::array();
   for (const int32_t c : finding.classes) {
-    json["is"].push_back(LabelJson(analysis.photos.corrected.labels, c));
+    json["is"].push_back(LabelJson(analysis.photos.labels, c));
   }
   json["points"] = finding.num_points;
   if (finding.given_class != kUnlabelled) json["share"] = finding.share;
@@ -213,7 +209,7 @@ std::string DescribeFinding(const MaskAnalysis& analysis, const MaskFinding& fin
       finding.given_class == kUnlabelled
           ? ""
           : "id " + LabelText(analysis.photos.given.labels, finding.given_class);
-  const std::string others = Enumerate(analysis.photos.corrected.labels, finding.classes);
+  const std::string others = Enumerate(analysis.photos.labels, finding.classes);
   const std::string points = ": " + Count(finding.num_points, "point");
   const MaskFile& file = analysis.files[finding.view];
   switch (finding.fault) {
@@ -291,7 +287,9 @@ std::string MaskReportJson(const MaskAnalysis& analysis) {
       one["size"] = {analysis.files[i].size.width, analysis.files[i].size.height};
     }
     one["photo_size"] = {analysis.sizes[i].width, analysis.sizes[i].height};
-    if (IsUsable(analysis, i)) one["unlabelled"] = analysis.coverage.unlabelled[i];
+    if (analysis.photos.HasMask(static_cast<int>(i))) {
+      one["unlabelled"] = analysis.coverage.unlabelled[i];
+    }
     json["files"].push_back(one);
   }
   json["suspicious"] = Json::array();

@@ -2,7 +2,7 @@
 //
 // Bad photos and masks.
 #include "plugin/mask_png.h"
-#include "plugin/masks.h"
+#include "plugin/masked_photos.h"
 #include "plugin/photo.h"
 
 #include <memory>
@@ -273,7 +273,11 @@ TEST(BadInput, Masks) {
        "resampled or recompressed, would be right."},
   };
   ExpectSentences(cases, WritePictures, [](const fs::path& f) {
-    LoadMasks({{f / "mask.png"}, {}}, {kSize}, f, LabelZero::kIgnore);
+    PhotoRecord photo;
+    photo.width = kSize.width;
+    photo.height = kSize.height;
+    LoadMaskedPhotos(
+        nullptr, {photo}, {{f / "mask.png"}, {}}, f, LabelZero::kIgnore, MaskConsistency::kAuto);
   });
   const std::vector<BadInput> folders = {
       {"no folder",

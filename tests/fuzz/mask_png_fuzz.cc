@@ -80,12 +80,17 @@ void Read(const MemoryFile& file) {
   Require(mask.values.size() == static_cast<size_t>(mask.width) * mask.height,
           "there are as many values as pixels");
   const MaskPairing pairing{{file.path()}, {}};
-  const MaskSet set = LoadMasks(pairing, {size}, "/proc/self/fd", LabelZero::kAuto);
+  const DecodedMask decoded = DecodeMask(file.path(), size);
+  const MaskClasses classes =
+      NumberMasks({ContentsOf(decoded)}, pairing, "/proc/self/fd", LabelZero::kAuto);
+  const std::vector<Label>& labels = classes.labels;
+  const ClassImage image =
+      ClassesOf(decoded, classes.Of(decoded), size, static_cast<int>(labels.size()));
   for (size_t i = 0; i < mask.values.size(); ++i) {
-    const int32_t k = set.classes[0][i];
-    Require(k < static_cast<int32_t>(set.labels.size()), "a pixel's class is in the table");
-    Require(k < 0 || set.labels[k].source_id == mask.values[i] ||
-                set.labels[k].source_id == (mask.values[i] & 0xff),
+    const int32_t k = image[i];
+    Require(k < static_cast<int32_t>(labels.size()), "a pixel's class is in the table");
+    Require(k < 0 || labels[k].source_id == mask.values[i] ||
+                labels[k].source_id == (mask.values[i] & 0xff),
             "a pixel's class is that of its id");
   }
 }

@@ -19,23 +19,13 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-MaskedPhotos HeldAgainstTracks(Wall* wall, bool zero_is_class = false) {
-  MaskedPhotos photos;
-  photos.photos = wall->photos;
-  photos.given = wall->Painted(zero_is_class);
-  photos.consistency = wall->Correct(MaskConsistency::kTracks, zero_is_class);
-  photos.corrected = wall->masks;
-  photos.sightings = wall->tracks;
-  return photos;
-}
-
 std::vector<MaskFinding> Findings(const MaskedPhotos& photos) {
   return FindMaskFaults(photos, LabelPoints(photos));
 }
 
 std::vector<int> Ids(const MaskedPhotos& photos, const MaskFinding& finding) {
   std::vector<int> ids;
-  for (const int32_t c : finding.classes) ids.push_back(photos.corrected.labels[c].id);
+  for (const int32_t c : finding.classes) ids.push_back(photos.labels[c].id);
   return ids;
 }
 
@@ -45,7 +35,7 @@ int GivenId(const MaskedPhotos& photos, const MaskFinding& finding) {
 
 TEST(MaskFindings, RightMasksHaveNone) {
   Wall wall;
-  EXPECT_THAT(Findings(HeldAgainstTracks(&wall)), IsEmpty());
+  EXPECT_THAT(Findings(wall.HeldAgainstTracks()), IsEmpty());
 }
 
 TEST(MaskFindings, SaysWhatIsWrongWithEachRegion) {
@@ -56,7 +46,7 @@ TEST(MaskFindings, SaysWhatIsWrongWithEachRegion) {
   wall.PaintBand(5, 2, 8);   // merged
   wall.PaintBand(6, 2, 40);  // an id of its own
   wall.Paint(8, kHeight - 3, 100, 103, [](int) { return 61; });
-  const MaskedPhotos photos = HeldAgainstTracks(&wall);
+  const MaskedPhotos photos = wall.HeldAgainstTracks();
   const std::vector<MaskFinding> findings = Findings(photos);
   ASSERT_THAT(findings, SizeIs(6));
   const auto expect = [&](int i, int view, MaskFault fault, int given, std::vector<int> ids) {
@@ -82,7 +72,7 @@ TEST(MaskFindings, AnObjectLostInTheBackgroundIsMissing) {
   Wall wall;
   for (int view = 0; view < kViews; ++view) wall.PaintBand(view, 2, 0);
   wall.PaintBand(4, 0, 0);
-  const MaskedPhotos photos = HeldAgainstTracks(&wall, /*zero_is_class=*/true);
+  const MaskedPhotos photos = wall.HeldAgainstTracks(/*zero_is_class=*/true);
   const std::vector<MaskFinding> findings = Findings(photos);
   ASSERT_THAT(findings, SizeIs(1));
   EXPECT_EQ(findings[0].fault, MaskFault::kMissing);
@@ -94,7 +84,7 @@ TEST(MaskFindings, WithoutTracksThereAreNone) {
   Wall wall(/*num_points=*/0);
   wall.PaintBand(1, 0, 0);
   wall.PaintBand(3, 0, 8);
-  EXPECT_THAT(Findings(HeldAgainstTracks(&wall)), IsEmpty());
+  EXPECT_THAT(Findings(wall.HeldAgainstTracks()), IsEmpty());
 }
 
 TEST(MaskFindings, UnusableMasksComeFirstThenTheHeaviest) {
@@ -154,8 +144,14 @@ TEST(MaskSurvey, CountsWhatEachIdCovers) {
   wall.PaintBand(3, 1, 0);
   MaskedPhotos photos;
   photos.photos = wall.photos;
-  photos.given = wall.Painted();
-  photos.given.classes[11] = ClassImage();
+  const PaintedMasks masks = wall.Painted();
+  photos.given.labels = masks.labels;
+  photos.pairing.masks.assign(kViews, "mask.png");
+  photos.pairing.masks[11].clear();
+  for (int view = 0; view < kViews; ++view) {
+    const ClassImage image = view == 11 ? ClassImage() : masks.classes[view];
+    photos.pixels.push_back(LookAtMask(image, wall.photos[view], {}).pixels_of);
+  }
   const CoverageSurvey survey = SurveyCoverage(photos);
   ASSERT_THAT(survey.ids, SizeIs(3));
   EXPECT_THAT(survey.ids[0].views, ElementsAre(0, 1, 2, 4, 5, 6, 7, 8, 9, 10));

@@ -8,7 +8,9 @@
 namespace semfoam {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 using testing::SizeIs;
 
 // Two photos of 64 x 48 pixels, not in the order of their names, and a point that both see.
@@ -85,10 +87,13 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   EXPECT_EQ(photos.photos[1].width, 64);
   EXPECT_EQ(photos.size_warning, "");
   ASSERT_THAT(photos.given.labels, SizeIs(2));
-  EXPECT_EQ(photos.given.classes[0][15], 0);
-  EXPECT_EQ(photos.given.classes[0][16], 1);
-  EXPECT_EQ(photos.given.classes[1][31], 0);
-  EXPECT_EQ(photos.given.classes[1][32], 1);
+  const ClassImage a = photos.GivenMask(0), b = photos.GivenMask(1);
+  EXPECT_EQ(a[15], 0);
+  EXPECT_EQ(a[16], 1);
+  EXPECT_EQ(b[31], 0);
+  EXPECT_EQ(b[32], 1);
+  EXPECT_THAT(photos.pixels[0], ElementsAre(Pair(0, 16 * 24), Pair(1, 16 * 24)));
+  EXPECT_THAT(photos.pixels[1], ElementsAre(Pair(0, 32 * 48), Pair(1, 32 * 48)));
   // Sightings are in pixels of these sizes, in the order of the track.
   ASSERT_THAT(photos.sightings, SizeIs(2));
   ASSERT_THAT(photos.sightings[0], SizeIs(2));
@@ -97,6 +102,25 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   EXPECT_EQ(photos.sightings[0][1].view, 0);
   EXPECT_EQ(photos.sightings[0][1].pixel, Eigen::Vector2d(5, 10));
   EXPECT_THAT(photos.sightings[1], SizeIs(0));
+  // And what the masks show there: a radius of one pixel is all that is asked of the mask as it is.
+  ASSERT_THAT(photos.shown, SizeIs(2));
+  ASSERT_THAT(photos.shown[0], SizeIs(2));
+  for (const int k : {0, 1}) {
+    EXPECT_EQ(photos.shown[0][k].given_class, 1 - k);
+    EXPECT_EQ(photos.shown[0][k].corrected_class, 1 - k);
+    EXPECT_EQ(photos.shown[0][k].given_radius, 1);
+    EXPECT_EQ(photos.shown[0][k].corrected_radius, 4);
+  }
+  EXPECT_THAT(photos.shown[1], SizeIs(0));
+}
+
+TEST(MaskedPhotos, AMaskThatChangesItsIdsIsAnError) {
+  const TempFolder folder;
+  WriteHalves(folder / "a.png", 64, 48);
+  const MaskedPhotos photos = Load(folder, nullptr);
+  WritePng(folder / "a.png", 64, 48, 8, PNG_COLOR_TYPE_GRAY, std::vector<uint8_t>(64 * 48, 4));
+  EXPECT_THAT(UserErrorOf([&] { photos.GivenMask(0); }),
+              HasSubstr("a.png: has changed its ids since it was first looked at"));
 }
 
 TEST(MaskedPhotos, WithoutAModelMasksAreBelieved) {
@@ -105,8 +129,9 @@ TEST(MaskedPhotos, WithoutAModelMasksAreBelieved) {
   const MaskedPhotos photos = Load(folder, nullptr);
   EXPECT_EQ(photos.consistency.used, MaskConsistency::kOff);
   EXPECT_THAT(photos.sightings, SizeIs(0));
-  EXPECT_EQ(photos.corrected.classes[0][40], 1);
-  EXPECT_TRUE(photos.given.classes[1].Empty());
+  EXPECT_THAT(photos.labels, SizeIs(2));
+  EXPECT_EQ(photos.GivenMask(0)[40], 1);
+  EXPECT_TRUE(photos.GivenMask(1).Empty());
 }
 
 TEST(MaskedPhotos, AMaskOfAnotherAspectIsAnError) {

@@ -28,24 +28,44 @@ std::vector<int32_t> ClassesOf(const ClassImage& image, size_t pixels) {
   return classes;
 }
 
-std::vector<int32_t> IdsOf(const MaskSet& set) {
+struct LoadedMasks {
+  std::vector<Label> labels;
+  std::vector<ClassImage> classes;  // one per photo; empty without a mask
+};
+
+std::vector<int32_t> IdsOf(const LoadedMasks& set) {
   std::vector<int32_t> ids;
   for (const Label& label : set.labels) ids.push_back(label.id);
   return ids;
 }
 
-std::vector<uint32_t> SourceIdsOf(const MaskSet& set) {
+std::vector<uint32_t> SourceIdsOf(const LoadedMasks& set) {
   std::vector<uint32_t> ids;
   for (const Label& label : set.labels) ids.push_back(label.source_id);
   return ids;
 }
 
-// The masks of a folder for photos of 4 x 2 pixels.
-MaskSet Load(const fs::path& folder,
-             const std::vector<std::string>& photos,
-             LabelZero label_zero = LabelZero::kIgnore) {
-  return LoadMasks(
-      PairMasks(folder, photos), std::vector<PhotoSize>(photos.size(), {4, 2}), folder, label_zero);
+// The masks of a folder for photos of one size.
+LoadedMasks Load(const fs::path& folder,
+                 const std::vector<std::string>& photos,
+                 LabelZero label_zero = LabelZero::kIgnore,
+                 const PhotoSize& size = {4, 2}) {
+  const MaskPairing pairing = PairMasks(folder, photos);
+  std::vector<DecodedMask> masks(photos.size());
+  std::vector<MaskContents> contents(photos.size());
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    masks[i] = DecodeMask(pairing.masks[i], size);
+    contents[i] = ContentsOf(masks[i]);
+  }
+  const MaskClasses numbered = NumberMasks(contents, pairing, folder, label_zero);
+  LoadedMasks loaded{numbered.labels, std::vector<ClassImage>(photos.size())};
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    loaded.classes[i] =
+        ClassesOf(masks[i], numbered.Of(masks[i]), size, static_cast<int>(loaded.labels.size()));
+  }
+  return loaded;
 }
 
 TEST(MaskPairing, FindsEachKindOfName) {
@@ -211,7 +231,7 @@ TEST(Masks, IdsBecomeContiguousClassesOverTheWholeSet) {
   TempFolder temp;
   WriteGrey(temp / "a.png", {0, 0, 9, 9, 3, 3, 3, 0});
   WriteGrey(temp / "b.png", {200, 200, 200, 200, 9, 9, 9, 9});
-  const MaskSet set = Load(temp.path(), {"a.jpg", "b.jpg", "c.jpg"});
+  const LoadedMasks set = Load(temp.path(), {"a.jpg", "b.jpg", "c.jpg"});
   EXPECT_THAT(IdsOf(set), ElementsAre(3, 9, 200));
   EXPECT_THAT(SourceIdsOf(set), ElementsAre(3, 9, 200));
   EXPECT_THAT(ClassesOf(set.classes[0], 8), ElementsAre(-1, -1, 1, 1, 0, 0, 0, -1));
@@ -222,7 +242,7 @@ TEST(Masks, IdsBecomeContiguousClassesOverTheWholeSet) {
 TEST(Masks, ZeroCanBeAClass) {
   TempFolder temp;
   WriteGrey(temp / "a.png", {0, 0, 9, 9, 3, 3, 3, 0});
-  const MaskSet set = Load(temp.path(), {"a.jpg"}, LabelZero::kClass);
+  const LoadedMasks set = Load(temp.path(), {"a.jpg"}, LabelZero::kClass);
   EXPECT_THAT(IdsOf(set), ElementsAre(0, 3, 9));
   EXPECT_THAT(ClassesOf(set.classes[0], 8), ElementsAre(0, 0, 2, 2, 1, 1, 1, 0));
 }
@@ -238,7 +258,7 @@ TEST(Masks, ZeroIsAClassByItselfWhereItCoversAFifth) {
 TEST(Masks, EmptyMasksHaveNoClasses) {
   TempFolder temp;
   WriteGrey(temp / "a.png", std::vector<uint8_t>(8, 0));
-  const MaskSet set = Load(temp.path(), {"a.jpg"});
+  const LoadedMasks set = Load(temp.path(), {"a.jpg"});
   EXPECT_THAT(set.labels, IsEmpty());
   EXPECT_FALSE(set.classes[0].Empty());
   EXPECT_THAT(ClassesOf(set.classes[0], 8), testing::Each(kUnlabelled));
@@ -252,8 +272,7 @@ TEST(Masks, ManyClassesNeedTwoBytes) {
     samples.push_back(static_cast<uint8_t>(id));
   }
   WritePng(temp / "a.png", 20, 15, 16, PNG_COLOR_TYPE_GRAY, samples);
-  const MaskSet set =
-      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{20, 15}}, temp.path(), LabelZero::kIgnore);
+  const LoadedMasks set = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {20, 15});
   ASSERT_EQ(set.labels.size(), 299u);
   EXPECT_EQ(set.classes[0][0], kUnlabelled);
   for (int id = 1; id < 300; ++id) EXPECT_EQ(set.classes[0][id], id - 1);
@@ -273,8 +292,7 @@ TEST(Masks, ManyClassesNeedTwoBytes) {
 TEST(Masks, GreySavedAsRgbIsGrey) {
   TempFolder temp;
   WritePng(temp / "a.png", 2, 1, 8, PNG_COLOR_TYPE_RGB, {7, 7, 7, 0, 0, 0});
-  const MaskSet set =
-      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), LabelZero::kIgnore);
+  const LoadedMasks set = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {2, 1});
   EXPECT_THAT(IdsOf(set), ElementsAre(7));
 }
 
@@ -287,10 +305,8 @@ void WriteDeva(const TempFolder& temp) {
   WritePng(temp / "Annotations/b.png", 2, 1, 8, PNG_COLOR_TYPE_RGB, {5, 5, 5, 5, 5, 5});
 }
 
-MaskSet LoadDeva(const TempFolder& temp) {
-  const fs::path folder = temp / "Annotations";
-  return LoadMasks(
-      PairMasks(folder, {"a.jpg", "b.jpg"}), {{2, 1}, {2, 1}}, folder, LabelZero::kIgnore);
+LoadedMasks LoadDeva(const TempFolder& temp) {
+  return Load(temp / "Annotations", {"a.jpg", "b.jpg"}, LabelZero::kIgnore, {2, 1});
 }
 
 std::string PredJson(const std::vector<uint32_t>& ids) {
@@ -305,7 +321,7 @@ std::string PredJson(const std::vector<uint32_t>& ids) {
 TEST(Masks, DevasLongIdsAreNumberedAndKept) {
   TempFolder temp;
   WriteDeva(temp);
-  const MaskSet set = LoadDeva(temp);
+  const LoadedMasks set = LoadDeva(temp);
   EXPECT_THAT(IdsOf(set), ElementsAre(1, 2));
   EXPECT_THAT(SourceIdsOf(set), ElementsAre(kGreyLongId, kLongId));
   EXPECT_THAT(ClassesOf(set.classes[0], 2), ElementsAre(1, kUnlabelled));
@@ -339,8 +355,7 @@ TEST(Masks, PredJsonKnowsTheIds) {
 TEST(Masks, AnotherSizeIsReadAtPixelCentres) {
   TempFolder temp;
   WritePng(temp / "a.png", 2, 1, 8, PNG_COLOR_TYPE_GRAY, {1, 2});
-  const MaskSet up =
-      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{6, 3}}, temp.path(), LabelZero::kIgnore);
+  const LoadedMasks up = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {6, 3});
   EXPECT_THAT(ClassesOf(up.classes[0], 18),
               ElementsAre(0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1));
   WritePng(temp / "a.png",
@@ -349,8 +364,7 @@ TEST(Masks, AnotherSizeIsReadAtPixelCentres) {
            8,
            PNG_COLOR_TYPE_GRAY,
            {1, 1, 1, 2, 2, 2, 3, 4, 3, 5, 6, 5, 1, 1, 1, 2, 2, 2});
-  const MaskSet down =
-      LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{2, 1}}, temp.path(), LabelZero::kIgnore);
+  const LoadedMasks down = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {2, 1});
   EXPECT_EQ(down.labels[down.classes[0][0]].id, 4);
   EXPECT_EQ(down.labels[down.classes[0][1]].id, 6);
 }
@@ -359,7 +373,7 @@ TEST(Masks, AnotherAspectIsNamedWithBothSizes) {
   TempFolder temp;
   WritePng(temp / "a.png", 48, 64, 8, PNG_COLOR_TYPE_GRAY, std::vector<uint8_t>(48 * 64, 1));
   const std::string message = UserErrorOf([&] {
-    LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{640, 480}}, temp.path(), LabelZero::kIgnore);
+    Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {640, 480});
   });
   EXPECT_EQ(message,
             (temp / "a.png").string() +
@@ -410,11 +424,10 @@ TEST(Masks, TooManyIdsAreNoObjects) {
     samples.push_back(static_cast<uint8_t>(1 + (i >> 16)));
   }
   WritePng(temp / "a.png", 300, 300, 8, PNG_COLOR_TYPE_RGB, samples);
-  EXPECT_THAT(
-      UserErrorOf([&] {
-        LoadMasks(PairMasks(temp.path(), {"a.jpg"}), {{300, 300}}, temp.path(), LabelZero::kIgnore);
-      }),
-      HasSubstr("a.png: has more than 65535 ids"));
+  EXPECT_THAT(UserErrorOf([&] {
+                Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {300, 300});
+              }),
+              HasSubstr("a.png: has more than 65535 ids"));
 }
 
 TEST(Labels, AreNamedByTheIdsOfTheMasks) {

@@ -25,8 +25,7 @@ class Votes {
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) image.Set(y * kSide + x, of(x, y));
     }
-    photos.given.classes.push_back(image);
-    photos.corrected.classes.push_back(std::move(image));
+    masks.push_back(std::move(image));
     return static_cast<int32_t>(photos.photos.size()) - 1;
   }
   int32_t AddUniform(int32_t class_index) {
@@ -39,10 +38,12 @@ class Votes {
 
   PointLabel Label(const Sightings& sightings) {
     photos.sightings = {sightings};
+    LookAtSightings([&](int view) { return ViewMasks{masks[view], masks[view]}; }, &photos);
     return LabelPoints(photos).front();
   }
 
   MaskedPhotos photos;
+  std::vector<ClassImage> masks;
 };
 
 const Eigen::Vector2d kMiddle(31.5, 31.5);
@@ -96,8 +97,7 @@ TEST(PointLabels, WithoutAMaskThereIsNoLabel) {
   Votes votes;
   const int32_t nothing = votes.AddUniform(kUnlabelled), two = votes.AddUniform(2);
   votes.photos.photos.push_back(votes.photos.photos.front());
-  votes.photos.given.classes.emplace_back();
-  votes.photos.corrected.classes.emplace_back();
+  votes.masks.emplace_back();
   const int32_t without = 2;
   for (const Sightings& sightings :
        {Sightings{},
@@ -136,23 +136,18 @@ TEST(PointLabels, RenamedIdsVoteForWhatTheyAre) {
   Wall wall;
   for (int view = 5; view < kViews; ++view) wall.PaintBand(view, 1, 50);
   wall.PaintBand(3, 0, 9);  // and one that is wrong
-  MaskedPhotos photos;
-  photos.photos = wall.photos;
-  photos.given = wall.Painted();
-  photos.consistency = wall.Correct(MaskConsistency::kTracks);
-  photos.corrected = wall.masks;
-  photos.sightings = wall.tracks;
+  const MaskedPhotos photos = wall.HeldAgainstTracks();
   const std::vector<PointLabel> labels = LabelPoints(photos);
   int wrong = 0;
   for (size_t i = 0; i < labels.size(); ++i) {
     ASSERT_NE(labels[i].class_index, kUnlabelled);
     const int band = static_cast<int>(wall.tracks[i].front().pixel.x()) / kBand;
     // Id 50 is in more photos than 8, so it is the label of both.
-    const int id = photos.corrected.labels[labels[i].class_index].id;
+    const int id = photos.labels[labels[i].class_index].id;
     wrong += id != (band == 0 ? 7 : band == 1 ? 50 : 9);
   }
   EXPECT_EQ(wrong, 0);
-  EXPECT_EQ(photos.corrected.labels.size(), 3u);
+  EXPECT_EQ(photos.labels.size(), 3u);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "foam/random.h"
 #include "plugin/mask_consistency.h"
+#include "plugin/masked_photos.h"
 
 #include <array>
 #include <cstdint>
@@ -15,6 +16,12 @@
 namespace semfoam {
 
 inline constexpr int kWidth = 120, kHeight = 60, kViews = 12, kBand = 40;
+
+// Masks in memory.
+struct PaintedMasks {
+  std::vector<Label> labels;        // one per class, ascending by source id
+  std::vector<ClassImage> classes;  // one per photo, of its size; empty without a mask
+};
 
 // A wall of three things side by side, 40 pixels each, seen by twelve photos that differ in
 // nothing. Points are few and seen three times, as in real models.
@@ -55,11 +62,11 @@ class Wall {
   }
 
   // The photos' masks as they are painted.
-  MaskSet Painted(bool zero_is_class = false) const {
+  PaintedMasks Painted(bool zero_is_class = false) const {
     std::set<int> all;
     for (const auto& image : ids) all.insert(image.begin(), image.end());
     if (!zero_is_class) all.erase(0);
-    MaskSet painted;
+    PaintedMasks painted;
     for (const int id : all) {
       Label label;
       label.id = id;
@@ -81,7 +88,36 @@ class Wall {
 
   MaskConsistencyReport Correct(MaskConsistency mode, bool zero_is_class = false) {
     masks = Painted(zero_is_class);
-    return MakeMasksConsistent(seeds, tracks, photos, mode, &masks);
+    const std::vector<std::vector<Eigen::Vector2f>> places = PlacesByView(tracks, photos.size());
+    std::vector<ViewEvidence> views;
+    for (size_t view = 0; view < photos.size(); ++view) {
+      views.push_back(LookAtMask(masks.classes[view], photos[view], places[view]));
+    }
+    MaskCorrection correction = CorrectMasks(seeds, tracks, photos, mode, masks.labels, views);
+    if (!correction.rewriter) return std::move(correction.report);
+    masks.labels = correction.rewriter->labels();
+    for (size_t view = 0; view < photos.size(); ++view) {
+      ClassImage& image = masks.classes[view];
+      image = correction.rewriter->Rewrite(static_cast<int>(view), photos[view], image);
+    }
+    return std::move(correction.report);
+  }
+
+  // The photos with their masks, held against the tracks as in Correct.
+  MaskedPhotos HeldAgainstTracks(bool zero_is_class = false) {
+    const PaintedMasks given = Painted(zero_is_class);
+    MaskedPhotos result;
+    result.photos = photos;
+    result.given.labels = given.labels;
+    result.consistency = Correct(MaskConsistency::kTracks, zero_is_class);
+    result.labels = masks.labels;
+    result.sightings = tracks;
+    LookAtSightings(
+        [&](int view) {
+          return ViewMasks{given.classes[view], masks.classes[view]};
+        },
+        &result);
+    return result;
   }
 
   // The label id of a corrected pixel; -1 where unlabelled.
@@ -97,7 +133,7 @@ class Wall {
   std::vector<SeedPoint> seeds;
   std::vector<Sightings> tracks;
   std::vector<std::vector<int>> ids;  // of the masks, per view
-  MaskSet masks;                      // after Correct
+  PaintedMasks masks;                 // after Correct
 };
 
 }  // namespace semfoam

@@ -70,7 +70,7 @@ SheetTile MakeTile(const MaskAnalysis& analysis, const SuspiciousPhoto* suspicio
   Image8 photo;
   const fs::path file = analysis.image_folder / analysis.photos.photos[view].name;
   if (!analysis.image_folder.empty() && fs::is_regular_file(file)) photo = ReadPhoto(file);
-  const ClassImage& classes = analysis.photos.given.classes[view];
+  const ClassImage classes = analysis.photos.GivenMask(view);
   LabelImage labels;
   if (!classes.Empty()) {
     labels.width = analysis.photos.photos[view].width;

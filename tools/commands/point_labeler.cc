@@ -126,7 +126,7 @@ void RunPointLabeler(int argc, char** argv) {
             << pairing.unused.size() << " masks unused";
   if (!photos.size_warning.empty()) LOG(WARNING) << photos.size_warning;
   if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
-  std::vector<Label> labels = photos.corrected.labels;
+  std::vector<Label> labels = photos.labels;
   const bool names_fit =
       photos.consistency.used != MaskConsistency::kIndependent || options.IsGiven("labels_path");
   if (!paths.labels_file.empty() && names_fit) NameLabels(paths.labels_file, &labels);

@@ -3,7 +3,7 @@
 
 #include "foam/foam.h"
 #include "foam/ray_batch.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <cstdint>
 #include <vector>

@@ -124,9 +124,8 @@ void Rearrange(const Rearrangement& plan,
                const DensificationOptions& options,
                Foam* foam) {
   for (size_t i = 0; i < foam->NumSites(); ++i) {
-    if (statistics.contribution[i] < options.transparent_contribution) {
-      foam->raw_density[i] = std::min(foam->raw_density[i], kLowestRawDensity);
-    }
+    foam->raw_density[i] = FadedRawDensity(
+        foam->raw_density[i], statistics.contribution[i], options.transparent_contribution);
   }
   Gather(plan.origin, 1, &foam->positions);
   for (size_t k = 0; k < plan.origin.size(); ++k) {

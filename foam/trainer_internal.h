@@ -83,6 +83,7 @@ class Trainer {
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
+  const std::vector<int> views_to_train_on_;
   PixelRange pixels_;                  // to train on
   PixelRange probe_pixels_;            // to settle the SH degree on; empty when that is done
   std::unique_ptr<PixelCache> cache_;  // of views that do not fit into memory

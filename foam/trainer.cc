@@ -35,8 +35,7 @@ Trainer::Trainer(const TrainingViews& views,
       views_to_train_on_(ViewsToTrainOn(views)),
       free_space_(views, seeds),
       schedule_(options),
-      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)),
-      lag_(TriangulationLag()) {
+      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
   ChooseViews();
   if (pixels_.size() == 0) {
     throw UserError(
@@ -226,7 +225,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
         "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
   }
   guard_.Finish(progress_.iteration);
-  summary_.triangulation_lag = lag_;
+  summary_.triangulation_lag = TriangulationLag(state_.foam.NumSites());
   summary_.late_rays = schedule_.late_rays();
   summary_.unstable_iterations = guard_.unstable_iterations();
   summary_.explained_contrast = guard_.explained_contrast();

@@ -35,10 +35,12 @@ constexpr double kMostLagShare = 1.0 / 16;
 
 }  // namespace
 
-int Trainer::TriangulationLag() const {
+// From the begin to the end of a triangulation of so many sites, in iterations; 0: none is ever
+// pending.
+int Trainer::TriangulationLag(size_t num_sites) const {
   const auto most =
       static_cast<int>(std::min(kMostLagShare * double(schedule_.early_iterations()), 1e9));
-  return std::clamp(device_->TriangulationLag(), 0, most);
+  return std::clamp(device_->TriangulationLag(num_sites), 0, most);
 }
 
 bool Trainer::TopologyIsStale() const {
@@ -134,11 +136,12 @@ void Trainer::HandOverTopology(int64_t iteration) {
 // After every iteration. While a triangulation is under way nothing asks for another one.
 void Trainer::UpdateTopology() {
   if (pending_ != nullptr) {
-    if (progress_.iteration >= pending_->iteration + lag_) return TakeOverTriangulation();
+    const int lag = TriangulationLag(pending_->plan.positions.size());
+    if (progress_.iteration >= pending_->iteration + lag) return TakeOverTriangulation();
   } else if (DensificationIsDue()) {
     device_->DownloadSites();
     Rearrangement plan = PlanNextDensification();
-    if (lag_ == 0) {
+    if (TriangulationLag(plan.positions.size()) == 0) {
       CarryOut(plan);
       plan = {};
       return Retriangulate();
@@ -146,7 +149,7 @@ void Trainer::UpdateTopology() {
     BeginTriangulation(std::move(plan));
   } else if (!frozen_ && (!PositionsMove() || TopologyIsStale())) {
     frozen_ = !PositionsMove();
-    if (lag_ == 0) return Retriangulate();
+    if (TriangulationLag(state_.foam.NumSites()) == 0) return Retriangulate();
     device_->DownloadSites();
     BeginTriangulation({});
   }

@@ -78,7 +78,7 @@ class TrainingDevice {
   // Sites are triangulated on the host. So many iterations may go on meanwhile with the topology
   // that there is, and the new one is taken over after just so many, however long it took. 0: none
   // goes on.
-  virtual int TriangulationLag() const { return 0; }
+  virtual int TriangulationLag(size_t /*num_sites*/) const { return 0; }
 
   // Brings the planes up to date with the sites (Refresh).
   virtual void FollowSites() = 0;

@@ -95,7 +95,9 @@ class CardTraining : public TrainingDevice {
 
   // CGAL triangulates some 0.2 M sites a second; iterations of so many sites that take 40 ms or
   // more do not wait for it then. Counted, not measured: no card has run this yet.
-  int TriangulationLag() const override { return std::max(8, static_cast<int>(num_sites_ / 8192)); }
+  int TriangulationLag(size_t num_sites) const override {
+    return std::max(8, static_cast<int>(num_sites / 8192));
+  }
 
   void FollowSites() override {
     machine_.ForEach(num_sites_, CopySite{sites_.positions.data(), scene_.positions.data()});

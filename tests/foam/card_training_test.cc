@@ -148,19 +148,27 @@ TEST_P(Card, TrainsAsWellAsTheCores) {
   options.final_sites = 3000;
   options.sh_degree = 1;
   options.densify_events = 6;
-  const TrainingSummary on_cores = TrainFoam(views, views.Seeds(800), 3, options, nullptr);
-  TrainingHooks hooks;
-  hooks.make_device = [this](TrainingState* state) { return MakeTraining(state); };
-  const TrainingSummary on_card = TrainFoam(views, views.Seeds(800), 3, options, std::move(hooks));
-  EXPECT_EQ(on_card.step_limit_hits, 0);
-  EXPECT_EQ(on_card.nonfinite_gradients, 0);
-  EXPECT_NEAR(double(on_card.foam.NumSites()),
-              double(on_cores.foam.NumSites()),
-              0.02 * on_cores.foam.NumSites());
-  // Two runs that differ by rounding drift apart, as two seeds do: here by up to 0.4 dB. And new
-  // topologies that come eight iterations late cost so short a run something.
-  EXPECT_NEAR(on_card.last.held_out_psnr, on_cores.last.held_out_psnr, 0.8);
-  EXPECT_NEAR(on_card.last.held_out_miou, on_cores.last.held_out_miou, 0.03);
+  // Two runs that differ by rounding drift apart, as two seeds do: by 0.4 dB (standard deviation)
+  // for so short a run. So it is the mean of several that is compared.
+  constexpr int kRuns = 4;
+  double psnr = 0, miou = 0;  // mean differences
+  for (int run = 1; run <= kRuns; ++run) {
+    options.random_seed = run;
+    const TrainingSummary on_cores = TrainFoam(views, views.Seeds(800), 3, options, nullptr);
+    TrainingHooks hooks;
+    hooks.make_device = [this](TrainingState* state) { return MakeTraining(state); };
+    const TrainingSummary on_card =
+        TrainFoam(views, views.Seeds(800), 3, options, std::move(hooks));
+    EXPECT_EQ(on_card.step_limit_hits, 0);
+    EXPECT_EQ(on_card.nonfinite_gradients, 0);
+    EXPECT_NEAR(double(on_card.foam.NumSites()),
+                double(on_cores.foam.NumSites()),
+                0.02 * on_cores.foam.NumSites());
+    psnr += (on_card.last.held_out_psnr - on_cores.last.held_out_psnr) / kRuns;
+    miou += (on_card.last.held_out_miou - on_cores.last.held_out_miou) / kRuns;
+  }
+  EXPECT_NEAR(psnr, 0, 0.6);
+  EXPECT_NEAR(miou, 0, 0.03);
 }
 
 // Checkpoints of a card's runs.

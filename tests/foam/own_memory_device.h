@@ -22,7 +22,7 @@ class OwnMemoryDevice final : public TrainingDevice {
 
   DeviceKind Kind() const override { return cpu_->Kind(); }
 
-  int TriangulationLag() const override { return triangulation_lag_; }
+  int TriangulationLag(size_t) const override { return triangulation_lag_; }
 
   void Download() override {
     Copy(own_, &host_);

@@ -68,11 +68,33 @@ class CpuTrainingDevice final : public TrainingDevice {
  public:
   explicit CpuTrainingDevice(TrainingState* state) : state_(*state) {}
 
+  DeviceKind Kind() const override { return DeviceKind::kCores; }
+
   void Download() override {}
+
+  void DownloadSites() override {}
 
   void Upload() override { density_ = CellDensities(state_.foam); }
 
+  void Rearrange(const Rearrangement& plan) override {
+    semfoam::Rearrange(plan, state_.densification, {}, &state_.foam);
+    state_.optimizer->Rearrange(plan.origin, plan.is_new);
+    state_.densification.Reset(state_.foam.NumSites());
+  }
+
   void UploadTopology() override {}
+
+  void HoldDensities() override {
+    Foam& foam = state_.foam;
+    const std::vector<uint8_t>& is_clear = state_.topology.is_clear();
+    CHECK_EQ(is_clear.size(), foam.NumSites());
+    ParallelForBlocks(foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        foam.raw_density[i] = HeldRawDensity(foam.raw_density[i], is_clear[i] != 0);
+      }
+    });
+    density_ = CellDensities(foam);
+  }
 
   void FollowSites() override { state_.topology.Follow(state_.foam.positions); }
 

@@ -3,7 +3,7 @@
 
 #include "foam/gather.h"
 #include "foam/guard_sites.h"
-#include "foam/random.h"
+#include "foam/random_vectors.h"
 #include "foam/voronoi.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::vector<uint32_t> DrawWithoutReplacement(const std::vector<float>& weights,
 
 Eigen::Vector3f RandomUnitVector(CounterRandom* random) {
   while (true) {
-    const Eigen::Vector3d v(random->Normal(), random->Normal(), random->Normal());
+    const Eigen::Vector3d v = NormalVector(random);
     if (v.norm() > 1e-6) return v.normalized().cast<float>();
   }
 }
@@ -124,9 +124,8 @@ void Rearrange(const Rearrangement& plan,
                const DensificationOptions& options,
                Foam* foam) {
   for (size_t i = 0; i < foam->NumSites(); ++i) {
-    if (statistics.contribution[i] < options.transparent_contribution) {
-      foam->raw_density[i] = std::min(foam->raw_density[i], kLowestRawDensity);
-    }
+    foam->raw_density[i] = FadedRawDensity(
+        foam->raw_density[i], statistics.contribution[i], options.transparent_contribution);
   }
   Gather(plan.origin, 1, &foam->positions);
   for (size_t k = 0; k < plan.origin.size(); ++k) {

@@ -3,6 +3,7 @@
 
 #include "foam/delaunay.h"
 #include "foam/foam.h"
+#include "foam/host_device.h"
 #include "foam/optimizer.h"
 
 #include <cstdint>
@@ -29,6 +30,14 @@ struct DensificationOptions {
       1e-3f;                       // a cell that never weighs more than this becomes transparent
   float seen_contribution = 0.1f;  // children are placed towards neighbours that weigh as much
 };
+
+// The raw density with which a cell of this largest rendering weight goes into a densification.
+SEMFOAM_HOST_DEVICE inline float FadedRawDensity(float raw,
+                                                 float contribution,
+                                                 float transparent_contribution) {
+  return contribution < transparent_contribution && kLowestRawDensity < raw ? kLowestRawDensity
+                                                                            : raw;
+}
 
 // Plans to prune what nothing sees, and to add children to cells drawn without replacement with
 // probability proportional to the squared error of the colours that they had a part in: where a

@@ -74,6 +74,8 @@ void UseDevice(const std::string& device) {
   cuda_device = FindCudaDevice(device, device == "cpu" ? std::nullopt : CudaDevices());
 }
 
+DeviceKind DeviceKindInUse() { return cuda_device ? DeviceKind::kCard : DeviceKind::kCores; }
+
 std::string DeviceInWords() {
 #ifdef SEMFOAM_HAS_CUDA
   if (cuda_device) return CudaDeviceInWords(*cuda_device);

@@ -22,6 +22,9 @@ namespace semfoam {
 // this program knows none of its kind. Not while anything made by a device is there.
 void UseDevice(const std::string& device);
 
+// The kind of the device in use.
+DeviceKind DeviceKindInUse();
+
 // The device in use, in words: "2 threads", "cuda:0 (its name, its memory)".
 std::string DeviceInWords();
 

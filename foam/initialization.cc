@@ -4,7 +4,7 @@
 #include "foam/activation.h"
 #include "foam/delaunay.h"
 #include "foam/guard_sites.h"
-#include "foam/random.h"
+#include "foam/random_vectors.h"
 #include "foam/spherical_harmonics.h"
 
 #include <algorithm>
@@ -80,8 +80,7 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
       (0.6f * (high - low)).cwiseMax(0.3f * longest).cwiseMin(0.5f * kFarRadius);
   for (size_t i = 0; i < options.num_scattered; ++i) {
     CounterRandom random(options.seed, kScatterPurpose, i);
-    const Eigen::Vector3f u(
-        2 * random.Uniform() - 1, 2 * random.Uniform() - 1, 2 * random.Uniform() - 1);
+    const Eigen::Vector3f u = (2 * UniformVector(&random).array() - 1).cast<float>();
     const Eigen::Vector3f p = middle + half.cwiseProduct(u);
     if (p.norm() <= kFarRadius) sites.push_back({p, grey, kScatteredDensity});
   }
@@ -89,8 +88,7 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
   for (size_t i = 0; i < options.num_far; ++i) {
     CounterRandom random(options.seed, kFarPurpose, i);
     const double radius = inner * std::pow(kFarRadius / inner, random.Uniform());
-    const Eigen::Vector3d direction =
-        Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+    const Eigen::Vector3d direction = NormalVector(&random).normalized();
     if (!direction.allFinite()) continue;
     sites.push_back({(radius * 0.999 * direction).cast<float>(), grey, kScatteredDensity});
   }

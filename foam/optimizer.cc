@@ -5,7 +5,7 @@
 #include "foam/gather.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <algorithm>
 #include <array>

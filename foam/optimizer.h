@@ -2,8 +2,9 @@
 #pragma once
 
 #include "foam/foam.h"
+#include "foam/host_device.h"
 #include "foam/ray_batch.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <cstdint>
 #include <vector>
@@ -36,6 +37,12 @@ struct DensificationStatistics {
 inline constexpr float kLowestRawDensity = -1;
 // Of cells that are known to be empty: below kTransparentDensity, so that no ray shades them.
 inline constexpr float kTransparentRawDensity = -2;
+
+// The raw density of a cell as its topology allows it: `is_clear`, in free space.
+SEMFOAM_HOST_DEVICE inline float HeldRawDensity(float raw, bool is_clear) {
+  if (is_clear) return kTransparentRawDensity;
+  return raw < kLowestRawDensity ? kLowestRawDensity : raw;
+}
 
 // Bias corrections of Adam's moments, by step; the last, which is 1, holds from there on.
 const std::vector<AdamCorrection>& AdamCorrections();

@@ -2,7 +2,7 @@
 #include "foam/total_variation.h"
 
 #include "foam/parallel.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <algorithm>
 #include <atomic>

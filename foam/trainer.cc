@@ -32,10 +32,10 @@ Trainer::Trainer(const TrainingViews& views,
                  const TrainingHooks& hooks)
     : views_(views),
       options_(options),
+      views_to_train_on_(ViewsToTrainOn(views)),
       free_space_(views, seeds),
       schedule_(options),
-      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)),
-      lag_(TriangulationLag()) {
+      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
   ChooseViews();
   if (pixels_.size() == 0) {
     throw UserError(
@@ -59,6 +59,7 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   state_.densification.Reset(state_.foam.NumSites());
   start_cells_.assign(views_.NumViews(), 0);
   MakeCache();
+  device_->Upload();
   Retriangulate();
 }
 
@@ -70,7 +71,7 @@ void Trainer::MakeCache() {
   plan.num_tiles = NumTiles(options_.rays_per_iteration);
   plan.ranges.resize(2);
   plan.ranges[kAllButProbes] = pixels_;
-  plan.ranges[kAllViews] = PixelRange(views_, ViewsToTrainOn(views_));
+  plan.ranges[kAllViews] = PixelRange(views_, views_to_train_on_);
   plan.first_iteration = progress_.iteration;
   plan.may_grow = options_.seconds > 0;
   plan.kept = ProbePixels();
@@ -99,7 +100,7 @@ std::vector<uint32_t> Trainer::StartCellsWith(const std::vector<int>& views) con
 }
 
 void Trainer::DrawBatch() {
-  start_cells_ = StartCellsWith(ViewsToTrainOn(views_));
+  start_cells_ = StartCellsWith(views_to_train_on_);
   const PixelValue* values = nullptr;
   if (cache_) {
     values = cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
@@ -224,7 +225,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
         "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
   }
   guard_.Finish(progress_.iteration);
-  summary_.triangulation_lag = lag_;
+  summary_.triangulation_lag = TriangulationLag(state_.foam.NumSites());
   summary_.late_rays = schedule_.late_rays();
   summary_.unstable_iterations = guard_.unstable_iterations();
   summary_.explained_contrast = guard_.explained_contrast();

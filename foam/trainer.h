@@ -16,6 +16,7 @@
 namespace semfoam {
 
 class TrainingDevice;
+enum class DeviceKind;
 struct TrainingState;
 
 // Where a run is. NaN = not known.
@@ -75,6 +76,11 @@ struct TrainingHooks {
   // Where to train; empty: on the device in use (MakeTrainingDevice).
   std::function<std::unique_ptr<TrainingDevice>(TrainingState*)> make_device;
 };
+
+// Throws UserError, one sentence, where the checkpoint is of a run on another kind of device: going
+// on there would end with other bytes. One that does not say is of the cores. TrainFoam asks it of
+// its device; for those who want to know before they load what it trains on.
+void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device);
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only.
 // Deterministic in (views, seeds, num_classes, options) and the kind of device, whatever the number

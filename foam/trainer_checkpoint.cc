@@ -86,6 +86,32 @@ void Trainer::SerializePending(Archive* archive) {
   archive->Array("pending_is_new", &plan.is_new, num_origins);
 }
 
+namespace {
+
+constexpr char kCores[] = "cpu", kCard[] = "cuda";
+
+}  // namespace
+
+void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device) {
+  const auto& state = checkpoint.Texts("state");
+  const auto found = state.find("device");
+  const std::string saved = found == state.end() ? kCores : found->second;
+  if (saved != kCores && saved != kCard) {
+    checkpoint.ThrowDamaged("its 'device' is neither 'cpu' nor 'cuda'");
+  }
+  const bool of_card = saved == kCard;
+  if (of_card == (device == DeviceKind::kCard)) return;
+  constexpr char kInWords[2][20] = {"the machine's cores", "a graphics card"};
+  throw UserError(checkpoint.path().string(),
+                  ": this checkpoint was made on ",
+                  kInWords[of_card],
+                  ", and gone on with on ",
+                  kInWords[!of_card],
+                  " the run would end with other bytes; --device ",
+                  of_card ? "cuda:0, or another card" : "cpu",
+                  ", or training from the beginning, would be right.");
+}
+
 void Trainer::Save(CheckpointContents* contents) {
   progress_.seconds = SecondsSince(begin_);
   device_->Download();
@@ -95,6 +121,7 @@ void Trainer::Save(CheckpointContents* contents) {
       guard("guard", contents);
   TrainingOptions same = options_;
   same.Serialize(&options);
+  contents->texts["state"]["device"] = device_->Kind() == DeviceKind::kCard ? kCard : kCores;
   state.Number("views", &num_views);
   state.Number("classes", &state_.foam.num_classes);
   state.Number("sites", &num_sites);
@@ -147,6 +174,7 @@ void Trainer::RequireSameRun(int num_classes, const Checkpoint& checkpoint) cons
 
 void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoint) {
   RequireSameRun(num_classes, *checkpoint);
+  RequireSameDevice(*checkpoint, device_->Kind());
   StateReader state("state", *checkpoint), guard("guard", *checkpoint);
   state_.foam.num_classes = num_classes;
   size_t num_sites = 0, num_reports = 0;

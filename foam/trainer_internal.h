@@ -51,7 +51,7 @@ class Trainer {
   // Ranges in the PixelCache.
   enum { kAllButProbes, kAllViews };
 
-  int TriangulationLag() const;
+  int TriangulationLag(size_t num_sites) const;
   void UpdateTopology();
   bool TopologyIsStale() const;
   bool DensificationIsDue() const;
@@ -83,6 +83,7 @@ class Trainer {
 
   const TrainingViews& views_;
   const TrainingOptions& options_;
+  const std::vector<int> views_to_train_on_;
   PixelRange pixels_;                  // to train on
   PixelRange probe_pixels_;            // to settle the SH degree on; empty when that is done
   std::unique_ptr<PixelCache> cache_;  // of views that do not fit into memory
@@ -103,7 +104,6 @@ class Trainer {
     Rearrangement plan;
     std::future<TrainingTopology> topology;  // goes first, and waits for what reads the positions
   };
-  const int lag_;  // iterations from begin to end of one; 0: none is ever pending
   std::unique_ptr<PendingTriangulation> pending_;
   std::vector<uint32_t> start_cells_;  // per view: where its camera was last
   int64_t last_triangulation_ = 0;     // iteration

@@ -30,7 +30,7 @@ constexpr int kFewestViewsToProbe = 8;
 // Sets the photos apart on which the SH degree is settled, if there is anything to settle and
 // there are photos to spare.
 void Trainer::ChooseViews() {
-  std::vector<int> train = ViewsToTrainOn(views_), probe;
+  std::vector<int> train = views_to_train_on_, probe;
   if (options_.sh_degree > 0 && !options_.fixed_sh_degree && train.size() >= kFewestViewsToProbe) {
     for (size_t k = 0; k < train.size(); ++k) {
       if (k % kProbeViews == kFewestViewsToProbe / 2) probe.push_back(train[k]);
@@ -45,7 +45,7 @@ void Trainer::SettleShDegree(int degree) {
   SetShDegree(degree);
   sh_degree_is_settled_ = true;
   if (probe_pixels_.size() == 0) return;
-  pixels_ = PixelRange(views_, ViewsToTrainOn(views_));
+  pixels_ = PixelRange(views_, views_to_train_on_);
   probe_pixels_ = {};
 }
 
@@ -87,7 +87,7 @@ std::vector<int> Trainer::RangesAt(int64_t iteration) const {
 // Whether the highest degree makes enough of a difference to photos not seen.
 bool Trainer::ShDegreePays() const {
   std::vector<BatchRay> rays;
-  const std::vector<uint32_t> start_cells = StartCellsWith(ViewsToTrainOn(views_));
+  const std::vector<uint32_t> start_cells = StartCellsWith(views_to_train_on_);
   const std::vector<ViewPixel> pixels = ProbePixels();
   for (size_t i = 0; i < pixels.size(); ++i) {
     const PixelValue* const value = cache_ ? &cache_->Kept(i) : nullptr;

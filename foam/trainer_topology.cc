@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/densification.h"
-#include "foam/parallel.h"
 #include "foam/trainer_internal.h"
 
 #include <algorithm>
@@ -36,10 +35,12 @@ constexpr double kMostLagShare = 1.0 / 16;
 
 }  // namespace
 
-int Trainer::TriangulationLag() const {
+// From the begin to the end of a triangulation of so many sites, in iterations; 0: none is ever
+// pending.
+int Trainer::TriangulationLag(size_t num_sites) const {
   const auto most =
       static_cast<int>(std::min(kMostLagShare * double(schedule_.early_iterations()), 1e9));
-  return std::clamp(device_->TriangulationLag(), 0, most);
+  return std::clamp(device_->TriangulationLag(num_sites), 0, most);
 }
 
 bool Trainer::TopologyIsStale() const {
@@ -76,9 +77,7 @@ Rearrangement Trainer::PlanNextDensification() {
 }
 
 void Trainer::CarryOut(const Rearrangement& densification) {
-  Rearrange(densification, state_.densification, {}, &state_.foam);
-  state_.optimizer->Rearrange(densification.origin, densification.is_new);
-  state_.densification.Reset(state_.foam.NumSites());
+  device_->Rearrange(densification);
   start_cells_.assign(views_.NumViews(), 0);
 }
 
@@ -105,11 +104,10 @@ void Trainer::TakeOverTriangulation() {
   const auto begin = std::chrono::steady_clock::now();
   TrainingTopology topology = pending_->topology.get();
   const double waited = SecondsSince(begin);
-  device_->Download();
   if (!pending_->plan.origin.empty()) CarryOut(pending_->plan);
   state_.topology = std::move(topology);
-  state_.topology.Follow(state_.foam.positions);
   HandOverTopology(pending_->iteration);
+  device_->FollowSites();
   pending_.reset();
   const double seconds = SecondsSince(begin);
   summary_.seconds_triangulating += seconds;
@@ -117,39 +115,33 @@ void Trainer::TakeOverTriangulation() {
           << waited << " s for it, " << seconds << " s in all";
 }
 
-// At once, of the host's sites.
+// At once, of the device's sites.
 void Trainer::Retriangulate() {
   const auto begin = std::chrono::steady_clock::now();
+  device_->DownloadSites();
   state_.topology.Triangulate(state_.foam.positions, free_space_, state_.foam.HasSemantics());
   HandOverTopology(progress_.iteration);
   summary_.seconds_triangulating += SecondsSince(begin);
 }
 
-// The host's new topology, of the sites of an iteration, and with it all of the state.
+// The host's new topology, of the sites of an iteration.
 void Trainer::HandOverTopology(int64_t iteration) {
-  Foam& foam = state_.foam;
-  ParallelForBlocks(foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      float& raw = foam.raw_density[i];
-      raw =
-          state_.topology.is_clear()[i] ? kTransparentRawDensity : std::max(raw, kLowestRawDensity);
-    }
-  });
-  device_->Upload();
   device_->UploadTopology();
+  device_->HoldDensities();
   last_triangulation_ = iteration;
-  if (summary_.triangulations > 0) triangulated_sites_ += foam.NumSites();
+  if (summary_.triangulations > 0) triangulated_sites_ += state_.foam.NumSites();
   ++summary_.triangulations;
 }
 
 // After every iteration. While a triangulation is under way nothing asks for another one.
 void Trainer::UpdateTopology() {
   if (pending_ != nullptr) {
-    if (progress_.iteration >= pending_->iteration + lag_) return TakeOverTriangulation();
+    const int lag = TriangulationLag(pending_->plan.positions.size());
+    if (progress_.iteration >= pending_->iteration + lag) return TakeOverTriangulation();
   } else if (DensificationIsDue()) {
-    device_->Download();
+    device_->DownloadSites();
     Rearrangement plan = PlanNextDensification();
-    if (lag_ == 0) {
+    if (TriangulationLag(plan.positions.size()) == 0) {
       CarryOut(plan);
       plan = {};
       return Retriangulate();
@@ -157,8 +149,8 @@ void Trainer::UpdateTopology() {
     BeginTriangulation(std::move(plan));
   } else if (!frozen_ && (!PositionsMove() || TopologyIsStale())) {
     frozen_ = !PositionsMove();
-    device_->Download();
-    if (lag_ == 0) return Retriangulate();
+    if (TriangulationLag(state_.foam.NumSites()) == 0) return Retriangulate();
+    device_->DownloadSites();
     BeginTriangulation({});
   }
   if ((!frozen_ || pending_ != nullptr) && progress_.iteration % kRefreshInterval == 0) {

@@ -40,28 +40,45 @@ struct TrainingStepResult {
   int64_t skipped_updates = 0;  // cells, or the classifier, whose gradient was not finite
 };
 
+// Runs on devices of one kind have the same bytes.
+enum class DeviceKind { kCores, kCard };
+
 // Where the iterations of a training are computed: on the machine's cores, or on a graphics card
-// that keeps the state in its own memory. The trainer calls Download() before it looks at the state
-// and Upload() after it has changed it, and knows no more of where it is.
+// that keeps the state in its own memory. The trainer calls Download() or DownloadSites() before it
+// looks at the state and Upload() after it has changed it, and knows no more of where it is.
 class TrainingDevice {
  public:
   virtual ~TrainingDevice() = default;
 
+  virtual DeviceKind Kind() const = 0;
+
   // The host's state, the topology's planes included, becomes what the device has.
   virtual void Download() = 0;
+
+  // Of the host's state, the positions and the densification's statistics become what the device
+  // has: all that a triangulation or the plan of a densification looks at.
+  virtual void DownloadSites() = 0;
 
   // The device takes over the host's state, which may have other sizes than before. Not the
   // topology.
   virtual void Upload() = 0;
 
-  // The device takes over the host's topology, planes included. After Upload, if sites came or
-  // went.
+  // Carries out a densification on what the device has: semfoam::Rearrange with its default
+  // options, FoamOptimizer::Rearrange, and statistics that begin anew. Of the host's state only the
+  // number of positions follows. A topology of the new sites and HoldDensities come next.
+  virtual void Rearrange(const Rearrangement& plan) = 0;
+
+  // The device takes over the host's topology, planes included. After Upload or Rearrange, if sites
+  // came or went.
   virtual void UploadTopology() = 0;
+
+  // Raw densities of what the device has are held to the topology that it has (HeldRawDensity).
+  virtual void HoldDensities() = 0;
 
   // Sites are triangulated on the host. So many iterations may go on meanwhile with the topology
   // that there is, and the new one is taken over after just so many, however long it took. 0: none
   // goes on.
-  virtual int TriangulationLag() const { return 0; }
+  virtual int TriangulationLag(size_t /*num_sites*/) const { return 0; }
 
   // Brings the planes up to date with the sites (Refresh).
   virtual void FollowSites() = 0;

@@ -2,7 +2,7 @@
 #include "foam/walk.h"
 
 #include "foam/parallel.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <algorithm>
 #include <atomic>

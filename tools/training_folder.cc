@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/training_folder.h"
 
+#include "foam/device.h"
 #include "foam/error.h"
 #include "foam/number_text.h"
+#include "foam/trainer.h"
 #include "tools/exports.h"
 
 #include <algorithm>
@@ -146,6 +148,7 @@ std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint() {
       continue;
     }
     RequireSameRun(*checkpoint);
+    RequireSameDevice(*checkpoint, DeviceKindInUse());
     LOG(INFO) << "Going on from " << PathOf(iteration).string();
     return checkpoint;
   }

@@ -56,7 +56,7 @@ class TrainingFolder {
 
   // With resume: the newest checkpoint that can be read; those that cannot are told. Nothing where
   // there is none, which is said. Throws UserError, naming what differs, where it is of another
-  // run.
+  // run, or of another kind of device than the one in use.
   std::unique_ptr<Checkpoint> NewestCheckpoint();
 
   // Training begins. Checkpoints that could not be read are removed; without resume, an earlier

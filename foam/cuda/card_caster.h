@@ -46,7 +46,7 @@ class CardCaster : public RayCaster {
  private:
   mutable std::mutex mutex_;
   mutable Machine machine_;
-  mutable RayShower<Machine> shower_;
+  mutable RayShower<Machine, RayToShow> shower_;
   CardScene<Machine> scene_;
   uint32_t num_sites_;
   int sh_degree_;

@@ -16,6 +16,18 @@
 
 namespace semfoam {
 
+// Values into an array of a graphics card, and back; the target takes on their number.
+template <typename Machine, typename Vector, typename Array>
+void SendTo(Machine& machine, const Vector& values, Array* array) {
+  array->Resize(values.size());
+  if (!values.empty()) machine.Upload(values.data(), values.size(), array);
+}
+template <typename Machine, typename Array, typename Vector>
+void FetchFrom(Machine& machine, const Array& array, Vector* values) {
+  values->resize(array.size());
+  machine.Download(array, array.size(), values->data());
+}
+
 // What a ray has to see of a foam, in the memory of a graphics card.
 template <typename Machine>
 struct CardScene {
@@ -53,39 +65,31 @@ struct CardScene {
                 cells.begin() + geometry.first_block[i + 1],
                 static_cast<uint32_t>(i));
     }
-    SendTo(machine, geometry.positions.data(), num_cells, &positions);
-    SendTo(machine, geometry.first_block.data(), num_cells + 1, &first_block);
-    SendTo(machine, geometry.blocks.data(), geometry.blocks.size(), &blocks);
-    SendTo(machine, cells.data(), cells.size(), &cell_of_block);
+    SendTo(machine, geometry.positions, &positions);
+    SendTo(machine, geometry.first_block, &first_block);
+    SendTo(machine, geometry.blocks, &blocks);
+    SendTo(machine, cells, &cell_of_block);
   }
   void Send(Machine& machine, const ClassifierView<float>& classes) {
     const size_t k = classes.num_classes;
-    SendTo(machine, classes.weight, k * kIdentityDim, &class_weight);
-    SendTo(machine, classes.bias, k, &class_bias);
+    SendTo(machine, std::span(classes.weight, k * kIdentityDim), &class_weight);
+    SendTo(machine, std::span(classes.bias, k), &class_bias);
   }
   void Send(Machine& machine,
             const CellShading<float>& shading,
             const ClassifierView<float>& classes,
             size_t num_sites) {
-    SendTo(machine, shading.density, num_sites + kNumGuardSites, &density);
-    SendTo(machine, shading.sh, num_sites * 3 * NumShCoefficients(shading.sh_degree), &sh);
-    SendTo(machine,
-           shading.identity,
-           shading.identity != nullptr ? num_sites * kIdentityDim : 0,
-           &identity);
+    const size_t num_coefficients = 3 * NumShCoefficients(shading.sh_degree);
+    SendTo(machine, std::span(shading.density, num_sites + kNumGuardSites), &density);
+    SendTo(machine, std::span(shading.sh, num_sites * num_coefficients), &sh);
+    const size_t num_channels = shading.identity != nullptr ? num_sites * kIdentityDim : 0;
+    SendTo(machine, std::span(shading.identity, num_channels), &identity);
     Send(machine, classes);
-  }
-
- private:
-  template <typename T>
-  static void SendTo(Machine& machine, const T* values, size_t count, Array<T>* array) {
-    array->Resize(count);
-    if (count > 0) machine.Upload(values, count, array);
   }
 };
 
-// Shows rays of a scene that is on the card.
-template <typename Machine>
+// Shows rays of a scene that is on the card. Ray: as in ShowRay.
+template <typename Machine, typename Ray>
 class RayShower {
  public:
   // `hit_step_limit`: whether any ray did.
@@ -93,7 +97,7 @@ class RayShower {
                              const WalkView<float>& geometry,
                              const CellShading<float>& shading,
                              const ClassifierView<float>& classifier,
-                             std::span<const RayToShow> rays,
+                             std::span<const Ray> rays,
                              bool* hit_step_limit) {
     std::vector<ShownRay> shown(rays.size());
     any_step_limit_hit_.Resize(1);
@@ -104,13 +108,13 @@ class RayShower {
       shown_.Resize(count);
       machine.Upload(rays.data() + begin, count, &rays_);
       machine.ForEach(count,
-                      ShowRay{geometry,
-                              shading,
-                              classifier,
-                              static_cast<float>(-std::log(kTransmittanceCutoff)),
-                              rays_.data(),
-                              shown_.data(),
-                              any_step_limit_hit_.data()});
+                      ShowRay<Ray>{geometry,
+                                   shading,
+                                   classifier,
+                                   static_cast<float>(-std::log(kTransmittanceCutoff)),
+                                   rays_.data(),
+                                   shown_.data(),
+                                   any_step_limit_hit_.data()});
       machine.Download(shown_, count, shown.data() + begin);
     }
     uint8_t hit = 0;
@@ -122,7 +126,7 @@ class RayShower {
  private:
   static constexpr size_t kRaysAtATime = size_t{1} << 21;
 
-  typename Machine::template Array<RayToShow> rays_;
+  typename Machine::template Array<Ray> rays_;
   typename Machine::template Array<ShownRay> shown_;
   typename Machine::template Array<uint8_t> any_step_limit_hit_;
 };

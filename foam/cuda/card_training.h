@@ -4,6 +4,7 @@
 #include "foam/cell_shading.h"
 #include "foam/cuda/batch_kernels.h"
 #include "foam/cuda/card_scene.h"
+#include "foam/cuda/card_sites.h"
 #include "foam/cuda/show_kernels.h"
 #include "foam/cuda/update_kernels.h"
 #include "foam/training_device.h"
@@ -39,18 +40,22 @@ class CardTraining : public TrainingDevice {
     any_twin_.Resize(1);
   }
 
+  DeviceKind Kind() const override { return DeviceKind::kCard; }
+
   void Upload() override {
     const Foam& foam = state_->foam;
-    FoamOptimizer& optimizer = *state_->optimizer;
     num_sites_ = static_cast<uint32_t>(foam.NumSites());
-    Send(foam.positions, &positions_);
-    Send(foam.raw_density, &raw_density_);
-    scene_.Send(machine_, ShadingOf(foam, CellDensities(foam)), ClassifierOf(foam), num_sites_);
-    Send(optimizer.first_moments(), &first_moments_);
-    Send(optimizer.second_moments(), &second_moments_);
-    Send(optimizer.steps(), &steps_);
-    Send(state_->densification.squared_error, &squared_error_sum_);
-    Send(state_->densification.contribution, &largest_contribution_);
+    sites_.Upload(machine_, state_);
+    Send(foam.sh, &scene_.sh);
+    Send(foam.identity, &scene_.identity);
+    scene_.Send(machine_, ClassifierOf(foam));
+    ActivateDensities();
+  }
+
+  void Rearrange(const Rearrangement& plan) override {
+    sites_.Rearrange(machine_, plan, &scene_);
+    num_sites_ = static_cast<uint32_t>(plan.origin.size());
+    state_->foam.positions.resize(num_sites_);
   }
 
   void UploadTopology() override {
@@ -67,18 +72,19 @@ class CardTraining : public TrainingDevice {
     Send(topology.tv_weights(), &tv_weights_);
   }
 
+  void HoldDensities() override {
+    CHECK_EQ(is_clear_.size(), num_sites_);
+    machine_.ForEach(num_sites_, HoldDensity{is_clear_.data(), sites_.raw_density.data()});
+    ActivateDensities();
+  }
+
+  void DownloadSites() override { sites_.DownloadSites(machine_, state_); }
+
   void Download() override {
-    Foam& foam = state_->foam;
-    FoamOptimizer& optimizer = *state_->optimizer;
-    Fetch(positions_, &foam.positions);
-    Fetch(raw_density_, &foam.raw_density);
-    Fetch(scene_.sh, &foam.sh);
-    if (foam.HasSemantics()) Fetch(scene_.identity, &foam.identity);
-    Fetch(first_moments_, &optimizer.first_moments());
-    Fetch(second_moments_, &optimizer.second_moments());
-    Fetch(steps_, &optimizer.steps());
-    Fetch(squared_error_sum_, &state_->densification.squared_error);
-    Fetch(largest_contribution_, &state_->densification.contribution);
+    DownloadSites();
+    sites_.DownloadLearned(machine_, state_);
+    Fetch(scene_.sh, &state_->foam.sh);
+    Fetch(scene_.identity, &state_->foam.identity);
     std::vector<Eigen::Vector3f> planes(num_sites_);
     machine_.Download(scene_.positions, num_sites_, planes.data());
     const auto& host_planes = state_->topology.geometry().positions;
@@ -89,10 +95,12 @@ class CardTraining : public TrainingDevice {
 
   // CGAL triangulates some 0.2 M sites a second; iterations of so many sites that take 40 ms or
   // more do not wait for it then. Counted, not measured: no card has run this yet.
-  int TriangulationLag() const override { return std::max(8, static_cast<int>(num_sites_ / 8192)); }
+  int TriangulationLag(size_t num_sites) const override {
+    return std::max(8, static_cast<int>(num_sites / 8192));
+  }
 
   void FollowSites() override {
-    machine_.ForEach(num_sites_, CopySite{positions_.data(), scene_.positions.data()});
+    machine_.ForEach(num_sites_, CopySite{sites_.positions.data(), scene_.positions.data()});
     scene_.has_twin.Resize(scene_.positions.size());
     machine_.Clear(&scene_.has_twin);
     machine_.Clear(&any_twin_);
@@ -149,17 +157,13 @@ class CardTraining : public TrainingDevice {
               scene_.sh.data(), 3 * NumShCoefficients(own_degree), stride, lower_sh_.data()});
       shading.sh = lower_sh_.data();
     }
-    std::vector<RayToShow> to_show(rays.size());
-    for (size_t i = 0; i < rays.size(); ++i) {
-      to_show[i] = {rays[i].origin, rays[i].direction, rays[i].start_cell};
-    }
     // A topology that has become stale may cut a ray; training counts and judges these.
     bool hit_step_limit = false;
     return shower_.Show(machine_,
                         scene_.Geometry(num_sites_),
                         shading,
                         scene_.Classes(NumClasses()),
-                        to_show,
+                        rays,
                         &hit_step_limit);
   }
 
@@ -169,17 +173,21 @@ class CardTraining : public TrainingDevice {
 
   template <typename Vector, typename T>
   void Send(const Vector& values, Array<T>* array) {
-    array->Resize(values.size());
-    machine_.Upload(values.data(), values.size(), array);
+    SendTo(machine_, values, array);
   }
   template <typename T, typename Vector>
   void Fetch(const Array<T>& array, Vector* values) {
-    values->resize(array.size());
-    machine_.Download(array, array.size(), values->data());
+    FetchFrom(machine_, array, values);
   }
 
   int NumClasses() const { return state_->foam.num_classes; }
   const ParameterRow& Row() const { return state_->optimizer->row(); }
+
+  void ActivateDensities() {
+    scene_.density.Resize(size_t{num_sites_} + kNumGuardSites);
+    machine_.Clear(&scene_.density);  // the guards'
+    machine_.ForEach(num_sites_, ActivateDensity{sites_.raw_density.data(), scene_.density.data()});
+  }
 
   // Casts the rays forward and backward; their contributions are in the pool then.
   void Cast(const TrainingStep& step) {
@@ -307,7 +315,7 @@ class CardTraining : public TrainingDevice {
                         row,
                         graph,
                         num_sites_,
-                        raw_density_.data(),
+                        sites_.raw_density.data(),
                         state_->foam.HasSemantics() ? scene_.identity.data() : nullptr,
                         gradients_.data(),
                         not_finite_.data(),
@@ -324,10 +332,10 @@ class CardTraining : public TrainingDevice {
                        not_finite_.data(),
                        corrections_.data(),
                        static_cast<uint32_t>(corrections_.size()),
-                       steps_.data(),
+                       sites_.steps.data(),
                        gradients_.data(),
-                       first_moments_.data(),
-                       second_moments_.data(),
+                       sites_.first_moments.data(),
+                       sites_.second_moments.data(),
                        scene_.sh.data(),
                        scene_.identity.data()});
     machine_.ForEach(num_sites_,
@@ -341,12 +349,12 @@ class CardTraining : public TrainingDevice {
                                 is_clear_.data(),
                                 squared_error_.data(),
                                 contribution_.data(),
-                                steps_.data(),
-                                positions_.data(),
-                                raw_density_.data(),
+                                sites_.steps.data(),
+                                sites_.positions.data(),
+                                sites_.raw_density.data(),
                                 scene_.density.data(),
-                                squared_error_sum_.data(),
-                                largest_contribution_.data()});
+                                sites_.squared_error.data(),
+                                sites_.contribution.data()});
     return std::llround(Sum(not_finite_));
   }
 
@@ -390,8 +398,7 @@ class CardTraining : public TrainingDevice {
 
   // The foam and its topology; positions in the scene are those of the planes.
   CardScene<Machine> scene_;
-  Array<Eigen::Vector3f> positions_;
-  Array<float> raw_density_;
+  CardSites<Machine> sites_;
   Array<uint8_t> is_clear_;
   Array<float> radius_;
   bool has_graph_ = false;
@@ -399,11 +406,7 @@ class CardTraining : public TrainingDevice {
   Array<float> tv_weights_;
   Array<uint8_t> any_twin_;
 
-  // The optimiser and the statistics.
-  Array<float> first_moments_, second_moments_;
-  Array<uint32_t> steps_;
   Array<AdamCorrection> corrections_;
-  Array<float> squared_error_sum_, largest_contribution_;
 
   // A batch.
   Array<BatchRay> rays_;
@@ -423,7 +426,7 @@ class CardTraining : public TrainingDevice {
   Array<double> sums_;
 
   // Rays that are only shown, and their start.
-  RayShower<Machine> shower_;
+  RayShower<Machine, BatchRay> shower_;
   Array<float> lower_sh_;
   Array<Eigen::Vector3d> origins_;
   Array<uint32_t> start_cells_;

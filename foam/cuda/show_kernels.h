@@ -13,13 +13,14 @@
 
 namespace semfoam {
 
-// What a ray shows. Thread: ray.
+// What a ray shows. `Ray` has an origin, a direction and a start_cell. Thread: ray.
+template <typename Ray>
 struct ShowRay {
   WalkView<float> geometry;
   CellShading<float> shading;
   ClassifierView<float> classifier;
   float cutoff_tau;
-  const RayToShow* rays;
+  const Ray* rays;
 
   ShownRay* shown;
   uint8_t* any_step_limit_hit;  // one, zero before

@@ -8,7 +8,7 @@
 #include "foam/optimizer.h"
 #include "foam/ray_batch.h"
 #include "foam/total_variation.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 #include "foam/walk.h"
 
 #include <cmath>

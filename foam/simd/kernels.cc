@@ -12,7 +12,7 @@
 #include "foam/simd/render-inl.h"
 #include "foam/simd/update-inl.h"
 #include "foam/simd/walk-inl.h"
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <hwy/highway.h>
 

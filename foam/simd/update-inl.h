@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The loops of update_kernels.h. Compiled once per instruction set (foam/simd/kernels.cc), hence
+// The loops of update_loops.h. Compiled once per instruction set (foam/simd/kernels.cc), hence
 // the guard that toggles.
 #if defined(SEMFOAM_SIMD_UPDATE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef SEMFOAM_SIMD_UPDATE_INL_H_
@@ -9,7 +9,7 @@
 #define SEMFOAM_SIMD_UPDATE_INL_H_
 #endif
 
-#include "foam/update_kernels.h"
+#include "foam/update_loops.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,54 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A graphics card against the fast path of the cores. What the kernels do is also run on the
-// machine's cores: the same source that nvcc compiles, but for launching, memory, sorting and
-// prefix sums. Where there is no card, the tests that need one are skipped and say so.
+// A step on a graphics card against the fast path of the cores.
 #include "foam/cpu_device.h"
 #include "foam/cuda/card_caster.h"
-#include "foam/cuda/card_training.h"
 #include "foam/cuda/cuda_device.h"
 #include "foam/cuda/host_machine.h"
-#include "foam/guard_sites.h"
 #include "foam/parallel.h"
 #include "foam/random.h"
-#include "foam/trainer.h"
+#include "foam/view_renderer.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "tests/foam/card_states.h"
 #include "tests/foam/foam_digest.h"
-#include "tests/foam/random_cells.h"
-#include "tests/foam/ray_replay.h"
-#include "tests/foam/synthetic_views.h"
 #include <glog/logging.h>
 #include <gtest/gtest.h>
 
 namespace semfoam {
 namespace {
-
-// Why a test that needs a card cannot run; empty if it can.
-std::string WhyNoCard() {
-#ifdef SEMFOAM_HAS_CUDA
-  return NumCudaDevices() > 0 ? "" : "there is no NVIDIA card, or no driver for it";
-#else
-  return "built without CUDA";
-#endif
-}
-
-// On "cuda", the first card, or on "cores", the kernels without one.
-std::unique_ptr<TrainingDevice> MakeCard(const std::string& kind, TrainingState* state) {
-#ifdef SEMFOAM_HAS_CUDA
-  if (kind == "cuda") return MakeCudaTrainingDevice(0, state);
-#endif
-  CHECK_EQ(kind, "cores");
-  return std::make_unique<CardTraining<HostMachine>>(state);
-}
 
 std::unique_ptr<RayCaster> MakeCardCaster(const std::string& kind,
                                           const WalkGeometry<float>& geometry,
@@ -59,68 +34,6 @@ std::unique_ptr<RayCaster> MakeCardCaster(const std::string& kind,
 #endif
   CHECK_EQ(kind, "cores");
   return std::make_unique<CardCaster<HostMachine>>(geometry, shading, classifier);
-}
-
-struct Scene {
-  int sh_degree = 2;
-  int num_classes = 5;
-  double cell_identity = 0.5;
-  double identity_to_density = 0.3;
-  double tv_weight = 0.1;
-};
-
-// A foam in the middle of a training: random parameters, moments of earlier steps.
-std::unique_ptr<TrainingState> MakeState(const std::vector<Eigen::Vector3f>& sites,
-                                         const Scene& scene) {
-  auto state = std::make_unique<TrainingState>();
-  Foam& foam = state->foam;
-  foam.sh_degree = scene.sh_degree;
-  foam.num_classes = scene.num_classes;
-  foam.positions = sites;
-  const FoamParameters<float> values =
-      RandomParameters(WithGuardSites(sites), sites.size(), scene.sh_degree, scene.num_classes, 5);
-  foam.raw_density.assign(values.raw_density.begin(), values.raw_density.end());
-  // What is saturated has gradients beyond the resolution of floats.
-  for (float& raw : foam.raw_density) raw = std::clamp(raw, kLowestRawDensity, 0.5f);
-  foam.sh.assign(values.sh.begin(), values.sh.end());
-  if (scene.num_classes > 0) foam.identity.assign(values.identity.begin(), values.identity.end());
-  foam.classifier_weight = values.weight;
-  foam.classifier_bias = values.bias;
-  state->optimizer = std::make_unique<FoamOptimizer>(foam);
-  state->densification.Reset(sites.size());
-  state->topology.Triangulate(sites, FreeSpace(), scene.num_classes > 0);
-  return state;
-}
-
-std::vector<BatchRay> RandomRays(const TrainingState& state, int count) {
-  std::vector<BatchRay> rays;
-  for (int i = 0; i < count; ++i) {
-    CounterRandom random(23, 0x54, i);
-    BatchRay& ray = rays.emplace_back();
-    const Eigen::Vector3d origin = RandomPoint(&random, 1.5);
-    ray.origin = origin.cast<float>();
-    ray.direction = RandomDirection(&random).cast<float>();
-    ray.start_cell = state.topology.CellAt(origin, 0);
-    ray.quantile_tau[0] = 0.3f;
-    ray.quantile_tau[1] = 1.2f;
-    ray.target = {
-        {0.2f, 0.9f, 0.4f},
-        state.foam.num_classes == 0 || i % 4 == 3 ? kUnlabelled : i % state.foam.num_classes};
-  }
-  return rays;
-}
-
-TrainingStep StepFor(const std::vector<BatchRay>& rays, const Scene& scene) {
-  const bool semantics = scene.num_classes > 0;
-  RayLossWeights weights;
-  weights.quantile = 0.01;
-  weights.cell_identity = semantics ? scene.cell_identity : 0;
-  weights.identity_to_density = semantics ? scene.identity_to_density : 0;
-  return {rays,
-          weights,
-          6.9f,
-          semantics ? scene.tv_weight : 0,
-          {1e-3f, 2e-3f, 3e-3f, 4e-3f, 5e-3f, 6e-3f}};
 }
 
 // |a - b| of all values against the largest of them.
@@ -135,12 +48,6 @@ void ExpectNear(const Vector& a, const Vector& b, double bound, const std::strin
   EXPECT_LE(deviation, bound * largest) << what;
 }
 
-std::vector<float> Coordinates(const std::vector<Eigen::Vector3f>& points) {
-  std::vector<float> values;
-  for (const Eigen::Vector3f& p : points) values.insert(values.end(), p.data(), p.data() + 3);
-  return values;
-}
-
 void ExpectSameTotals(const BatchTotals& card, const BatchTotals& cores) {
   // The walk takes the very same steps.
   EXPECT_EQ(card.num_pieces, cores.num_pieces);
@@ -153,16 +60,6 @@ void ExpectSameTotals(const BatchTotals& card, const BatchTotals& cores) {
   near(card.mean_loss.identity, cores.mean_loss.identity);
   near(card.mean_loss.cell_identity, cores.mean_loss.cell_identity);
 }
-
-class Card : public testing::TestWithParam<std::string> {
- protected:
-  void SetUp() override {
-    if (GetParam() == "cuda" && !WhyNoCard().empty()) GTEST_SKIP() << WhyNoCard();
-  }
-  std::unique_ptr<TrainingDevice> MakeTraining(TrainingState* state) const {
-    return MakeCard(GetParam(), state);
-  }
-};
 
 class CardStep : public testing::TestWithParam<std::tuple<std::string, Scene>> {
  protected:
@@ -436,30 +333,6 @@ TEST_P(Card, SkipsGradientsThatAreNotFinite) {
   EXPECT_EQ(card->Step(StepFor(rays, scene)).skipped_updates, expected);
   card->Download();
   for (const float value : on_card->foam.sh) ASSERT_TRUE(std::isfinite(value));
-}
-
-// A whole run, with densification, changes of the SH degree, triangulations and evaluations.
-TEST_P(Card, TrainsAsWellAsTheCores) {
-  const SyntheticViews views(16, 64, 48);
-  TrainingOptions options;
-  options.num_rays = 300'000;
-  options.rays_per_iteration = 1024;
-  options.initial_sites = 1000;
-  options.final_sites = 3000;
-  options.sh_degree = 1;
-  options.densify_events = 6;
-  const TrainingSummary on_cores = TrainFoam(views, views.Seeds(800), 3, options, nullptr);
-  TrainingHooks hooks;
-  hooks.make_device = [this](TrainingState* state) { return MakeTraining(state); };
-  const TrainingSummary on_card = TrainFoam(views, views.Seeds(800), 3, options, std::move(hooks));
-  EXPECT_EQ(on_card.step_limit_hits, 0);
-  EXPECT_EQ(on_card.nonfinite_gradients, 0);
-  EXPECT_NEAR(double(on_card.foam.NumSites()),
-              double(on_cores.foam.NumSites()),
-              0.02 * on_cores.foam.NumSites());
-  // Two runs that differ by rounding drift apart, as two seeds do.
-  EXPECT_NEAR(on_card.last.held_out_psnr, on_cores.last.held_out_psnr, 0.3);
-  EXPECT_NEAR(on_card.last.held_out_miou, on_cores.last.held_out_miou, 0.03);
 }
 
 }  // namespace

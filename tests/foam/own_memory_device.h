@@ -20,28 +20,30 @@ class OwnMemoryDevice final : public TrainingDevice {
   explicit OwnMemoryDevice(TrainingState* host, int triangulation_lag = 0)
       : host_(*host), triangulation_lag_(triangulation_lag) {}
 
-  int TriangulationLag() const override { return triangulation_lag_; }
+  DeviceKind Kind() const override { return cpu_->Kind(); }
+
+  int TriangulationLag(size_t) const override { return triangulation_lag_; }
 
   void Download() override {
     Copy(own_, &host_);
     host_.topology = own_.topology;
   }
 
+  void DownloadSites() override {
+    host_.foam.positions = own_.foam.positions;
+    host_.densification = own_.densification;
+  }
+
   void Upload() override {
     Copy(host_, &own_);
     cpu_->Upload();
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    Foam& foam = host_.foam;
-    for (Eigen::Vector3f& site : foam.positions) site.setConstant(kNan);
-    for (std::vector<float>* values : {&foam.raw_density,
-                                       &foam.classifier_weight,
-                                       &foam.classifier_bias,
-                                       &host_.densification.squared_error,
-                                       &host_.densification.contribution}) {
-      std::fill(values->begin(), values->end(), kNan);
-    }
-    for (auto* values : {&foam.sh, &foam.identity}) std::fill(values->begin(), values->end(), kNan);
-    host_.optimizer = std::make_unique<FoamOptimizer>(foam);
+    SpoilHost();
+  }
+
+  void Rearrange(const Rearrangement& plan) override {
+    cpu_->Rearrange(plan);
+    host_.foam.positions.resize(own_.foam.NumSites());
+    SpoilHost();
   }
 
   void UploadTopology() override {
@@ -49,6 +51,8 @@ class OwnMemoryDevice final : public TrainingDevice {
     cpu_->UploadTopology();
     host_.topology.Follow(std::vector<Eigen::Vector3f>(host_.foam.NumSites(), {1, 2, 3}));
   }
+
+  void HoldDensities() override { cpu_->HoldDensities(); }
 
   void FollowSites() override { cpu_->FollowSites(); }
 
@@ -64,6 +68,22 @@ class OwnMemoryDevice final : public TrainingDevice {
   }
 
  private:
+  // All numbers but sizes.
+  void SpoilHost() {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    Foam& foam = host_.foam;
+    for (Eigen::Vector3f& site : foam.positions) site.setConstant(kNan);
+    for (std::vector<float>* values : {&foam.raw_density,
+                                       &foam.classifier_weight,
+                                       &foam.classifier_bias,
+                                       &host_.densification.squared_error,
+                                       &host_.densification.contribution}) {
+      std::fill(values->begin(), values->end(), kNan);
+    }
+    for (auto* values : {&foam.sh, &foam.identity}) std::fill(values->begin(), values->end(), kNan);
+    host_.optimizer = std::make_unique<FoamOptimizer>(foam);
+  }
+
   // All but the topology.
   static void Copy(const TrainingState& from, TrainingState* to) {
     to->foam = from.foam;

@@ -62,7 +62,10 @@ class SyntheticViews final : public TrainingViews {
       const int view = static_cast<int>(random.Below(num_views_));
       TrainingRay ray;
       Eigen::Vector3d hit;
-      ray.direction = Direction(view, random.Below(width_), random.Below(height_));
+      // One after the other: the order of arguments is the compiler's.
+      const int x = static_cast<int>(random.Below(width_));
+      const int y = static_cast<int>(random.Below(height_));
+      ray.direction = Direction(view, x, y);
       Shade(Origin(view), ray.direction.cast<double>(), &hit, &ray);
       seeds.push_back({hit.cast<float>(), ray.color});
     }

@@ -201,7 +201,7 @@ TEST(BadInput, Masks) {
        "IN/mask.png: is no PNG file, where a mask of object ids should be."},
       {"signature alone",
        CutTo("mask.png", 8),
-       "IN/mask.png: cannot be decoded completely (the PNG has no end); is the copy complete?"},
+       "IN/mask.png: the mask cannot be decoded completely (Read Error); is the copy complete?"},
       {"cut pixels",
        CutTo("mask.png", 50),
        "IN/mask.png: cannot be decoded completely (the PNG ends within a chunk); is the copy "

@@ -142,7 +142,9 @@ TEST(Benchmark, CastsTheRaysOfATrainedFoam) {
        {std::vector<std::string>{"--foam", path}, {"--foam=" + path}}) {
     std::vector<std::string> arguments = {"--benchmark_filter=/foam"};
     arguments.insert(arguments.end(), spelling.begin(), spelling.end());
-    ExpectCases({"render/forward", "render/backward", "voxelize"}, "foam", arguments);
+    ExpectCases({"render/forward", "render/backward", "render/backward_plain", "voxelize"},
+                "foam",
+                arguments);
   }
 }
 

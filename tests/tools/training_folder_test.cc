@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What a training keeps in its folder, and what it refuses to go on with.
+#include "foam/checkpoint.h"
+
 #include <csignal>
 #include <set>
 
@@ -90,6 +92,29 @@ TEST_F(TrainingFolder, RefusesAnotherRun) {
   const Outcome resumed = RunSemfoam(Trainer(moved, output, {"--resume", "1"}));
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
   ExpectWhole(output);
+}
+
+// As if a graphics card had made the checkpoint; said before photos are read.
+TEST_F(TrainingFolder, RefusesAnotherKindOfDevice) {
+  const TempFolder folder;
+  const fs::path output = folder / "out";
+  CopyStopped(output);
+  const fs::path newest = CheckpointsIn(output).back();
+  CheckpointContents contents;
+  for (const char* group : {"inputs", "options", "state"}) {
+    contents.texts[group] = Checkpoint(newest).Texts(group);
+  }
+  EXPECT_EQ(contents.texts["state"]["device"], "cpu");
+  contents.texts["state"]["device"] = "cuda";
+  WriteCheckpoint(newest, contents);
+  const Outcome outcome = RunSemfoam(Trainer(Workspace(), output, {"--resume", "1"}));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.Errors(),
+              ElementsAre("ERROR: " + newest.string() +
+                          ": this checkpoint was made on a graphics card, and gone on with on the "
+                          "machine's cores the run would end with other bytes; --device cuda:0, "
+                          "or another card, or training from the beginning, would be right."));
+  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("Loading")));
 }
 
 TEST_F(TrainingFolder, KeepsTwoCheckpointsAndNoneWhereNoneAreWanted) {

@@ -167,7 +167,7 @@ TEST_P(Card, TrainsAsWellAsTheCores) {
     psnr += (on_card.last.held_out_psnr - on_cores.last.held_out_psnr) / kRuns;
     miou += (on_card.last.held_out_miou - on_cores.last.held_out_miou) / kRuns;
   }
-  EXPECT_NEAR(psnr, 0, 0.6);
+  EXPECT_NEAR(psnr, 0, 0.3);
   EXPECT_NEAR(miou, 0, 0.03);
 }
 

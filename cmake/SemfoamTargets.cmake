@@ -12,7 +12,13 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(semfoam_flags INTERFACE -Wno-restrict)
 endif()
 # Bytes that do not depend on the compiler's taste: no contraction of a * b + c behind the source's back.
-target_compile_options(semfoam_flags INTERFACE -ffp-contract=off)
+set(SEMFOAM_ROUNDING_FLAGS -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT SEMFOAM_SANITIZE)
+  # From -O2 on (the sanitizers' builds are at -O1), GCC 12's vectoriser of straight-line code leaves out the roundings of
+  # double -> float -> double where two numbers stand side by side (tests/foam/rounding_test).
+  list(APPEND SEMFOAM_ROUNDING_FLAGS -fno-tree-slp-vectorize)
+endif()
+target_compile_options(semfoam_flags INTERFACE ${SEMFOAM_ROUNDING_FLAGS})
 target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(SEMFOAM_SANITIZE)
   target_compile_options(semfoam_flags INTERFACE -fsanitize=${SEMFOAM_SANITIZE} -fno-sanitize-recover=all
@@ -32,11 +38,13 @@ function(semfoam_library)
                                                         $<INSTALL_INTERFACE:${SEMFOAM_INSTALL_INCLUDE}>)
 endfunction()
 
-# semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test.
+# semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test. The
+# tests' own code is at -O1, which compiles a fifth sooner; what they test, as everywhere.
 function(semfoam_test FOLDER NAME)
   cmake_parse_arguments(ARG "" "" "LINK;LABELS" ${ARGN})
   add_executable(${FOLDER}_${NAME} ${PROJECT_SOURCE_DIR}/tests/${FOLDER}/${NAME}.cc)
   target_link_libraries(${FOLDER}_${NAME} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_compile_options(${FOLDER}_${NAME} PRIVATE $<$<CONFIG:Release>:-O1>)
   add_test(NAME ${FOLDER}/${NAME} COMMAND ${FOLDER}_${NAME})
   set_tests_properties(${FOLDER}/${NAME} PROPERTIES LABELS "${FOLDER};${ARG_LABELS}" TIMEOUT 1200)
 endfunction()

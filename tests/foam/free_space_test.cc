@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/free_space.h"
 
-#include "foam/random.h"
+#include "foam/random_vectors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,8 +51,8 @@ std::vector<SeedPoint> Ball(double radius, int count) {
   std::vector<SeedPoint> seeds;
   for (int i = 0; i < count; ++i) {
     CounterRandom random(7, 1, i);
-    const Eigen::Vector3d direction(random.Normal(), random.Normal(), random.Normal());
-    seeds.push_back({(radius * direction.normalized()).cast<float>(), Eigen::Vector3f::Ones()});
+    seeds.push_back(
+        {(radius * NormalVector(&random).normalized()).cast<float>(), Eigen::Vector3f::Ones()});
   }
   return seeds;
 }
@@ -116,8 +116,7 @@ TEST(FreeSpace, IsTheUnionOfItsCones) {
     int inside = 0;
     for (int i = 0; i < 20000; ++i) {
       CounterRandom random(3, 2, i);
-      const Eigen::Vector3f x(
-          4 * random.Uniform() - 2, 4 * random.Uniform() - 2, 4 * random.Uniform() - 2);
+      const Eigen::Vector3f x = (4 * UniformVector(&random).array() - 2).matrix().cast<float>();
       const bool expected = std::any_of(space.cones().begin(),
                                         space.cones().end(),
                                         [&](const ClearCone& cone) { return cone.Contains(x); });

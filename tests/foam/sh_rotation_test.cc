@@ -2,6 +2,7 @@
 #include "foam/sh_rotation.h"
 
 #include "foam/foam.h"
+#include "foam/random_vectors.h"
 #include "foam/spherical_harmonics.h"
 
 #include <cmath>
@@ -15,9 +16,9 @@ namespace semfoam {
 namespace {
 
 Eigen::Matrix3d RandomRotation(CounterRandom* random) {
-  return Eigen::Quaterniond(random->Normal(), random->Normal(), random->Normal(), random->Normal())
-      .normalized()
-      .toRotationMatrix();
+  const double w = random->Normal();
+  const Eigen::Vector3d v = NormalVector(random);
+  return Eigen::Quaterniond(w, v.x(), v.y(), v.z()).normalized().toRotationMatrix();
 }
 
 std::vector<double> Color(int degree, const std::vector<float>& sh, const Eigen::Vector3d& d) {

@@ -39,13 +39,13 @@ class RayModel {
     a.id = 2 * camera.id;
     a.camera_id = camera.id;
     a.name = std::to_string(a.id) + ".png";
-    a.cam_from_world.rotation = Eigen::Quaterniond(Uniform(), Uniform(), Uniform(), Uniform());
+    a.cam_from_world.rotation = Eigen::Quaterniond(UniformVector<4>());
     a.cam_from_world.rotation.normalize();
-    a.cam_from_world.translation = 3 * Vector3d(Uniform(), Uniform(), Uniform());
+    a.cam_from_world.translation = 3 * UniformVector<3>();
     Image b = a;
     b.id = 2 * camera.id + 1;
     b.name = std::to_string(b.id) + ".png";
-    b.cam_from_world.translation += 0.05 * Vector3d(Uniform(), Uniform(), Uniform());
+    b.cam_from_world.translation += 0.05 * UniformVector<3>();
 
     const auto width = static_cast<double>(camera.width);
     const auto height = static_cast<double>(camera.height);
@@ -55,13 +55,14 @@ class RayModel {
       for (int j = 0; j <= kGrid; ++j) pixels.emplace_back(width * i / kGrid, height * j / kGrid);
     }
     for (int i = 0; i < 400; ++i) {
-      pixels.emplace_back(width * (Uniform() + 1) / 2, height * (Uniform() + 1) / 2);
+      const Vector2d part = (UniformVector<2>().array() + 1) / 2;
+      pixels.emplace_back(width * part.x(), height * part.y());
     }
     int rays = 0;
     for (const Vector2d& pixel : pixels) {
       const auto ray = Unproject(camera, pixel);
       if (!ray || ray->z() < 0.01) continue;
-      const Vector3d x_cam = std::exp(2 * Uniform()) * *ray;
+      const Vector3d x_cam = std::exp(2 * UniformVector<1>()[0]) * *ray;
       const Vector3d x_world =
           a.cam_from_world.UnitRotation().conjugate() * (x_cam - a.cam_from_world.translation);
       const Vector3d x_b = b.cam_from_world.UnitRotation() * x_world + b.cam_from_world.translation;
@@ -97,7 +98,14 @@ class RayModel {
   }
 
  private:
-  double Uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
+  // In [-1, 1)^size.
+  template <int kSize>
+  Eigen::Matrix<double, kSize, 1> UniformVector() {
+    Eigen::Matrix<double, kSize, 1> x;
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int i = 0; i < kSize; ++i) x[i] = uniform(random_);
+    return x;
+  }
 
   // Every tenth observation is wrong on purpose: COLMAP must say by how much, or it says nothing.
   static bool IsControl(uint64_t point_id) { return point_id % 10 == 7; }

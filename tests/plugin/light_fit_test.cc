@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/light_fit.h"
 
-#include "foam/random.h"
+#include "foam/random_vectors.h"
 #include "plugin/view_dependence.h"
 
 #include <cmath>
@@ -52,10 +52,8 @@ Scene MakeScene(const Truth& truth) {
   scene.samples.num_lenses = 1;
   for (int point = 0; point < kPoints; ++point) {
     CounterRandom random(1, 2, point);
-    const Eigen::Vector3d color(-1 + random.Normal(), -1 + random.Normal(), -1 + random.Normal());
-    const Eigen::Vector3d tilt =
-        truth.degree_1 * std::sqrt(3) *
-        Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+    const Eigen::Vector3d color = NormalVector(&random) - Eigen::Vector3d::Ones();
+    const Eigen::Vector3d tilt = truth.degree_1 * std::sqrt(3) * NormalVector(&random).normalized();
     const auto first = static_cast<int>(random.Below(kViews));
     for (int k = 0; k < kViewsOfPoint; ++k) {
       LightSample sample;

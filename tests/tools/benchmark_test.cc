@@ -93,7 +93,7 @@ TEST(Benchmark, EveryCaseOfTenThousandSitesRuns) {
   ExpectCases(subjects, "10000", {"--benchmark_filter=/10000(/|$)"});
 }
 
-TEST(Benchmark, KnowsThreeSizes) {
+TEST(Benchmark, KnowsThreeSizesAndTriangulatesThePapers) {
   const Outcome outcome = RunBenchmark({"--benchmark_list_tests"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   std::vector<std::string> expected, names;
@@ -101,6 +101,9 @@ TEST(Benchmark, KnowsThreeSizes) {
     for (const char* size : {"10000", "100000", "1000000"}) {
       for (const std::string& name : Names(subject, size)) expected.push_back(name);
     }
+  }
+  for (const char* size : {"2000000", "4000000"}) {
+    for (const std::string& name : Names("delaunay", size)) expected.push_back(name);
   }
   std::istringstream lines(outcome.out);
   for (std::string line; std::getline(lines, line);) names.push_back(line);

@@ -38,6 +38,12 @@ function(semfoam_library)
                                                         $<INSTALL_INTERFACE:${SEMFOAM_INSTALL_INCLUDE}>)
 endfunction()
 
+# Seconds. With sanitizers all is some ten times slower.
+set(SEMFOAM_TEST_TIMEOUT 1200)
+if(SEMFOAM_SANITIZE)
+  set(SEMFOAM_TEST_TIMEOUT 7200)
+endif()
+
 # semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test. The
 # tests' own code is at -O1, which compiles a fifth sooner; what they test, as everywhere.
 function(semfoam_test FOLDER NAME)
@@ -46,5 +52,5 @@ function(semfoam_test FOLDER NAME)
   target_link_libraries(${FOLDER}_${NAME} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
   target_compile_options(${FOLDER}_${NAME} PRIVATE $<$<CONFIG:Release>:-O1>)
   add_test(NAME ${FOLDER}/${NAME} COMMAND ${FOLDER}_${NAME})
-  set_tests_properties(${FOLDER}/${NAME} PROPERTIES LABELS "${FOLDER};${ARG_LABELS}" TIMEOUT 1200)
+  set_tests_properties(${FOLDER}/${NAME} PROPERTIES LABELS "${FOLDER};${ARG_LABELS}" TIMEOUT ${SEMFOAM_TEST_TIMEOUT})
 endfunction()

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "tests/tools/peak_memory.h"
 #include "tests/tools/program.h"
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
@@ -346,13 +347,10 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(BadInput, ARunThatDoesNotFitIntoMemorySaysSoBeforeItStarts) {
   const TempFolder folder;
   const fs::path out = folder / "out";
-  int64_t limit_kb = 3'000'000;
-#ifdef __SANITIZE_ADDRESS__
-  limit_kb += int64_t{20} << 30;  // address space that AddressSanitizer reserves before main
-#endif
+  constexpr int64_t kLimitKb = 3'000'000 + kReservedBySanitizer / 1024;
   const Outcome outcome = RunProgram("/bin/sh",
                                      {"-c",
-                                      "ulimit -v " + std::to_string(limit_kb) + "; exec \"$@\"",
+                                      "ulimit -v " + std::to_string(kLimitKb) + "; exec \"$@\"",
                                       "sh",
                                       SEMFOAM_PROGRAM,
                                       "foam_trainer",

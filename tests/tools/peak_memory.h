@@ -13,6 +13,14 @@
 
 namespace semfoam {
 
+// The bytes of address space that AddressSanitizer reserves before main; they count against limits
+// of address space, and three quarters of them against limits of data.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr int64_t kReservedBySanitizer = int64_t{20} << 40;
+#else
+inline constexpr int64_t kReservedBySanitizer = 0;
+#endif
+
 struct MeasuredRun {
   Outcome outcome;
   int64_t peak_bytes = 0;  // resident, of the program alone
@@ -30,7 +38,8 @@ inline MeasuredRun MeasureSemfoam(const std::vector<std::string>& arguments,
   const pid_t child = ::fork();
   if (child == 0) {
     if (memory_limit > 0) {
-      const rlimit limit = {static_cast<rlim_t>(memory_limit), static_cast<rlim_t>(memory_limit)};
+      const auto bytes = static_cast<rlim_t>(memory_limit + kReservedBySanitizer);
+      const rlimit limit = {bytes, bytes};
       ::setrlimit(RLIMIT_DATA, &limit);
     }
     if (std::freopen(out.c_str(), "w", stdout) != nullptr &&

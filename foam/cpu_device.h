@@ -9,8 +9,8 @@
 
 #include <memory>
 
-// The machine's cores, as device.h hands them out. They work on the host's state where it is, so
-// there is nothing to bring over but what is derived from it.
+// The machine's cores, as device_factory.h hands them out. They work on the host's state where it
+// is, so there is nothing to bring over but what is derived from it.
 
 namespace semfoam {
 

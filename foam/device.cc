@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/device.h"
 
-#include "foam/cpu_device.h"
 #include "foam/error.h"
 #include "foam/input_file.h"
 #include "foam/number_text.h"
@@ -74,6 +73,8 @@ void UseDevice(const std::string& device) {
   cuda_device = FindCudaDevice(device, device == "cpu" ? std::nullopt : CudaDevices());
 }
 
+std::optional<int> CudaDeviceInUse() { return cuda_device; }
+
 DeviceKind DeviceKindInUse() { return cuda_device ? DeviceKind::kCard : DeviceKind::kCores; }
 
 std::string DeviceInWords() {
@@ -81,22 +82,6 @@ std::string DeviceInWords() {
   if (cuda_device) return CudaDeviceInWords(*cuda_device);
 #endif
   return std::to_string(NumThreads()) + (NumThreads() == 1 ? " thread" : " threads");
-}
-
-std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state) {
-#ifdef SEMFOAM_HAS_CUDA
-  if (cuda_device) return MakeCudaTrainingDevice(*cuda_device, state);
-#endif
-  return MakeCpuTrainingDevice(state);
-}
-
-std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
-                                         const CellShading<float>& shading,
-                                         const ClassifierView<float>& classifier) {
-#ifdef SEMFOAM_HAS_CUDA
-  if (cuda_device) return MakeCudaRayCaster(*cuda_device, geometry, shading, classifier);
-#endif
-  return MakeCpuRayCaster(geometry, shading, classifier);
 }
 
 }  // namespace semfoam

@@ -2,7 +2,7 @@
 #include "foam/trainer.h"
 
 #include "foam/cell_statistics.h"
-#include "foam/device.h"
+#include "foam/device_factory.h"
 #include "foam/error.h"
 #include "foam/initialization.h"
 #include "foam/parallel.h"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/densification.h"
+#include "foam/device.h"
 #include "foam/foam.h"
 #include "foam/optimizer.h"
 #include "foam/ray_batch.h"
@@ -39,9 +40,6 @@ struct TrainingStepResult {
   double tv_loss = 0;           // unweighted; 0 without tv_weight
   int64_t skipped_updates = 0;  // cells, or the classifier, whose gradient was not finite
 };
-
-// Runs on devices of one kind have the same bytes.
-enum class DeviceKind { kCores, kCard };
 
 // Where the iterations of a training are computed: on the machine's cores, or on a graphics card
 // that keeps the state in its own memory. The trainer calls Download() or DownloadSites() before it

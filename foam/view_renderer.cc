@@ -2,7 +2,7 @@
 #include "foam/view_renderer.h"
 
 #include "foam/cell_shading.h"
-#include "foam/device.h"
+#include "foam/device_factory.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
 

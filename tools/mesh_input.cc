@@ -6,8 +6,11 @@
 #include "tools/ply_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdint>
+#include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -50,7 +53,54 @@ Eigen::Vector3d ToVector(const Point& point) { return {point.x(), point.y(), poi
                   "they are complete.");
 }
 
+// The counts in the header of an OFF file, found where CGAL finds them: of vertices, of faces and,
+// but for SKEL, of edges; before them, in nOFF, the number of dimensions.
+std::vector<int64_t> OffCounts(std::istream& in) {
+  constexpr auto kRestOfLine = std::numeric_limits<std::streamsize>::max();
+  const auto next = [&] {
+    char c = 0;
+    while (in >> c && c == '#') in.ignore(kRestOfLine, '\n');
+    return c;
+  };
+  char after = 0;
+  const auto keyword = [&](char first) {
+    std::string letters(1, first);
+    while (in.get(after) && std::isalnum(static_cast<unsigned char>(after)) != 0) letters += after;
+    return letters;
+  };
+  const std::string format = keyword(next());
+  size_t size = format.ends_with("OFF") ? 3 : 2;
+  if (format.find('n') != std::string::npos) ++size;
+  std::vector<int64_t> counts;
+  const char first = next();
+  if (std::isdigit(static_cast<unsigned char>(first)) != 0) {
+    in.putback(first);
+    for (int64_t count = 0; counts.size() < size && in >> count;) counts.push_back(count);
+  } else if (keyword(first) == "BINARY") {
+    if (after != '\n') in.ignore(kRestOfLine, '\n');
+    for (std::array<char, 4> bytes; counts.size() < size && in.read(bytes.data(), bytes.size());) {
+      uint32_t count = 0;
+      for (const char byte : bytes) count = count << 8 | static_cast<uint8_t>(byte);
+      counts.push_back(static_cast<int32_t>(count));
+    }
+  }
+  if (counts.size() < size) counts.clear();
+  return counts;
+}
+
+// CGAL (5.5, File_header_OFF) computes with the counts of a header as int, a bit more than four
+// times the largest, before it makes room for anything.
+bool HasPossibleOffCounts(const fs::path& path) {
+  const auto most = static_cast<int64_t>(std::min<uintmax_t>(fs::file_size(path), INT32_MAX / 5));
+  std::ifstream in(path, std::ios::binary);
+  const std::vector<int64_t> counts = OffCounts(in);
+  return !counts.empty() && std::all_of(counts.begin(), counts.end(), [&](int64_t count) {
+    return count >= 0 && count <= most;
+  });
+}
+
 PolygonSoup ReadWithCgal(const fs::path& path) {
+  if (LowerExtension(path) == ".off" && !HasPossibleOffCounts(path)) FailUnreadable(path);
   BoundedVector<Point> points;
   BoundedVector<BoundedVector<size_t>> faces;
   bytes_of_file = fs::file_size(path);

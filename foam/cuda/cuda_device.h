@@ -10,7 +10,8 @@
 #include <memory>
 #include <string>
 
-// NVIDIA's cards. Only in programs built with SEMFOAM_CUDA; see device.h, which is for everybody.
+// NVIDIA's cards. Only in programs built with SEMFOAM_CUDA; see device_factory.h, which is for
+// everybody.
 
 namespace semfoam {
 

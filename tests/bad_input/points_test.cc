@@ -196,6 +196,13 @@ TEST(BadInput, Meshes) {
   const std::string rest = "0 0 0\n1 0 0\n0 1 0\n";
   const std::vector<BadInput> promising = {
       {"4e9 vertices", Put("a.off", "OFF\n4000000000 1 0\n" + rest + "3 0 1 2\n"), ""},
+      {"2e9 vertices", Put("a.off", "OFF\n2000000000 1 0\n" + rest + "3 0 1 2\n"), ""},
+      {"2e9 edges", Put("a.off", "OFF # 1\n# 2\n3 1 2000000000\n" + rest + "3 0 1 2\n"), ""},
+      {"negative vertices", Put("a.off", "nOFF\n3 -2000000000 1 0\n" + rest + "3 0 1 2\n"), ""},
+      {"2e9 vertices, binary",
+       Put("a.off", std::string("OFF BINARY\n\x77\x35\x94\0\0\0\0\1\0\0\0\0", 23)),
+       ""},
+      {"a header cut short", Put("a.off", "OFF\n3 1"), ""},
       {"4e9 faces", Put("a.off", "OFF\n3 4000000000 0\n" + rest + "3 0 1 2\n"), ""},
       {"4e9 corners", Put("a.off", "OFF\n3 1 0\n" + rest + "4000000000 0 1 2\n"), ""},
   };

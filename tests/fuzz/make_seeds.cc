@@ -205,6 +205,13 @@ void WriteMeshes(const fs::path& folder) {
   }
   const std::string rest = "0 0 0\n1 0 0\n0 1 0\n";
   WriteFile(folder / "mesh" / "huge_off_vertices", "fOFF\n4000000000 1 0\n" + rest + "3 0 1 2\n");
+  // CGAL's header computed with these as int.
+  WriteFile(folder / "mesh" / "large_off_vertices", "fOFF\n2000000000 1 0\n" + rest + "3 0 1 2\n");
+  WriteFile(folder / "mesh" / "large_off_edges", "fOFF\n3 1 2000000000\n" + rest + "3 0 1 2\n");
+  WriteFile(folder / "mesh" / "negative_off_vertices",
+            "fnOFF\n3 -2000000000 1 0\n" + rest + "3 0 1 2\n");
+  WriteFile(folder / "mesh" / "large_off_binary",
+            std::string("fOFF BINARY\n\x77\x35\x94\0\0\0\0\1\0\0\0\0", 24));
   WriteFile(folder / "mesh" / "huge_off_faces", "fOFF\n3 4000000000 0\n" + rest + "3 0 1 2\n");
   WriteFile(folder / "mesh" / "huge_off_corners", "fOFF\n3 1 0\n" + rest + "4000000000 0 1 2\n");
   WriteFile(folder / "mesh" / "om", "m" + SmallOmMesh());

@@ -7,6 +7,7 @@
 #include "foam/cuda/piece_pool.h"
 #include "foam/delaunay.h"
 #include "foam/device.h"
+#include "foam/device_factory.h"
 #include "foam/guard_sites.h"
 #include "foam/parallel.h"
 #include "foam/ray_tracer.h"

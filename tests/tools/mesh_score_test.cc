@@ -5,8 +5,12 @@
 #include "foam/error.h"
 #include "foam/parallel.h"
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <string>
 
 #include "tests/export/test_foams.h"
 #include <Eigen/Geometry>
@@ -162,6 +166,24 @@ TEST_F(MeshFiles, ReadsWhatOtherProgramsWrite) {
       ReadTriangleMesh(Write("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 2 0\n3 0 1 2\n"));
   EXPECT_EQ(off.triangles.size(), 1u);
   EXPECT_EQ(off.vertices[2], Eigen::Vector3d(0, 2, 0));
+  std::string binary = "OFF BINARY\n";
+  const auto append = [&](uint32_t word) {
+    for (const int shift : {24, 16, 8, 0}) binary += static_cast<char>(word >> shift);
+  };
+  for (const uint32_t count : {3, 1, 0}) append(count);
+  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 2.f, 0.f}) {
+    append(std::bit_cast<uint32_t>(x));
+  }
+  for (const uint32_t corner : {3, 0, 1, 2, 0}) append(corner);  // and no colour
+  for (const std::string& same :
+       {binary,
+        std::string("# made by hand\nOFF # 9 9 9\n# 8 8 8\n3 1 0\n0 0 0\n1 0 0\n0 2 0\n3 0 1 2\n"),
+        std::string("OFF 3 1 0\n-0 0 0\n1 0 0\n0 2 0\n3 0 1 2\n"),
+        std::string("NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 2 0 0 0 1\n3 0 1 2\n")}) {
+    const TriangleMesh spelt = ReadTriangleMesh(Write("b.off", same));
+    EXPECT_EQ(spelt.vertices, off.vertices) << same;
+    EXPECT_EQ(spelt.triangles, off.triangles) << same;
+  }
   const TriangleMesh stl = ReadTriangleMesh(
       Write("a.STL",
             "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 0\n"

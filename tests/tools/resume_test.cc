@@ -184,22 +184,25 @@ TEST_F(Resume, TheCommandThatASignalLeavesAfterTrainingExports) {
 TEST_F(Resume, KeepsTheScheduleOfATimeBudget) {
   const TempFolder folder;
   const fs::path output = folder / "out";
-  const std::vector<std::string> budget = {"foam_trainer",
-                                           "--image_path",
-                                           (Workspace() / "images").string(),
-                                           "--input_path",
-                                           (Workspace() / "sparse/0").string(),
-                                           "--output_path",
-                                           output.string(),
-                                           "--FoamTraining.time_budget",
-                                           "12"};
-  {
+  std::vector<std::string> budget = {"foam_trainer",
+                                     "--image_path",
+                                     (Workspace() / "images").string(),
+                                     "--input_path",
+                                     (Workspace() / "sparse/0").string(),
+                                     "--output_path",
+                                     output.string(),
+                                     "--FoamTraining.time_budget"};
+  // Where measuring the machine takes all of it, as with sanitizers, there is nothing to stop.
+  const auto is_stopped = [&](const char* seconds) {
     std::vector<std::string> first = budget;
-    first.insert(first.end(), {"--checkpoint_every", "0.001"});
+    first.insert(first.end(), {seconds, "--checkpoint_every", "0.001"});
     Running running(first);
-    ASSERT_TRUE(running.WaitUntil([&] { return CheckpointsIn(output).size() == 2; }));
+    if (!running.WaitUntil([&] { return CheckpointsIn(output).size() == 2; })) return false;
     running.End(SIGKILL);
-  }
+    budget.push_back(seconds);
+    return true;
+  };
+  ASSERT_TRUE(is_stopped("12") || is_stopped("60") || is_stopped("240"));
   std::vector<std::string> again = budget;
   again.insert(again.end(), {"--resume", "1"});
   const Outcome resumed = RunSemfoam(again);

@@ -21,7 +21,7 @@ SurfaceIntegrals Integrate(const ExportableScene& scene, const ObjectSurface& su
   };
   // Tetrahedra from one corner of the surface to every triangle; their signed volumes add up to
   // what it encloses.
-  const Eigen::Vector3d apex = corner(0);
+  const Eigen::Vector3d& apex = corner(0);
   double six_volumes = 0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // relative to the apex
   for (const auto& [i, j, k] : surface.triangles) {

@@ -47,8 +47,8 @@ openvdb::points::PointDataGrid::Ptr MakePointGrid(
   const openvdb::points::PointAttributeVector<openvdb::Vec3d> sites(positions);
   const auto order =
       openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(sites, *identity);
-  const auto grid = openvdb::points::createPointDataGrid<openvdb::points::NullCodec,
-                                                         openvdb::points::PointDataGrid>(
+  auto grid = openvdb::points::createPointDataGrid<openvdb::points::NullCodec,
+                                                   openvdb::points::PointDataGrid>(
       *order, sites, *identity);
   AddAttribute("density", density, order->tree(), &grid->tree());
   AddAttribute("color", color, order->tree(), &grid->tree());

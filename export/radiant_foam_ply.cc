@@ -38,12 +38,12 @@ double Median(std::vector<double> values) {
 Similarity FrameOfSites(const std::vector<Eigen::Vector3d>& sites) {
   Similarity frame;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& site : sites) values.push_back(site[axis]);
+    std::vector<double> values(sites.size());
+    for (size_t i = 0; i < sites.size(); ++i) values[i] = sites[i][axis];
     frame.translation[axis] = Median(std::move(values));
   }
-  std::vector<double> distances;
-  for (const Eigen::Vector3d& site : sites) distances.push_back((site - frame.translation).norm());
+  std::vector<double> distances(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) distances[i] = (sites[i] - frame.translation).norm();
   const double farthest = *std::max_element(distances.begin(), distances.end());
   frame.scale = std::max(Median(std::move(distances)), farthest / (0.99 * kFarRadius));
   if (!(frame.scale > 0)) frame.scale = 1;  // all in one place
@@ -187,8 +187,8 @@ Model ReadRadiantFoamPly(const fs::path& path) {
   }
   const Similarity frame = FrameOfSites(sites);
   model.world_from_normalized = frame;
-  std::vector<Eigen::Vector3f> positions;
-  for (const Eigen::Vector3d& site : sites) positions.push_back(frame.Invert(site).cast<float>());
+  std::vector<Eigen::Vector3f> positions(num_sites);
+  for (size_t i = 0; i < num_sites; ++i) positions[i] = frame.Invert(sites[i]).cast<float>();
 
   const std::vector<double> density = ply.Values("vertex", "density");
   std::vector<std::vector<double>> sh;

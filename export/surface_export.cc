@@ -293,7 +293,7 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
       glb.Write(path);
     });
     if (options.glb) scene_glb.Add(object, surface, mesh);
-    if (options.usda) {
+    if (scene_usda) {
       std::vector<VolumeField> volume_fields;
       try {
         volume_fields = ReadVolumeFields(output_path / (stem + ".vdb"));
@@ -310,7 +310,7 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
     scene_glb.Write(output_path / "scene.glb");
     written(0, "scene.glb", summary);
   }
-  if (options.usda) {
+  if (scene_usda) {
     scene_usda->Finish();
     written(0, "scene.usda", summary, usda_warning);
   }

@@ -162,7 +162,7 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             double voxel_size) {
   InitializeOpenVdb();
   const float background = static_cast<float>(kHalfWidth * voxel_size);
-  const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
+  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   if (box.isEmpty()) return grid;
   const auto to_index = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {

@@ -62,8 +62,8 @@ void WriteVolume(const std::string& prim,
                  ByteWriter* out) {
   out->Text("\n        def Volume \"volume\"\n        {\n");
   for (const VolumeField& field : fields) {
-    out->Text("            rel field:" + field.quantity + " = </scene/" + prim + "/volume/" +
-              field.quantity + ">\n");
+    out->Text("            rel field:" + field.quantity + " = </scene/");
+    out->Text(prim + "/volume/" + field.quantity + ">\n");
   }
   out->Text("            token visibility = \"invisible\"\n");
   for (const VolumeField& field : fields) {

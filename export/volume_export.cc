@@ -24,7 +24,7 @@ openvdb::math::Transform::Ptr WorldFromIndex(const ExportableScene& scene,
                                              const VoxelLattice& lattice) {
   const double voxel = lattice.voxel_size * scene.world_from_normalized.scale;
   const Eigen::Vector3d origin = scene.world_from_normalized.Apply(lattice.origin);
-  const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+  auto transform = openvdb::math::Transform::createLinearTransform(voxel);
   transform->postTranslate(openvdb::Vec3d(origin.x(), origin.y(), origin.z()));
   if (scene.transform.IsTurned()) {
     // OpenVDB multiplies rows: x_file^T = x^T rotation^T.
@@ -176,15 +176,14 @@ class VolumeMaker {
         if (scene_.labels.solid[i] && !scene_.delaunay.Neighbors(i).empty()) cells.push_back(i);
       }
     }
-    if (!options_.crop.empty()) {
-      const Eigen::AlignedBox3d crop = *ParseCrop(options_.crop);
+    if (const auto crop = ParseCrop(options_.crop)) {
       std::erase_if(cells, [&](uint32_t cell) {
-        return !crop.contains(
+        return !crop->contains(
             scene_.colmap_from_normalized.Apply(scene_.cell_positions[cell].cast<double>()));
       });
     }
-    std::vector<int32_t> labels;
-    for (const uint32_t cell : cells) labels.push_back(labels_[cell]);
+    std::vector<int32_t> labels(cells.size());
+    for (size_t k = 0; k < cells.size(); ++k) labels[k] = labels_[cells[k]];
     // A voxel for the points is a leaf of the scene: it takes some points to be worth its memory.
     Volume volume;
     volume.lattice = {frame_.lattice.origin, 8 * frame_.lattice.voxel_size};

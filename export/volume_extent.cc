@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <glog/logging.h>
 
@@ -16,10 +17,10 @@ namespace {
 Eigen::AlignedBox3d Cropped(const Eigen::AlignedBox3d& box,
                             const ExportableScene& scene,
                             const VolumeExportOptions& options) {
-  if (options.crop.empty()) return box;
-  const Eigen::AlignedBox3d crop = *ParseCrop(options.crop);
-  return box.intersection(Eigen::AlignedBox3d(scene.colmap_from_normalized.Invert(crop.min()),
-                                              scene.colmap_from_normalized.Invert(crop.max())));
+  const std::optional<Eigen::AlignedBox3d> crop = ParseCrop(options.crop);
+  if (!crop) return box;
+  return box.intersection(Eigen::AlignedBox3d(scene.colmap_from_normalized.Invert(crop->min()),
+                                              scene.colmap_from_normalized.Invert(crop->max())));
 }
 
 // Per axis the range between the quantiles q and 1 - q, widened by `fence` times itself, within

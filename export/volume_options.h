@@ -67,7 +67,7 @@ struct VolumeExportOptions {
   std::string Check() const;
 };
 
-// The box of VolumeExportOptions::crop, world units; nothing where the text is none.
+// The box of VolumeExportOptions::crop, world units; nothing where the text is empty or no box.
 std::optional<Eigen::AlignedBox3d> ParseCrop(const std::string& text);
 
 }  // namespace semfoam

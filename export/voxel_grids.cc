@@ -110,7 +110,7 @@ void SetVoxel(openvdb::Index voxel, const Value& value, Leaf* leaf) {
 // Moves the leaves that `leaf_of` takes out of each block into a grid.
 template <typename Grid, typename LeafOf>
 typename Grid::Ptr GridOf(std::vector<BlockLeaves>* blocks, const LeafOf& leaf_of) {
-  const typename Grid::Ptr grid = Grid::create();
+  typename Grid::Ptr grid = Grid::create();
   for (BlockLeaves& block : *blocks) {
     auto& leaf = leaf_of(block);
     if (leaf != nullptr) grid->tree().addLeaf(leaf.release());

@@ -30,7 +30,7 @@ class StateWriter {
  public:
   static constexpr bool kIsReader = false;
 
-  StateWriter(std::string group, CheckpointContents* contents)
+  StateWriter(const std::string& group, CheckpointContents* contents)
       : texts_(&contents->texts[group]), contents_(contents) {}
 
   template <typename T>

@@ -102,8 +102,10 @@ Vector LeastUsedDirection(const KnownClasses& known) {
 // where they keep their class.
 double LimitReach(const Vector& direction, KnownClasses* known, Foam* foam) {
   if (known->features.empty()) return 0;
-  std::vector<double> reaches;
-  for (const Vector& f : known->features) reaches.push_back(std::abs(direction.dot(f)));
+  std::vector<double> reaches(known->features.size());
+  for (size_t i = 0; i < reaches.size(); ++i) {
+    reaches[i] = std::abs(direction.dot(known->features[i]));
+  }
   const auto limit = reaches.begin() + static_cast<ptrdiff_t>(kUsualShare * (reaches.size() - 1));
   std::nth_element(reaches.begin(), limit, reaches.end());
   double reach = *limit;

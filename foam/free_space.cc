@@ -162,8 +162,9 @@ void FreeSpace::BuildGrid() {
   std::vector<std::vector<uint32_t>> candidates(kVoxels);
   ParallelForBlocks(kVoxels, 256, [&](int64_t begin, int64_t end) {
     for (int64_t voxel = begin; voxel < end; ++voxel) {
-      const Eigen::Vector3f index(
-          voxel % kGridSide, voxel / kGridSide % kGridSide, voxel / (kGridSide * kGridSide));
+      const int64_t x = voxel % kGridSide, y = voxel / kGridSide % kGridSide,
+                    z = voxel / (kGridSide * kGridSide);
+      const Eigen::Vector3f index(x, y, z);
       const Eigen::Vector3f center = low_ + voxel_size_ * (index + Eigen::Vector3f::Constant(0.5f));
       // Half a diagonal, and some for the rounding of the voxel that a point is in.
       const float ball_radius = 0.5f * std::sqrt(3.f) * voxel_size_ * 1.001f;

@@ -24,10 +24,12 @@ constexpr double kScatteredDensity = 0.002;
 
 // Per axis, the values below and above which 2 % of the points lie: the robust box of what the
 // photos see.
-void RobustBox(std::vector<Eigen::Vector3f> points, Eigen::Vector3f* low, Eigen::Vector3f* high) {
+void RobustBox(const std::vector<Eigen::Vector3f>& points,
+               Eigen::Vector3f* low,
+               Eigen::Vector3f* high) {
+  std::vector<float> values(points.size());
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<float> values;
-    for (const Eigen::Vector3f& p : points) values.push_back(p[axis]);
+    for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
     std::sort(values.begin(), values.end());
     const size_t skip = values.size() / 50;
     (*low)[axis] = values[skip];
@@ -93,8 +95,8 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
     sites.push_back({(radius * 0.999 * direction).cast<float>(), grey, kScatteredDensity});
   }
 
-  std::vector<Eigen::Vector3f> positions;
-  for (const Site& site : sites) positions.push_back(site.position);
+  std::vector<Eigen::Vector3f> positions(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) positions[i] = sites[i].position;
   const std::vector<uint32_t> order = HilbertOrder(positions);
 
   Foam foam;

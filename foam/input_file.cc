@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
   }
   throw UserError(path.string(),
                   ": cannot be read (",
-                  std::strerror(error),
+                  std::generic_category().message(error),
                   "), where ",
                   what,
                   " should be; may you read it?");

@@ -83,8 +83,8 @@ ExtractedObjects ExtractObjects(const Model& model,
     extracted.object_of_site.push_back(object_of_site[i]);
   }
   extracted.model = WithSites(model, kept);
-  std::vector<int32_t> classes;
-  for (const ObjectCells& object : objects) classes.push_back(object.class_index);
+  std::vector<int32_t> classes(objects.size());
+  for (size_t k = 0; k < objects.size(); ++k) classes[k] = objects[k].class_index;
   KeepClasses(classes, &extracted.model);
   LabelHiddenCells(extracted.object_of_site, &extracted.model.foam);
   for (uint32_t i = 0; i < kept.size(); ++i) {

@@ -4,7 +4,6 @@
 #include "foam/error.h"
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <system_error>
 
@@ -40,7 +39,7 @@ OutputFile::OutputFile(fs::path target)
   if (descriptor_ >= 0) return;
   throw UserError(target_.string(),
                   ": cannot be written (",
-                  std::strerror(errno),
+                  std::generic_category().message(errno),
                   "); choose an output path that you may write to.");
 }
 
@@ -54,7 +53,7 @@ void OutputFile::Commit() {
   if (error != 0) {
     throw UserError(target_.string(),
                     ": cannot be written (",
-                    std::strerror(error),
+                    std::generic_category().message(error),
                     "); is the disk full, or is a folder of that name in the way?");
   }
   SyncFolder(target_.parent_path());

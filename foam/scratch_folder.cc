@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
-#include <cstring>
 #include <mutex>
 #include <set>
 #include <string>
@@ -122,7 +121,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent, const fs::path& result) {
     const bool has_result = !result.empty();
     throw UserError(has_result ? result.string() : parent.string(),
                     has_result ? ": cannot be written (" : ": nothing can be written here (",
-                    std::strerror(error),
+                    std::generic_category().message(error),
                     "); choose an output path that you may write to.");
   }
   registry.folders.insert(path_);

@@ -53,6 +53,7 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   initialization.num_classes = num_classes;
   initialization.seed = options_.random_seed;
   std::vector<Eigen::Vector3d> centers;
+  centers.reserve(views_.NumViews());
   for (int view = 0; view < views_.NumViews(); ++view) centers.push_back(views_.Origin(view));
   state_.foam = InitialFoam(seeds, centers, initialization);
   state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);

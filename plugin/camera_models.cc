@@ -232,7 +232,7 @@ std::optional<Eigen::Vector2d> Project(const Camera& camera, const Eigen::Vector
 std::optional<Eigen::Vector3d> Unproject(const Camera& camera, const Eigen::Vector2d& pixel) {
   const Intrinsics in = IntrinsicsOf(camera);
   const Eigen::Vector2d image((pixel.x() - in.cx) / in.fx, (pixel.y() - in.cy) / in.fy);
-  const std::optional<Eigen::Vector3d> ray =
+  std::optional<Eigen::Vector3d> ray =
       FromImagePlane(camera.model_id, in.distortion, image, IsDistorted(camera));
   if (!ray || !ray->allFinite()) return std::nullopt;
   return ray;

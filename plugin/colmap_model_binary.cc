@@ -87,7 +87,7 @@ class Cursor {
                       num_records_,
                       "; is the copy complete?");
     }
-    const std::string name = bytes_.substr(position_, end - position_);
+    std::string name = bytes_.substr(position_, end - position_);
     position_ = end + 1;
     return name;
   }

@@ -53,6 +53,7 @@ struct Samples {
 Samples CollectSamples(const TrainingScene& scene) {
   const ScenePlan& plan = scene.Plan();
   std::vector<Eigen::Vector3d> centers;
+  centers.reserve(plan.photos.size());
   for (const PhotoRecord& photo : plan.photos) centers.push_back(PoseOf(photo).Center());
   Samples samples;
   samples.training.num_views = scene.NumViews();

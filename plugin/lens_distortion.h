@@ -167,7 +167,7 @@ bool IsBeforeFold(const double* k, const Eigen::Vector2d& point) {
 // The (u, v) before the first fold that the distortion maps to `target`.
 template <typename Distortion>
 std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d& target) {
-  const auto near_target = Solve<Distortion>(k, target, target);
+  auto near_target = Solve<Distortion>(k, target, target);
   if (near_target && IsBeforeFold<Distortion>(k, *near_target)) return near_target;
   // A distortion that pushes outwards before it folds may have its fold at `target` or nearer to
   // the axis, and nothing to find from there. Outwards from the axis the root before it comes

@@ -5,7 +5,6 @@
 #include "foam/output_file.h"
 
 #include <cerrno>
-#include <cstring>
 #include <system_error>
 
 #include <fcntl.h>
@@ -34,7 +33,8 @@ OutputLock::OutputLock(const fs::path& folder) {
                     ": another process is writing into this folder; wait for its end, or choose "
                     "another.");
   }
-  LOG(WARNING) << folder.string() << ": cannot be locked (" << std::strerror(error)
+  LOG(WARNING) << folder.string() << ": cannot be locked ("
+               << std::generic_category().message(error)
                << "), so nothing keeps a second process from writing into it.";
 }
 

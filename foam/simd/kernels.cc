@@ -167,6 +167,7 @@ std::vector<std::string> SimdTargets() {
   // Asked once, before anybody narrows the choice down.
   static const std::vector<int64_t> targets = hwy::SupportedAndGeneratedTargets();
   std::vector<std::string> names;
+  names.reserve(targets.size());
   for (const int64_t target : targets) names.emplace_back(FamilyName(target));
   return names;
 }

@@ -119,6 +119,7 @@ std::vector<char> RareLabels(int num_labels, const std::vector<Region>& regions)
   }
   const double enough = std::max(2.0, kShareOfPhotos * static_cast<double>(all_views.size()));
   std::vector<char> is_rare;
+  is_rare.reserve(views.size());
   for (const auto& v : views) is_rare.push_back(static_cast<double>(v.size()) < enough);
   return is_rare;
 }
@@ -306,6 +307,7 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
     }
   }
   std::vector<int32_t> believed;
+  believed.reserve(evidence.regions.size());
   for (const Region& region : evidence.regions) believed.push_back(region.label);
   // What a region is compared with in the report: a joined id is a renamed one.
   std::vector<int32_t> given = believed;
@@ -321,6 +323,7 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
   }
   LetRegionsSpeak(&evidence);
   std::vector<char> is_contradicted;
+  is_contradicted.reserve(evidence.regions.size());
   for (const Region& region : evidence.regions) {
     is_contradicted.push_back(region.label == kNoLabel && region.parts.empty());
   }

@@ -30,6 +30,7 @@ std::vector<char> RareClasses(const MaskedPhotos& photos) {
     last_view = region.view;
   }
   std::vector<char> is_rare;
+  is_rare.reserve(views.size());
   for (const int count : views) is_rare.push_back(count < std::max(2.0, 0.1 * num_views));
   return is_rare;
 }

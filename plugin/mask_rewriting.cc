@@ -28,7 +28,8 @@ class SplitRegion {
     int32_t& label = labels_[static_cast<size_t>(y / block_) * columns_ + x / block_];
     if (label == kUnknown) {
       const auto middle = [&](int at) {
-        return (static_cast<float>(at / block_) + 0.5f) * static_cast<float>(block_);
+        const int block = at / block_;
+        return (static_cast<float>(block) + 0.5f) * static_cast<float>(block_);
       };
       label = Nearest(middle(x), middle(y));
     }

@@ -30,6 +30,7 @@ std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model) {
   std::unordered_map<uint32_t, const Camera*> cameras;
   for (const Camera& camera : model.cameras) cameras.emplace(camera.id, &camera);
   std::vector<PhotoRecord> photos;
+  photos.reserve(model.images.size());
   for (const Image& image : model.images) {
     photos.push_back(MakePhotoRecord(*cameras.at(image.camera_id), image, /*held_out=*/false));
   }

@@ -65,6 +65,7 @@ Similarity NormalizedFrame(const std::vector<Viewpoint>& cameras,
                            const std::vector<Eigen::Vector3d>& points) {
   CHECK(!cameras.empty());
   std::vector<Eigen::Vector3d> centers;
+  centers.reserve(cameras.size());
   for (const Viewpoint& camera : cameras) centers.push_back(camera.center);
   std::vector<Eigen::Vector3d> finite;
   for (const Eigen::Vector3d& point : points) {

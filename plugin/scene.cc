@@ -71,6 +71,7 @@ std::vector<int> ChooseTables(const std::vector<PhotoRecord>& photos) {
     ++uses.try_emplace(KeyOf(photos[view]), view, 0).first->second.second;
   }
   std::vector<std::pair<int, int>> order;
+  order.reserve(uses.size());
   for (const auto& [key, use] : uses) order.push_back(use);
   std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
@@ -216,6 +217,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.num_unregistered = CountUnregistered(options.image_path, plan.photos);
 
   std::vector<std::string> names;
+  names.reserve(plan.photos.size());
   for (const PhotoRecord& photo : plan.photos) names.push_back(photo.name);
   plan.mask_folder = MaskFolderOf(options);
   if (plan.mask_folder.empty()) {
@@ -275,6 +277,7 @@ std::string TrainingScene::MaskReport() const {
 
 std::string TrainingScene::MaskWarning() const {
   std::vector<PhotoSize> mask_sizes;
+  mask_sizes.reserve(mask_contents_.size());
   for (const MaskContents& mask : mask_contents_) mask_sizes.push_back(mask.size);
   return MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes);
 }

@@ -70,12 +70,14 @@ void MakeSeeds(std::vector<Point3D> points,
 
 Similarity NormalizedFrameOf(const Reconstruction& model) {
   std::vector<Viewpoint> viewpoints;
+  viewpoints.reserve(model.images.size());
   for (const Image& image : model.images) {
     viewpoints.push_back(
         {image.cam_from_world.Center(),
          image.cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ()});
   }
   std::vector<Eigen::Vector3d> positions;
+  positions.reserve(model.points.size());
   for (const Point3D& point : model.points) positions.push_back(point.position);
   return NormalizedFrame(viewpoints, positions);
 }

@@ -68,6 +68,7 @@ std::vector<Track> SampleTracks(const Reconstruction& model,
     }
   }
   std::vector<Track> sample;
+  sample.reserve(tracks.size());
   for (auto& [id, track] : tracks) sample.push_back(std::move(track));
   return sample;
 }

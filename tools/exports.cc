@@ -176,7 +176,8 @@ void RequireEffects(const OptionManager& options,
     if (is_written) return;
     std::vector<std::string> names;
     for (const auto& [name, value] : options.GroupValues(group)) {
-      names.push_back(group + "." + name);
+      names.push_back(group);
+      names.back().append(".").append(name);
     }
     options.RequireEffect(names,
                           "without " + named + " among the --formats; add it, or leave this out");

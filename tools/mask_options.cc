@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 fs::path FindMasksAbove(const fs::path& model_folder) {
   fs::path folder = fs::absolute(model_folder);
   for (int i = 0; i < 3; ++i) {
-    const fs::path masks = FindMaskFolder(folder);
+    fs::path masks = FindMaskFolder(folder);
     if (!masks.empty()) return masks;
     folder = ParentFolder(folder);
   }

@@ -107,6 +107,7 @@ void AppendCoverageLines(const MaskAnalysis& analysis, std::vector<std::string>*
 void AppendIdLines(const MaskAnalysis& analysis, std::vector<std::string>* lines) {
   const std::vector<Label>& labels = analysis.photos.given.labels;
   std::vector<const IdSurvey*> ids;
+  ids.reserve(analysis.coverage.ids.size());
   for (const IdSurvey& id : analysis.coverage.ids) ids.push_back(&id);
   // Those of the most photos, if not all have room; but in their order.
   const size_t all = ids.size();

@@ -69,9 +69,10 @@ std::vector<Eigen::Vector3d> SampleSurface(const TriangleMesh& mesh, int64_t cou
 std::vector<double> DistancesToPoints(const std::vector<Eigen::Vector3d>& points,
                                       const std::vector<Eigen::Vector3d>& queries) {
   CHECK(!points.empty());
-  const Eigen::Vector3d origin = points.front();
+  const Eigen::Vector3d& origin = points.front();
   const auto to_point = [&](const Eigen::Vector3d& x) { return ToPoint(x - origin); };
   std::vector<Kernel::Point_3> local;
+  local.reserve(points.size());
   for (const Eigen::Vector3d& point : points) local.push_back(to_point(point));
   NeighborSearch::Tree tree(local.begin(), local.end());
   tree.build();
@@ -88,7 +89,7 @@ std::vector<double> DistancesToPoints(const std::vector<Eigen::Vector3d>& points
 std::vector<double> DistancesToSurface(const TriangleMesh& mesh,
                                        const std::vector<Eigen::Vector3d>& points) {
   // Near the origin, so that georeferenced coordinates cost nothing.
-  const Eigen::Vector3d origin = mesh.vertices[mesh.triangles.front()[0]];
+  const Eigen::Vector3d& origin = mesh.vertices[mesh.triangles.front()[0]];
   const auto to_point = [&](const Eigen::Vector3d& x) { return ToPoint(x - origin); };
   Triangles triangles;
   for (const auto& triangle : mesh.triangles) {

@@ -209,7 +209,7 @@ std::string Joined(const std::vector<std::string>& names) {
 }
 
 fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {
-  const fs::path target = output_path / "scene.foam";
+  fs::path target = output_path / "scene.foam";
   for (const fs::path& input : inputs) {
     std::error_code not_there;
     if (!fs::equivalent(input, target, not_there) || not_there) continue;

@@ -20,7 +20,7 @@ constexpr int64_t kRaysPerBlock = 256;
 
 // The photo's camera with as many pixels as are looked at.
 Camera CoarseCamera(const PhotoRecord& photo, const std::filesystem::path& foam_path) {
-  const Camera camera = CameraOf(photo, foam_path);
+  Camera camera = CameraOf(photo, foam_path);
   const double longer = std::max(photo.width, photo.height);
   if (longer <= kSamplesAlongEdge) return camera;
   const auto reduced = [&](int size) {

@@ -35,8 +35,8 @@ inline std::vector<Eigen::Vector3f> RandomSites(int count, uint64_t seed) {
 struct WalkableCells {
   explicit WalkableCells(const std::vector<Eigen::Vector3f>& sites)
       : positions(WithGuardSites(sites)), delaunay(Triangulate(positions)) {
-    std::vector<Eigen::Vector3d> in_double;
-    for (const Eigen::Vector3f& p : positions) in_double.push_back(p.cast<double>());
+    std::vector<Eigen::Vector3d> in_double(positions.size());
+    for (size_t i = 0; i < positions.size(); ++i) in_double[i] = positions[i].cast<double>();
     Refresh(in_double, delaunay, &geometry);
     Refresh(positions, delaunay, &float_geometry);
   }

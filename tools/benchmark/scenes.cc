@@ -88,6 +88,7 @@ std::vector<std::vector<BatchRay>> DrawBatches(
     int num_classes) {
   constexpr int kTileSide = 2, kTileStep = 2, kTileRays = kTileSide * kTileSide;
   std::vector<int64_t> ends;  // of the views in the range of all pixels
+  ends.reserve(sizes.size());
   for (const ViewSize& size : sizes) {
     ends.push_back((ends.empty() ? 0 : ends.back()) + int64_t{size.width} * size.height);
   }
@@ -154,7 +155,7 @@ Foam WithAppearance(Foam foam, Appearance appearance) {
 
 std::shared_ptr<const BenchmarkScene> MakeShellScene(int64_t num_sites, Appearance appearance) {
   auto scene = std::make_shared<BenchmarkScene>(WithAppearance(ShellFoam(num_sites), appearance));
-  const CameraRays rays = ShellCamera();
+  CameraRays rays = ShellCamera();
   const uint32_t start_cell = scene->renderer.StartCell(rays.origin);
   for (const Eigen::Vector3f& direction : rays.directions) {
     scene->rays.push_back({rays.origin.cast<float>(), direction, start_cell});

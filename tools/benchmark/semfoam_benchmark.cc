@@ -30,7 +30,7 @@ bool help_wanted = false;
 void PrintHelp() {
   if (!help_wanted) {
     std::fprintf(stderr, "ERROR: --benchmark_format is console, json or csv.\n");
-    std::exit(EXIT_FAILURE);
+    std::exit(EXIT_FAILURE);  // NOLINT(concurrency-mt-unsafe): no thread has begun
   }
   std::printf(
       "semfoam_benchmark: how fast triangulation, ray walk, rendering, update and "

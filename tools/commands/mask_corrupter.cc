@@ -115,6 +115,7 @@ void Renumber(const Corruption& corruption, size_t photo, LabelImage* mask) {
   CounterRandom random(corruption.seed, kRenumberPurpose, photo);
   const std::vector<int32_t> ids = IdsIn(*mask);
   std::vector<std::pair<uint64_t, int32_t>> order;
+  order.reserve(ids.size());
   for (const int32_t id : ids) order.emplace_back(random.Next(), id);
   std::sort(order.begin(), order.end());
   std::map<int32_t, int32_t> new_id = {{0, 0}};

@@ -114,6 +114,7 @@ void RunPointLabeler(int argc, char** argv) {
   }
   std::vector<PhotoRecord> records = RegisteredPhotos(model);
   std::vector<std::string> names;
+  names.reserve(records.size());
   for (const PhotoRecord& record : records) names.push_back(record.name);
   const MaskPairing pairing = PairMasks(paths.mask_folder, names);
   if (pairing.NumPaired() == 0) {

@@ -131,6 +131,7 @@ ObjectPlacement PlaceOnSurface(const ExtractedObjects& objects,
   placement.rotation =
       Eigen::Quaterniond::FromTwoVectors(up, surface.normal).toRotationMatrix() * parsed.rotation;
   std::vector<double> heights;
+  heights.reserve(sites.size());
   for (const Eigen::Vector3d& x : sites) {
     heights.push_back(surface.normal.dot(placement.Apply(x)));
   }

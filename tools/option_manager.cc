@@ -370,13 +370,13 @@ std::string OptionManager::Help() const {
   po::options_description description("Options", 100, 40);
   description.add_options()("help,h", "lists the options");
   for (const Option& option : options_) {
-    std::string help = option.help;
-    if (!option.choices.empty()) help = "{" + Join(option.choices, ", ") + "} " + help;
+    std::string help = option.required ? "(required) " : "";
+    if (!option.choices.empty()) help.append("{").append(Join(option.choices, ", ")).append("} ");
+    help += option.help;
     auto* value = po::value<std::string>();
     const bool names_default = !option.required && !option.default_text.empty();
     value->value_name(names_default ? "arg (=" + option.default_text + ")" : "arg");
-    if (option.required) help = "(required) " + help;
-    if (!option.short_name.empty()) help += "; --" + option.short_name + " is the same";
+    if (!option.short_name.empty()) help.append("; --").append(option.short_name + " is the same");
     description.add_options()(option.name.c_str(), value, help.c_str());
   }
   std::ostringstream text;

@@ -54,10 +54,10 @@ class Numbers {
   // The length of a list, for which there are bytes.
   size_t NextLength(const PlyProperty& property) {
     const double length = Next(property, property.count_type);
-    const uint64_t left = bytes_.size() - at_;
     const size_t least = is_text_ ? 1 : BytesOf(property.type);
+    const uint64_t most = (bytes_.size() - at_) / least;
     const bool is_whole = length == std::floor(length) && std::abs(length) < 1e15;
-    if (is_whole && length >= 0 && length <= static_cast<double>(left / least)) {
+    if (is_whole && length >= 0 && length <= static_cast<double>(most)) {
       return static_cast<size_t>(length);
     }
     throw UserError(path_.string(),

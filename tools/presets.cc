@@ -29,6 +29,7 @@ constexpr std::array<Preset, 4> kPresets = {{
 const std::vector<std::string>& Qualities() {
   static const std::vector<std::string> qualities = [] {
     std::vector<std::string> names;
+    names.reserve(std::size(kPresets));
     for (const Preset& preset : kPresets) names.emplace_back(preset.quality);
     return names;
   }();

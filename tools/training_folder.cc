@@ -28,6 +28,7 @@ constexpr size_t kKept = 2;
 // Options whose names say most come first: a preset changes many others.
 std::vector<std::string> NamesOf(const std::map<std::string, std::string>& options) {
   std::vector<std::string> names;
+  names.reserve(options.size());
   for (const auto& [name, value] : options) names.push_back(name);
   std::stable_partition(names.begin(), names.end(), [](const std::string& name) {
     return name.find('.') == std::string::npos;

@@ -66,7 +66,7 @@ class Numbers {
                     " ",
                     Shortened(property.name),
                     ", of which at most ",
-                    left / least,
+                    most,
                     " can follow; is it damaged?");
   }
 

@@ -62,13 +62,15 @@ void WriteVolume(const std::string& prim,
                  ByteWriter* out) {
   out->Text("\n        def Volume \"volume\"\n        {\n");
   for (const VolumeField& field : fields) {
-    out->Text("            rel field:" + field.quantity + " = </scene/");
-    out->Text(prim + "/volume/" + field.quantity + ">\n");
+    out->Text("            rel field:" + field.quantity + " = </scene/" + prim + "/volume/" +
+              field.quantity + ">\n");
   }
   out->Text("            token visibility = \"invisible\"\n");
   for (const VolumeField& field : fields) {
     const auto write_token = [&](const std::string& name, const std::string& value) {
-      if (!value.empty()) out->Text("                token " + name + " = \"" + value + "\"\n");
+      if (value.empty()) return;
+      out->Text("                token " + name + " = \"");
+      out->Text(value + "\"\n");
     };
     const FieldTraits traits = TraitsOf(field.quantity);
     out->Text("\n            def OpenVDBAsset \"" + field.quantity + "\"\n            {\n");

@@ -131,7 +131,7 @@ std::optional<ObjectScore> ObjectScorer::Finish() const {
   const double share = 1.0 / static_cast<double>(score.views.size());
   for (const ViewLabelScore& view : score.views) {
     score.prompt.Add(view.prompt, share);
-    if (id_.has_value()) score.direct->Add(*view.direct, share);
+    if (score.direct && view.direct) score.direct->Add(*view.direct, share);
   }
   return score;
 }

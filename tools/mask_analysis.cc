@@ -94,6 +94,7 @@ MaskAnalysis AnalyzeMasks(const MaskedModelPaths& paths,
     photos = PhotosOfMasks(paths.mask_folder);
   }
   std::vector<std::string> names;
+  names.reserve(photos.size());
   for (const PhotoRecord& photo : photos) names.push_back(photo.name);
   analysis.pairing = PairMasks(paths.mask_folder, names);
   if (analysis.pairing.NumPaired() == 0) {

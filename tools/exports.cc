@@ -46,6 +46,26 @@ void SayWritten(const WrittenFile& file) {
   if (!file.warning.empty()) LOG(WARNING) << file.path << ": " << file.warning;
 }
 
+// The labels.json of an export into `output_path` before this one; null where there is none.
+Json OwnLabels(const std::filesystem::path& output_path) {
+  const std::filesystem::path sidecar = output_path / "labels.json";
+  if (std::filesystem::is_directory(sidecar)) {
+    throw UserError(sidecar.string(),
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "--output_path.");
+  }
+  if (!std::filesystem::is_regular_file(sidecar)) return nullptr;
+  std::ifstream file(sidecar);
+  Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
+  // Every one of ours tells of a frame and objects; the names that a user wrote do not.
+  if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) {
+    throw UserError(sidecar.string(),
+                    ": was not written by an export and would be lost; choose another "
+                    "--output_path.");
+  }
+  return there;
+}
+
 }  // namespace
 
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume) {
@@ -211,20 +231,13 @@ std::set<std::string> ParseFormats(const std::string& formats, const std::string
   return parsed;
 }
 
+void RequireOwnLabels(const std::filesystem::path& output_path) { OwnLabels(output_path); }
+
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
                      const std::set<std::string>& formats) {
-  const std::filesystem::path sidecar = output_path / "labels.json";
-  if (std::filesystem::is_directory(sidecar)) {
-    throw UserError(sidecar.string(),
-                    ": is a folder, in the way of the file of that name; choose another "
-                    "--output_path.");
-  }
-  if (!std::filesystem::is_regular_file(sidecar)) return;
-  std::ifstream file(sidecar);
-  const Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
-  // No sidecar of ours says nothing of a frame.
-  if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) return;
+  const Json there = OwnLabels(output_path);
+  if (there.is_null()) return;
   if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;
   Json lists = Json::array({there.value("files", Json::object())});
   for (const Json& object : there["objects"]) {

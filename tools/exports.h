@@ -55,7 +55,11 @@ void RequireEffects(const OptionManager& options,
 // The formats of a comma list, each of which `allowed` must have.
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
 
-// Throws UserError when `output_path` holds exports in another frame of which `formats` would not
+// Throws UserError when `output_path` holds a labels.json that is no export's, such as the names
+// that a workspace gives its masks.
+void RequireOwnLabels(const std::filesystem::path& output_path);
+
+// The same, and when `output_path` holds exports in another frame of which `formats` would not
 // replace all: labels.json could not be true of both.
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,

@@ -5,6 +5,7 @@
 #include "export/object_selection.h"
 #include "foam/error.h"
 #include "plugin/camera_rays.h"
+#include "tools/input_protection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -210,12 +211,7 @@ std::string Joined(const std::vector<std::string>& names) {
 
 fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {
   fs::path target = output_path / "scene.foam";
-  for (const fs::path& input : inputs) {
-    std::error_code not_there;
-    if (!fs::equivalent(input, target, not_there) || not_there) continue;
-    throw UserError(target.string(),
-                    ": is read, so it will not be written; give another --output_path.");
-  }
+  RequireInputsStay(inputs, {target});
   return target;
 }
 

@@ -51,6 +51,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
 
   TrainingFolder folder(output_path, checkpoints, options);
   if (folder.IsFinished()) return;
+  RequireOwnLabels(output_path);
   const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
   const ExportableScene scene =
       PrepareExport(TrainAndWrite(options, &folder, &run), foam_path, transform, pieces);

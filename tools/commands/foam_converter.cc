@@ -5,8 +5,10 @@
 #include "foam/error.h"
 #include "foam/model.h"
 #include "plugin/colmap_model.h"
+#include "plugin/files.h"
 #include "plugin/untrained_model.h"
 #include "tools/commands.h"
+#include "tools/input_protection.h"
 #include "tools/option_manager.h"
 
 #include <cmath>
@@ -39,6 +41,12 @@ std::string TypeOf(const std::string& output_type, const std::string& output_pat
   throw UserError(output_path,
                   ": its name does not say what to write; --output_type radiant_foam, splats or "
                   "points for a .ply, or a name that ends in .foam or .txt.");
+}
+
+// A file, or all of a folder with a model.
+std::vector<fs::path> FilesOf(const std::string& input_path) {
+  if (!fs::is_directory(input_path)) return {input_path};
+  return ListFiles(FindModelFolder(input_path));
 }
 
 }  // namespace
@@ -88,6 +96,7 @@ void RunFoamConverter(int argc, char** argv) {
     options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
   }
 
+  RequireInputsStay(FilesOf(input_path), {output_path});
   const Model model = ReadInput(input_path, options.RandomSeed());
   if (type == "foam") {
     WriteModel(output_path, model);

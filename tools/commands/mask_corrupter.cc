@@ -5,6 +5,7 @@
 #include "plugin/mask_png.h"
 #include "tools/commands.h"
 #include "tools/image_files.h"
+#include "tools/input_protection.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
 
@@ -154,13 +155,19 @@ void RunMaskCorrupter(int argc, char** argv) {
   for (const fs::path& path : ListFiles(mask_path)) {
     if (path.extension() == ".png") masks.push_back(path);
   }
+  std::vector<fs::path> targets;
+  targets.reserve(masks.size());
+  for (const fs::path& mask : masks) {
+    targets.push_back(fs::path(output_path) / mask.lexically_relative(mask_path));
+  }
+  RequireInputsStay(masks, targets);
   const OutputLock lock(output_path);
   std::vector<Counts> counts(masks.size());
   ForEachFile(static_cast<int64_t>(masks.size()), [&](int64_t i) {
     LabelImage mask = ReadIds(masks[i]);
     Corrupt(corruption, i, &mask, &counts[i]);
     if (corruption.independent) Renumber(corruption, i, &mask);
-    WriteLabelPng(fs::path(output_path) / masks[i].lexically_relative(mask_path), mask);
+    WriteLabelPng(targets[i], mask);
   });
   Counts sum;
   for (const Counts& one : counts) {

@@ -11,6 +11,7 @@
 #include "tools/capture_path.h"
 #include "tools/commands.h"
 #include "tools/image_files.h"
+#include "tools/input_protection.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
 #include "tools/view_images.h"
@@ -43,6 +44,14 @@ void WriteFilm(const Model& model,
                const std::string& image_path,
                const std::vector<FilmFrame>& film,
                const fs::path& output_path) {
+  std::vector<fs::path> photos;
+  std::vector<fs::path> pictures;
+  for (const FilmFrame& frame : film) {
+    if (!image_path.empty())
+      photos.push_back(fs::path(image_path) / model.photos[frame.photo].name);
+    pictures.push_back(output_path / "frames" / FrameName(pictures.size()));
+  }
+  RequireInputsStay(photos, pictures);
   const ViewRenderer renderer(model.foam);
   ordered_json frames = ordered_json::array();
   for (const FilmFrame& frame : film) {
@@ -127,13 +136,16 @@ void CollectMasks(const fs::path& manifest_path,
   }
   int missing = 0;
   std::string first_missing;
+  std::vector<fs::path> sources;
+  std::vector<fs::path> targets;
   for (const auto& [file, photo] : photos) {
     const fs::path mask = mask_path / file;
     if (!fs::is_regular_file(mask)) {
       if (missing++ == 0) first_missing = mask.string();
       continue;
     }
-    CopyFile(mask, output_path / fs::path(photo).replace_extension(".png"));
+    sources.push_back(mask);
+    targets.push_back(output_path / fs::path(photo).replace_extension(".png"));
   }
   if (missing == static_cast<int>(photos.size())) {
     throw UserError(
@@ -144,9 +156,12 @@ void CollectMasks(const fs::path& manifest_path,
        {mask_path / "pred.json",
         fs::absolute(mask_path / "").parent_path().parent_path() / "pred.json"}) {
     if (!fs::is_regular_file(list)) continue;
-    CopyFile(list, output_path / "pred.json");
+    sources.push_back(list);
+    targets.push_back(output_path / "pred.json");
     break;
   }
+  RequireInputsStay(sources, targets);
+  for (size_t i = 0; i < sources.size(); ++i) CopyFile(sources[i], targets[i]);
   LOG(INFO) << "Masks of " << photos.size() - missing << " of " << photos.size()
             << " photos are in " << output_path.string();
   if (missing > 0)

@@ -122,8 +122,7 @@ class WriteFaults : public ::testing::TestWithParam<Command> {
       const Outcome second = RunWithFault(Arguments(), Out(), "", folder_ / "report");
       ASSERT_EQ(second.exit_code, 0) << second.err;
       ASSERT_TRUE(AreGood(Snapshot(Out()), good_));
-      std::istringstream report(ReadFile(folder_ / "report"));
-      for (std::string operation; report >> operation;) report >> reference.counts[operation];
+      reference.counts = ReadReport();
     }
     good_ = reference.files;
     counts_ = reference.counts;
@@ -131,6 +130,14 @@ class WriteFaults : public ::testing::TestWithParam<Command> {
   }
 
   fs::path Out() const { return folder_ / "out"; }
+
+  // What the last run with this report did, and how often.
+  std::map<std::string, int64_t> ReadReport() const {
+    std::map<std::string, int64_t> counts;
+    std::istringstream report(ReadFile(folder_ / "report"));
+    for (std::string operation; report >> operation;) report >> counts[operation];
+    return counts;
+  }
 
   std::vector<std::string> Arguments() const {
     if (std::string(GetParam().name) == "foam_trainer")
@@ -254,9 +261,14 @@ TEST_P(WriteFaults, LeaveOldOrCompleteFiles) {
   if (const auto foam = good_.find("scene.foam"); foam != good_.end() && ManyFaults()) {
     for (const int64_t at : FoamBoundaries(foam->second)) places.push_back(at);
   }
-  std::vector<std::pair<std::string, int>> faults;
+  struct Fault {
+    std::string operation;
+    int64_t at;
+    int error;
+  };
+  std::vector<Fault> faults;
   for (const int64_t at : places) {
-    if (at >= 0 && at < bytes) faults.emplace_back("bytes:" + std::to_string(at), ENOSPC);
+    if (at >= 0 && at < bytes) faults.push_back({"bytes", at, ENOSPC});
   }
   for (const auto& [operation, error] : {std::pair("write", EIO),
                                          std::pair("fsync", EIO),
@@ -271,17 +283,26 @@ TEST_P(WriteFaults, LeaveOldOrCompleteFiles) {
       calls.insert(calls.end(), {0, count - 1});
       for (int i = 0; i < 5; ++i) calls.push_back(below(count));
     }
-    for (const int64_t call : calls) {
-      faults.emplace_back(std::string(operation) + ":" + std::to_string(call), error);
-    }
+    for (const int64_t call : calls) faults.push_back({operation, call, error});
   }
-  for (const auto& [fault, error] : faults) {
-    SCOPED_TRACE(fault);
+  size_t num_unmet = 0;
+  for (const auto& [operation, at, error] : faults) {
+    const std::string place = operation + ":" + std::to_string(at);
+    SCOPED_TRACE(place);
     MakeOld();
-    ExpectRefusal(RunWithFault(Arguments(), Out(), fault + ":" + std::to_string(error)));
+    const Outcome outcome =
+        RunWithFault(Arguments(), Out(), place + ":" + std::to_string(error), folder_ / "report");
+    if (varies && ReadReport()[operation] <= at && outcome.exit_code == 0) {
+      // This run had less to say of its seconds than the one that was counted.
+      EXPECT_EQ(NumOld(Out(), true), 0);
+      ++num_unmet;
+      continue;
+    }
+    ExpectRefusal(outcome);
   }
-  RecordProperty("faults", static_cast<int>(faults.size()));
-  std::printf("%zu faults\n", faults.size());
+  EXPECT_LE(num_unmet, 1 + faults.size() / 10);
+  RecordProperty("faults", static_cast<int>(faults.size() - num_unmet));
+  std::printf("%zu faults\n", faults.size() - num_unmet);
 }
 
 TEST_P(WriteFaults, ShortAndInterruptedWritesChangeNothing) {

@@ -13,10 +13,12 @@
 
 namespace semfoam {
 
-// The bytes of address space that AddressSanitizer reserves before main; they count against limits
-// of address space, and three quarters of them against limits of data.
-#ifdef __SANITIZE_ADDRESS__
+// At least the bytes of address space that a sanitizer reserves before main, which count against
+// limits of data.
+#if defined(__SANITIZE_ADDRESS__)
 inline constexpr int64_t kReservedBySanitizer = int64_t{20} << 40;
+#elif defined(__SANITIZE_THREAD__)
+inline constexpr int64_t kReservedBySanitizer = int64_t{200} << 40;
 #else
 inline constexpr int64_t kReservedBySanitizer = 0;
 #endif

@@ -142,7 +142,7 @@ TEST_F(ExportOptionsTest, TheMethodReachesEveryFormat) {
   EXPECT_EQ(ReadFile(folder_ / "plain" / glb), ReadFile(folder_ / "cells" / glb));
   const Outcome smooth = Run("mesh_exporter", "smooth", {"--method", "smooth"});
   ASSERT_EQ(smooth.exit_code, 0) << smooth.err;
-  EXPECT_THAT(smooth.err, HasSubstr(" faces, from the cells 0.0"));
+  EXPECT_THAT(smooth.err, HasSubstr(" faces, 1 shell, no cavities, genus 0, from the cells 0.0"));
   EXPECT_THAT(smooth.err, HasSubstr("Hausdorff distance 0."));
   ExpectListed("smooth");
   const Outcome few =

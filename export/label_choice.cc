@@ -4,7 +4,7 @@
 #include "foam/error.h"
 
 #include <algorithm>
-#include <sstream>
+#include <utility>
 
 namespace semfoam {
 namespace {

@@ -357,7 +357,8 @@ TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
                             "large",
                             {"--max_resolution", "16", "--min_cells", std::to_string(few + 1)});
   ASSERT_EQ(large.exit_code, 0) << large.err;
-  EXPECT_THAT(large.err, HasSubstr("No object label_8 (8), all of it is left out: 1 piece of "));
+  EXPECT_THAT(large.err,
+              HasSubstr("No object label_8 (8), too few cells in every piece: 1 piece of "));
   EXPECT_THAT(FilesBelow(folder_ / "large"),
               UnorderedElementsAre("labels.json", "scene.vdb", "objects/7_mug.vdb"));
   EXPECT_EQ(Labels("large")["objects"][0]["pieces"], 2);

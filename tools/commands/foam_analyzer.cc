@@ -102,8 +102,10 @@ void PrintObjects(const ExportableScene& scene) {
         size.z());
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    std::printf(
-        "  %5d  %-14s is %s\n", label.id, OneLine(label.name).c_str(), label.reason.c_str());
+    std::printf("  %5d  %-14s is left out, a fragment of %s\n",
+                label.id,
+                OneLine(label.name).c_str(),
+                Plural(static_cast<size_t>(label.pieces.cells), "cell", "cells").c_str());
   }
   for (const Label& label : scene.labels_without_cells) {
     std::printf("  %5d  %-14s has no solid cells\n", label.id, OneLine(label.name).c_str());

@@ -79,16 +79,12 @@ Shape ShapeOf(const ExportableScene& scene, uint32_t cell) {
 
 }  // namespace
 
-std::vector<uint32_t> VisibleCells(const ExportableScene& scene, const std::string& labels) {
-  std::vector<uint8_t> wanted(scene.NumSites(), labels.empty());
-  if (!labels.empty()) {
-    for (const ObjectInfo* object : SelectObjects(scene, labels)) {
-      for (const uint32_t cell : object->cells) wanted[cell] = 1;
-    }
-  }
+std::vector<uint32_t> VisibleCells(const ExportableScene& scene, const LabelFilter& filter) {
   std::vector<uint32_t> cells;
   for (uint32_t cell = 0; cell < scene.NumSites(); ++cell) {
-    if (wanted[cell] && scene.labels.solid[cell] && scene.photographed[cell]) cells.push_back(cell);
+    if (scene.labels.solid[cell] && scene.photographed[cell] && HasCell(scene, filter, cell)) {
+      cells.push_back(cell);
+    }
   }
   return cells;
 }
@@ -108,6 +104,7 @@ void WriteCellPoints(const fs::path& path,
                   "uchar green",
                   "uchar blue",
                   "int label",
+                  "int object",
                   "float confidence",
                   "float density",
                   "float radius"}) +
@@ -118,6 +115,7 @@ void WriteCellPoints(const fs::path& path,
     for (const double coordinate : position) out.Binary(coordinate);
     for (const float channel : scene.display_color[cell]) out.Binary(Display8(channel));
     out.Binary(scene.label_id[cell]);
+    out.Binary(scene.ObjectId(cell));
     out.Binary(scene.labels.confidence[cell]);
     out.Binary(static_cast<float>(scene.density[cell] / scale));
     out.Binary(static_cast<float>(scene.radius[cell] * scale));
@@ -145,6 +143,7 @@ void WriteSplats(const fs::path& path,
   add("scale_", 3);
   add("rot_", 4);
   properties.push_back("int label");
+  properties.push_back("int object");
   properties.push_back("float confidence");
 
   const Foam& foam = model.foam;
@@ -175,6 +174,7 @@ void WriteSplats(const fs::path& path,
       out.Binary(static_cast<float>(part));
     }
     out.Binary(scene.label_id[cell]);
+    out.Binary(scene.ObjectId(cell));
     out.Binary(scene.labels.confidence[cell]);
   }
   out.Finish();
@@ -220,8 +220,7 @@ void WriteFoamText(const fs::path& path, const Model& model, const ExportableSce
     number(scene.label_id[site]);
     number(scene.labels.confidence[site]);
     for (const float channel : scene.display_color[site]) number(int{Display8(channel)});
-    const int32_t object = scene.object_of_cell[site];
-    number(object < 0 ? 0 : scene.objects[object].id);
+    number(scene.ObjectId(site));
     for (int k = 0; k < foam.ShStride(); ++k) {
       number(foam.sh[static_cast<size_t>(site) * foam.ShStride() + k]);
     }

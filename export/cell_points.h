@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/exportable_scene.h"
+#include "export/label_choice.h"
 #include "foam/model.h"
 
 #include <cstdint>
@@ -13,21 +14,24 @@ namespace semfoam {
 
 // Cells as points, for programs that know points but no cells. All in the COLMAP frame.
 
-// Which cells stand for what one sees: the solid, photographed ones; with `labels` (SelectObjects)
-// those of these objects alone. Ascending. Throws what SelectObjects throws.
-std::vector<uint32_t> VisibleCells(const ExportableScene& scene, const std::string& labels);
+// Which cells stand for what one sees: the solid, photographed ones that `filter` has (HasCell);
+// all of them for an empty one. Ascending. So the cells of one object are exactly those of all
+// cells whose `object` is its id.
+std::vector<uint32_t> VisibleCells(const ExportableScene& scene, const LabelFilter& filter);
 
 // PLY, binary little-endian, one vertex per cell, at its site: double x y z, uchar red green blue
-// (display values, what photos show), int label, float confidence, float density (per COLMAP unit),
-// float radius. The label table stands in a comment. Throws UserError when the file cannot be
-// written.
+// (display values, what photos show), int label (of the cell's own class), int object (id of the
+// object that the exports count it to, 0 = none), float confidence, float density (per COLMAP
+// unit), float radius. The label table stands in a comment. Throws UserError when the file cannot
+// be written.
 void WriteCellPoints(const std::filesystem::path& path,
                      const ExportableScene& scene,
                      const std::vector<uint32_t>& cells);
 
 // PLY as Gaussian splatting writes it, for its viewers: float x y z nx ny nz f_dc_0..2 f_rest_0..44
 // (degree 3, higher ones 0; channel by channel) opacity (logit) scale_0..2 (log) rot_0..3 (w x y
-// z); and int label, float confidence at the end, which viewers pass over.
+// z); and int label, int object (as of WriteCellPoints), float confidence at the end, which viewers
+// pass over.
 //
 // A splat is a Gaussian in place of a cell: the mean and the covariance of a solid body of the
 // cell's shape, its extent by `splat_scale`; as opaque in its middle as the cell is along its

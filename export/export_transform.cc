@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -148,6 +149,10 @@ void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transf
     turn << k.x() * k.x(), -k.z(), k.y(), k.z(), k.y() * k.y(), -k.x(), -k.y(), k.x(),
         k.z() * k.z();
   }
+  // Not by an arc cosine, which has no digits for small angles.
+  const Eigen::Vector3d turned = turn * up;
+  transform->up_tilt_degrees =
+      std::atan2(turned.cross(to).norm(), turned.dot(to)) * 180 / std::numbers::pi;
   transform->rotation = turn * transform->rotation;
   transform->translation = turn * transform->translation;
 }
@@ -162,11 +167,14 @@ std::string ExportTransformJson(const ExportTransform& transform) {
     matrix.push_back(transform.translation[row] + 0.0);
   }
   matrix.insert(matrix.end(), {0, 0, 0, 1});
-  return nlohmann::ordered_json({{"file_from_colmap", matrix},
+  nlohmann::ordered_json json = {{"file_from_colmap", matrix},
                                  {"up_axis", transform.up_axis},
                                  {"unit", transform.unit},
-                                 {"meters_per_unit", transform.MetersPerUnit()}})
-      .dump();
+                                 {"meters_per_unit", transform.MetersPerUnit()}};
+  if (transform.up_axis != "colmap") {
+    json["up_tilt_degrees"] = std::round(100 * transform.up_tilt_degrees) / 100;
+  }
+  return json.dump();
 }
 
 }  // namespace semfoam

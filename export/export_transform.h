@@ -20,6 +20,9 @@ struct ExportTransform {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();   // in units of the files
   std::string up_axis = "colmap";  // "y", "z", or "colmap": as the model has it
   std::string unit = "unknown";    // a name of LengthUnits()
+  // Angle in degrees between the photos' mean upward direction and the up axis of the files, which
+  // a turn by multiples of 90 degrees leaves; 0 for "colmap".
+  double up_tilt_degrees = 0;
 
   bool IsTurned() const { return rotation != Eigen::Matrix3d::Identity(); }
   // Exactly the COLMAP frame; the unit changes no number.
@@ -55,12 +58,14 @@ std::vector<std::string> LengthUnits();
 // the words of the option manager, when an option is out of range.
 ExportTransform ParseExportTransform(const ExportTransformOptions& options);
 
-// Adds the turn of `transform->up_axis`. Throws UserError when the photos do not tell what is up:
-// there are none, or their upward directions cancel out (a camera that looks straight down).
+// Adds the turn of `transform->up_axis`, and says what it leaves (up_tilt_degrees). Throws
+// UserError when the photos do not tell what is up: there are none, or their upward directions
+// cancel out (a camera that looks straight down).
 void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transform);
 
 // {"file_from_colmap":[16 numbers, row by row],"up_axis":"colmap","unit":"unknown",
-// "meters_per_unit":1.0}: what files say of their frame. Numbers read back as the same doubles.
+// "meters_per_unit":1.0}: what files say of their frame; with an up axis also "up_tilt_degrees", to
+// a hundredth. Numbers read back as the same doubles.
 std::string ExportTransformJson(const ExportTransform& transform);
 
 }  // namespace semfoam

@@ -260,6 +260,7 @@ void FindObjects(const Model& model,
   }
   for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
   KeepPieces(options.pieces, scene);
+  if (options.pieces.min_cells == 0 && !options.pieces.keep_fragments) LeaveOutFragments(scene);
   ParallelForBlocks(std::ssize(scene->objects), 1, [&](int64_t index, int64_t) {
     DescribeObject(*scene, &scene->objects[index]);
   });

@@ -46,18 +46,23 @@ struct ObjectInfo {
   double area = 0;                                     // of their boundary, exact
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of their volume, exact
   Eigen::AlignedBox3d bounding_box;                    // of all cells together, corners included
-  double confidence = 0;   // mean over the cells of the object's own class
-  int pieces = 0;          // connected
+  double confidence = 0;  // mean over the cells of the object's own class
+  int pieces = 0;         // connected
+  // Of the surface of its cells, see surface_topology.h.
+  int64_t cavities = 0;    // closed inner shells
+  int64_t genus = 0;       // tunnels
   LeftOutPieces left_out;  // see ExportableSceneOptions
   // The photos that show the object, by pixels, most first; empty until somebody has looked.
   std::vector<PhotoSighting> photos;
 };
 
-// A label that has lost all pieces of its object to PieceOptions.
+// A label whose object is left out as a whole, because of PieceOptions.
 struct LeftOutLabel {
   int32_t id = 0;
   std::string name;  // as ObjectInfo's
   LeftOutPieces pieces;
+  std::string reason;        // for people: "too few cells in every piece"
+  bool is_fragment = false;  // see LeaveOutFragments
 };
 
 // Which connected pieces of an object are kept, once it owns the hidden space inside it.
@@ -66,6 +71,9 @@ struct PieceOptions {
   // min_piece_share instead, which does not count otherwise.
   int64_t min_cells = 0;
   int keep_largest = 0;  // of these the largest so many, by volume; 0 = all
+  // Objects that are no more than traces of a wrong label (LeaveOutFragments) are kept, too. They
+  // are with min_cells, whose rule then holds instead.
+  bool keep_fragments = false;
 };
 
 struct ExportableSceneOptions {
@@ -116,9 +124,14 @@ struct ExportableScene {
   std::vector<Label> label_table;
   std::vector<ObjectInfo> objects;            // those with cells, by ascending id
   std::vector<Label> labels_without_cells;    // ids other than 0 for which no object was found
-  std::vector<LeftOutLabel> labels_left_out;  // those whose objects lost all their pieces
+  std::vector<LeftOutLabel> labels_left_out;  // those whose objects are left out as a whole
 
   uint32_t NumSites() const { return delaunay.num_sites; }
+
+  // Id of the object that a cell is part of; 0 = none.
+  int32_t ObjectId(uint32_t cell) const {
+    return object_of_cell[cell] < 0 ? 0 : objects[object_of_cell[cell]].id;
+  }
 
   Eigen::Vector3d FileFromNormalized(const Eigen::Vector3d& x) const {
     const Eigen::Vector3d unturned = world_from_normalized.Apply(x);
@@ -143,7 +156,8 @@ struct ExportableScene {
 // `fill_hidden_space` switches the last two; the first and the fourth need a model that knows what
 // rays passed and what stopped them. No cell belongs to two objects. The label of id 0 makes none.
 //
-// Then PieceOptions may leave out more; the rest is measured (DescribeObject).
+// Then PieceOptions may leave out more, by default fragments (LeaveOutFragments); the rest is
+// measured (DescribeObject).
 //
 // The display colour of a cell is CellStatistics::mean_color where the model has statistics, else
 // the view-independent part of its spherical harmonics, cut to 0..1. Cells of objects that are not

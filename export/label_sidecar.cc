@@ -78,6 +78,8 @@ void WriteLabelSidecar(const std::filesystem::path& path,
          {"color", object.color},
          {"cells", object.cells.size()},
          {"pieces", object.pieces},
+         {"cavities", object.cavities},
+         {"genus", object.genus},
          {"volume", object.volume},
          {"area", object.area},
          {"centroid", Triple(object.centroid)},
@@ -91,8 +93,10 @@ void WriteLabelSidecar(const std::filesystem::path& path,
   sidecar["objects"] = objects;
   Json left_out = Json::array();
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    left_out.push_back(
-        {{"id", label.id}, {"name", label.name}, {"left_out", LeftOut(label.pieces)}});
+    left_out.push_back({{"id", label.id},
+                        {"name", label.name},
+                        {"reason", label.reason},
+                        {"left_out", LeftOut(label.pieces)}});
   }
   if (!left_out.empty()) sidecar["labels_left_out"] = left_out;
   WriteTextFile(path, Text(sidecar, 2) + "\n");

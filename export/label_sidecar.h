@@ -17,9 +17,9 @@ std::string LabelTableJson(const std::vector<Label>& labels);
 // Writes labels.json, whose schema is in export/README.md: the label table; "frame", as in
 // ExportTransformJson; under "files" those of `files` that belong to the whole scene, {"glb":
 // "scene.glb", ...}; under "objects" every object of the scene with what ObjectInfo says of it and
-// its own "files": {"ply": "objects/7_mug.ply", ...}; and under "labels_left_out" the labels that
-// have lost all their pieces, if any. An output is a valid input for labels.json: readers look at
-// "labels" alone. Throws UserError when the file cannot be written.
+// its own "files": {"ply": "objects/7_mug.ply", ...}; and under "labels_left_out" the labels whose
+// objects are left out, with the reason, if any. An output is a valid input for labels.json:
+// readers look at "labels" alone. Throws UserError when the file cannot be written.
 void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,
                        const std::vector<WrittenFile>& files);

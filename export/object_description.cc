@@ -2,6 +2,7 @@
 #include "export/object_description.h"
 
 #include "export/surface_export.h"
+#include "export/surface_topology.h"
 
 #include <Eigen/Geometry>
 
@@ -54,7 +55,11 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
   }
   object->volume *= scale * scale * scale;
   object->confidence = confidence / static_cast<double>(of_own_class);
-  const SurfaceIntegrals integrals = Integrate(scene, ExtractSurface(scene, *object));
+  const ObjectSurface surface = ExtractSurface(scene, *object);
+  const SurfaceTopology topology = TopologyOf(surface.vertices.size(), surface.triangles);
+  object->cavities = NumCavities(topology, object->pieces);
+  object->genus = topology.genus;
+  const SurfaceIntegrals integrals = Integrate(scene, surface);
   object->area = integrals.area * scale * scale;
   object->centroid = scene.FileFromNormalized(integrals.centroid);
 }

@@ -2,6 +2,7 @@
 #include "export/object_pieces.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include <glog/logging.h>
 
@@ -37,6 +38,23 @@ std::vector<Piece> PiecesOf(const ExportableScene& scene,
     for (const uint32_t cell : piece.cells) piece.volume += scene.volume[cell];
   }
   return pieces;
+}
+
+// Of cells, over those of the object's own class.
+struct MeanConfidence {
+  double sum = 0;
+  int64_t count = 0;
+  double Value() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+};
+
+MeanConfidence ConfidenceOf(const ExportableScene& scene, const ObjectInfo& object) {
+  MeanConfidence mean;
+  for (const uint32_t cell : object.cells) {
+    if (scene.label_id[cell] != object.id) continue;
+    mean.sum += scene.labels.confidence[cell];
+    ++mean.count;
+  }
+  return mean;
 }
 
 }  // namespace
@@ -89,11 +107,61 @@ void KeepPieces(const PieceOptions& options, ExportableScene* scene) {
       ++object.pieces;
     }
     if (object.cells.empty()) {
-      scene->labels_left_out.push_back({object.id, object.name, object.left_out});
+      scene->labels_left_out.push_back(
+          {object.id, object.name, object.left_out, "too few cells in every piece"});
       continue;
     }
     std::sort(object.cells.begin(), object.cells.end());
     kept_objects.push_back(std::move(object));
+  }
+  scene->objects = std::move(kept_objects);
+}
+
+void LeaveOutFragments(ExportableScene* scene) {
+  constexpr double kTinyShare = 1e-3;
+  constexpr double kUnsure = 0.85;
+  constexpr size_t kFewestCells = 10;
+  std::vector<MeanConfidence> confidence;
+  MeanConfidence of_all;
+  size_t num_cells = 0;
+  for (const ObjectInfo& object : scene->objects) {
+    confidence.push_back(ConfidenceOf(*scene, object));
+    of_all.sum += confidence.back().sum;
+    of_all.count += confidence.back().count;
+    num_cells += object.cells.size();
+  }
+  std::vector<ObjectInfo> kept_objects;
+  std::vector<uint8_t> visited(scene->NumSites(), 0);
+  for (size_t index = 0; index < scene->objects.size(); ++index) {
+    ObjectInfo& object = scene->objects[index];
+    const double share = static_cast<double>(object.cells.size()) / static_cast<double>(num_cells);
+    std::vector<Piece> pieces;
+    size_t largest = 0;
+    if (share < kTinyShare) {
+      pieces = PiecesOf(*scene, static_cast<int32_t>(index), &visited);
+      for (const Piece& piece : pieces) largest = std::max(largest, piece.cells.size());
+    }
+    const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
+    const bool is_fragment = !pieces.empty() && (is_unsure || largest < kFewestCells);
+    const int32_t owner = is_fragment ? -1 : static_cast<int32_t>(kept_objects.size());
+    for (const uint32_t cell : object.cells) scene->object_of_cell[cell] = owner;
+    if (!is_fragment) {
+      kept_objects.push_back(std::move(object));
+      continue;
+    }
+    for (const Piece& piece : pieces) LeaveOut(*scene, piece.cells, &object.left_out);
+    char reason[200];
+    std::snprintf(reason,
+                  sizeof(reason),
+                  "a fragment: %zu cells, %.2g %% of those of all objects, in pieces of at most "
+                  "%zu; confidence %.2f, where all objects have %.2f",
+                  object.cells.size(),
+                  100 * share,
+                  largest,
+                  confidence[index].Value(),
+                  of_all.Value());
+    scene->labels_left_out.push_back(
+        {object.id, object.name, object.left_out, reason, /*is_fragment=*/true});
   }
   scene->objects = std::move(kept_objects);
 }

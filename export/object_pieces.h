@@ -20,4 +20,14 @@ void LeaveOut(const ExportableScene& scene,
 // `labels_left_out`. Largest: by volume; of equals, the one with the lowest cell.
 void KeepPieces(const PieceOptions& options, ExportableScene* scene);
 
+// Moves fragments from `objects` to `labels_left_out`: what is left in a foam of a label that the
+// masks gave to parts of other things by mistake in a few photos. A fragment has both
+// - less than a thousandth of the cells of all objects together, and
+// - either a mean confidence (of the cells of its own class) below 0.85 times that of all objects,
+//   because other photos say otherwise of its cells; or no connected piece of 10 cells, so no
+//   shape.
+// Both are independent of the number of cells, the unit of length and the length of the training;
+// a small thing that photos agree about is no fragment. Expects the pieces of KeepPieces.
+void LeaveOutFragments(ExportableScene* scene);
+
 }  // namespace semfoam

@@ -5,16 +5,11 @@
 #include "foam/error.h"
 
 #include <algorithm>
-#include <sstream>
+#include <map>
+#include <set>
 
 namespace semfoam {
 namespace {
-
-std::string Trim(const std::string& text) {
-  const size_t begin = text.find_first_not_of(' ');
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
-}
 
 std::string Listed(const std::vector<ObjectInfo>& objects) {
   if (objects.empty()) return "the scene has no objects";
@@ -28,42 +23,68 @@ std::string Listed(const std::vector<ObjectInfo>& objects) {
 
 }  // namespace
 
-std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
-                                             const std::string& labels) {
-  std::vector<uint8_t> wanted(scene.objects.size(), labels.empty());
-  std::istringstream parts(labels);
-  for (std::string part; std::getline(parts, part, ',');) {
-    part = Trim(part);
-    const auto is_meant = [&](int32_t id, const std::string& name) {
-      return part == std::to_string(id) || part == name;
-    };
-    bool found = false;
-    for (size_t k = 0; k < scene.objects.size(); ++k) {
-      if (!is_meant(scene.objects[k].id, scene.objects[k].name)) continue;
-      wanted[k] = found = true;
-    }
-    if (found) continue;
-    const bool is_label = std::any_of(
-        scene.labels_without_cells.begin(),
-        scene.labels_without_cells.end(),
-        [&](const Label& label) { return is_meant(label.id, DisplayName(label.id, label.name)); });
-    const bool is_left_out = std::any_of(
-        scene.labels_left_out.begin(), scene.labels_left_out.end(), [&](const LeftOutLabel& label) {
-          return is_meant(label.id, label.name);
-        });
-    throw UserError("The labels to export name '",
-                    part,
-                    is_label      ? "', a label without solid cells; "
-                    : is_left_out ? "', all of whose pieces are left out; "
-                                  : "', which is no object; ",
-                    Listed(scene.objects),
-                    ".");
+std::vector<NamedLabel> NamedLabels(const std::vector<Label>& labels) {
+  std::vector<NamedLabel> named;
+  for (const Label& label : labels) {
+    if (label.id != 0) named.push_back({label.id, DisplayName(label.id, label.name)});
   }
+  return named;
+}
+
+LabelFilter FilterObjects(const ExportableScene& scene,
+                          const LabelChoice& choice,
+                          std::vector<std::string>* labels_without_object) {
+  std::vector<NamedLabel> labels;
+  std::set<int32_t> objects, left_out, fragments;
+  for (const ObjectInfo& object : scene.objects) {
+    labels.push_back({object.id, object.name});
+    objects.insert(object.id);
+  }
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    labels.push_back({label.id, label.name});
+    (label.is_fragment ? fragments : left_out).insert(label.id);
+  }
+  for (const NamedLabel& label : NamedLabels(scene.labels_without_cells)) labels.push_back(label);
+
+  LabelFilter filter = ChooseLabels(choice, labels, [&](const LabelText& part) -> std::string {
+    const auto is_in = [&](const std::set<int32_t>& ids) {
+      return std::any_of(
+          part.ids.begin(), part.ids.end(), [&](int32_t id) { return ids.count(id) != 0; });
+    };
+    if (is_in(objects) || (labels_without_object != nullptr && !part.ids.empty())) return "";
+    return (part.ids.empty()   ? "which is no object; "
+            : is_in(left_out)  ? "all of whose pieces are left out; "
+            : is_in(fragments) ? "which is left out as a fragment (keep_fragments); "
+                               : "a label without solid cells; ") +
+           Listed(scene.objects) + ".";
+  });
+  if (labels_without_object != nullptr && filter.only) {
+    for (const NamedLabel& label : labels) {
+      if (!filter.Has(label.id) || objects.count(label.id) != 0) continue;
+      labels_without_object->push_back(label.name + " (" + std::to_string(label.id) + ")");
+    }
+  }
+  return filter;
+}
+
+std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
+                                             const LabelFilter& filter) {
   std::vector<const ObjectInfo*> objects;
-  for (size_t k = 0; k < scene.objects.size(); ++k) {
-    if (wanted[k]) objects.push_back(&scene.objects[k]);
+  for (const ObjectInfo& object : scene.objects) {
+    if (filter.Has(object.id)) objects.push_back(&object);
   }
   return objects;
+}
+
+std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
+                                             const LabelChoice& choice) {
+  return SelectObjects(scene, FilterObjects(scene, choice));
+}
+
+bool HasCell(const ExportableScene& scene, const LabelFilter& filter, uint32_t cell) {
+  const int32_t object = scene.object_of_cell[cell];
+  if (object >= 0) return filter.Has(scene.objects[object].id);
+  return !filter.only && filter.Has(scene.label_id[cell]);
 }
 
 }  // namespace semfoam

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/vdb_grids.h"
 
-#include <glog/logging.h>
 #include <openvdb/points/PointAttribute.h>
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/tools/PointIndexGrid.h>
@@ -24,15 +23,14 @@ void AddAttribute(const char* name,
 openvdb::points::PointDataGrid::Ptr MakePointGrid(
     const ExportableScene& scene,
     const std::vector<uint32_t>& cells,
-    const std::vector<int32_t>& labels,
     const std::vector<CellValues>& values,
     const VoxelLattice& lattice,
     const openvdb::math::Transform& world_from_index) {
-  CHECK_EQ(cells.size(), labels.size());
   // All in index space, where numbers are small; the world comes in with the transform at the end.
   std::vector<openvdb::Vec3d> positions;
   std::vector<float> density, confidence, radius;
   std::vector<openvdb::Vec3s> color;
+  std::vector<int32_t> labels, objects;
   for (const uint32_t cell : cells) {
     const Eigen::Vector3d p =
         (scene.cell_positions[cell].cast<double>() - lattice.origin) / lattice.voxel_size;
@@ -41,6 +39,8 @@ openvdb::points::PointDataGrid::Ptr MakePointGrid(
     confidence.push_back(values[cell].confidence);
     radius.push_back(scene.radius[cell] * static_cast<float>(scene.world_from_normalized.scale));
     color.push_back(values[cell].color);
+    labels.push_back(scene.label_id[cell]);
+    objects.push_back(scene.ObjectId(cell));
   }
   const openvdb::math::Transform::Ptr identity =
       openvdb::math::Transform::createLinearTransform(1.0);
@@ -53,6 +53,7 @@ openvdb::points::PointDataGrid::Ptr MakePointGrid(
   AddAttribute("density", density, order->tree(), &grid->tree());
   AddAttribute("color", color, order->tree(), &grid->tree());
   AddAttribute("label", labels, order->tree(), &grid->tree());
+  AddAttribute("object", objects, order->tree(), &grid->tree());
   AddAttribute("confidence", confidence, order->tree(), &grid->tree());
   AddAttribute("radius", radius, order->tree(), &grid->tree());
   grid->setTransform(world_from_index.copy());

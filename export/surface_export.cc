@@ -4,10 +4,12 @@
 #include "export/glb_file.h"
 #include "export/local_mesh.h"
 #include "export/mesh_files.h"
+#include "export/object_selection.h"
 #include "export/semantic_mesh.h"
 #include "export/smooth_surface.h"
 #include "export/surface_decimation.h"
 #include "export/surface_geometry.h"
+#include "export/surface_topology.h"
 #include "export/usd_file.h"
 #include "export/volume_fields.h"
 #include "foam/error.h"
@@ -126,8 +128,10 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   } else if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
     more = ", " + std::to_string(far) + " vertices stick out into empty space";
   }
+  const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
-                 std::to_string(made.surface.triangles.size()) + " faces" + more;
+                 std::to_string(made.surface.triangles.size()) + " faces, " +
+                 TopologySummary(topology, object.pieces) + more;
   return made;
 }
 
@@ -257,7 +261,8 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
                                         const std::function<void(const WrittenFile&)>& on_written) {
   CHECK_EQ(options.Check(), "");
   std::vector<WrittenFile> files;
-  if (scene.objects.empty()) return files;
+  const std::vector<const ObjectInfo*> objects = SelectObjects(scene, options.objects);
+  if (objects.empty()) return files;
   const auto written = [&](int32_t id,
                            const std::string& path,
                            const std::string& summary,
@@ -271,7 +276,8 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
   if (options.usda)
     scene_usda.emplace(output_path / "scene.usda", scene.transform, options.creator);
 
-  for (const ObjectInfo& object : scene.objects) {
+  for (const ObjectInfo* const one : objects) {
+    const ObjectInfo& object = *one;
     const MadeSurface made = MakeSurface(scene, object, options);
     const ObjectSurface& surface = made.surface;
     const std::string stem = "objects/" + object.file_stem;
@@ -305,7 +311,7 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
     }
   }
   const std::string summary =
-      std::to_string(scene.objects.size()) + (scene.objects.size() == 1 ? " object" : " objects");
+      std::to_string(objects.size()) + (objects.size() == 1 ? " object" : " objects");
   if (options.glb) {
     scene_glb.Write(output_path / "scene.glb");
     written(0, "scene.glb", summary);

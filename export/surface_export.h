@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/exportable_scene.h"
+#include "export/label_choice.h"
 
 #include <array>
 #include <cstdint>
@@ -76,6 +77,8 @@ struct SurfaceExportOptions {
   // `smooth` only: at most so many triangles for each object (Decimate); 0 = all there are.
   int64_t target_faces = 0;
 
+  LabelFilter objects;  // the others get no files, and are not in those of the scene
+
   bool om = true;   // OpenMesh: everything, lossless, in double
   bool ply = true;  // binary, positions in double, label and confidence on vertices and faces
   bool obj =
@@ -90,12 +93,13 @@ struct SurfaceExportOptions {
   std::string Check() const;
 };
 
-// Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object, and `scene.{glb,usda}` where
-// there is one, into `output_path`. The stage names those objects' volumes that lie in
-// `output_path` already. Calls `on_written` (if any) after each. What the files hold is said in the
-// summaries: for `smooth` also how far the surface is from the `cells` one and how many triangles
-// intersect (after a decimation), and in a warning where it has more triangles than asked for.
-// CHECKs that the options are in range; throws UserError when a file cannot be written.
+// Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object that the options have, and
+// `scene.{glb,usda}` of them where there is one, into `output_path`. The stage names those objects'
+// volumes that lie in `output_path` already. Calls `on_written` (if any) after each. What the files
+// hold is said in the summaries: counts, shells, cavities and genus (surface_topology.h); for
+// `smooth` also how far the surface is from the `cells` one and how many triangles intersect (after
+// a decimation), and in a warning where it has more triangles than asked for. CHECKs that the
+// options are in range; throws UserError when a file cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

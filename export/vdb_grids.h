@@ -76,12 +76,12 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             double voxel_size);
 
 // A point for the site of every cell in `cells`, with the float attributes "density",
-// "confidence", "radius" (of the cell, in world units), "color" (vec3s) and "label" (int32, of
-// `labels`, which go with `cells`). `values` is indexed by cell. A position is kept relative to a
-// voxel of `world_from_index`, so that an offset of the world costs it nothing.
+// "confidence", "radius" (of the cell, in world units), "color" (vec3s), and the int32 "label" (of
+// the cell's own class) and "object" (id of the object that it is part of, 0 = none). `values` is
+// indexed by cell. A position is kept relative to a voxel of `world_from_index`, so that an offset
+// of the world costs it nothing.
 openvdb::points::PointDataGrid::Ptr MakePointGrid(const ExportableScene& scene,
                                                   const std::vector<uint32_t>& cells,
-                                                  const std::vector<int32_t>& labels,
                                                   const std::vector<CellValues>& values,
                                                   const VoxelLattice& lattice,
                                                   const openvdb::math::Transform& world_from_index);

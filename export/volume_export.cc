@@ -59,7 +59,7 @@ class VolumeMaker {
       : scene_(scene),
         frame_(frame),
         options_(options),
-        objects_(SelectObjects(scene, options.labels)) {
+        objects_(SelectObjects(scene, options.objects)) {
     CHECK_EQ(options.Check(), "");
     InitializeOpenVdb();
     const float per_world_unit = static_cast<float>(1 / scene.world_from_normalized.scale);
@@ -75,7 +75,7 @@ class VolumeMaker {
       }
     });
     labels_ = scene.label_id;
-    if (options.labels.empty()) return;
+    if (!options.objects.only) return;
     for (const ObjectInfo* object : objects_) {
       for (const uint32_t cell : object->cells) labels_[cell] = object->id;
     }
@@ -87,9 +87,10 @@ class VolumeMaker {
     Volume volume;
     volume.lattice = frame_.lattice;
     volume.box = frame_.box;
-    if (options_.labels.empty()) {
+    if (!options_.objects.only) {
       for (uint32_t i = 0; i < scene_.NumSites(); ++i) {
-        if (scene_.density[i] * scene_.radius[i] >= options_.min_optical_depth) {
+        if (scene_.density[i] * scene_.radius[i] >= options_.min_optical_depth &&
+            HasCell(scene_, options_.objects, i)) {
           volume.cells.push_back(i);
         }
       }
@@ -167,13 +168,13 @@ class VolumeMaker {
     if (options_.nvdb) WriteNanoVdb(fs::path(path).replace_extension(".nvdb"), grids);
   }
 
-  // Writes a point for every solid cell, and returns their number.
+  // Writes a point for every solid cell that the options have, and returns their number.
   int64_t WritePoints(const fs::path& path) const {
-    std::vector<uint32_t> cells = CellsOfObjects();
-    if (options_.labels.empty()) {
-      cells.clear();
-      for (uint32_t i = 0; i < scene_.NumSites(); ++i) {
-        if (scene_.labels.solid[i] && !scene_.delaunay.Neighbors(i).empty()) cells.push_back(i);
+    std::vector<uint32_t> cells;
+    for (uint32_t i = 0; i < scene_.NumSites(); ++i) {
+      if (scene_.labels.solid[i] && !scene_.delaunay.Neighbors(i).empty() &&
+          HasCell(scene_, options_.objects, i)) {
+        cells.push_back(i);
       }
     }
     if (const auto crop = ParseCrop(options_.crop)) {
@@ -182,13 +183,11 @@ class VolumeMaker {
             scene_.colmap_from_normalized.Apply(scene_.cell_positions[cell].cast<double>()));
       });
     }
-    std::vector<int32_t> labels(cells.size());
-    for (size_t k = 0; k < cells.size(); ++k) labels[k] = labels_[cells[k]];
     // A voxel for the points is a leaf of the scene: it takes some points to be worth its memory.
     Volume volume;
     volume.lattice = {frame_.lattice.origin, 8 * frame_.lattice.voxel_size};
     const auto transform = WorldFromIndex(scene_, volume.lattice);
-    const auto grid = MakePointGrid(scene_, cells, labels, values_, volume.lattice, *transform);
+    const auto grid = MakePointGrid(scene_, cells, values_, volume.lattice, *transform);
     const openvdb::MetaMap metadata = Metadata(volume);
     Finish("points", "points", volume, metadata, grid.get());
     WriteVdb(path, {grid}, metadata);

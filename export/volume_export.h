@@ -42,8 +42,8 @@ struct VolumeProgress {
 // grids carry the metadata of export/README.md. Throws UserError when the file cannot be written or
 // would be larger than options.max_voxels.
 //
-// The scene: every cell that is no air (with options.labels: the cells of those objects, labelled
-// as theirs), within the frame's box.
+// The scene: every cell that is no air and that options.objects has (where it names objects: all of
+// their cells, labelled as theirs), within the frame's box.
 int64_t WriteSceneVolume(const std::filesystem::path& path,
                          const ExportableScene& scene,
                          const VolumeFrame& frame,
@@ -65,7 +65,7 @@ int64_t WriteObjectVolume(const std::filesystem::path& path,
 // MakePointGrid) and `objects/<file stem>.vdb` for every object. Calls `on_written` (if any) after
 // each, with a warning where a volume has no voxel, or one, or voxels larger than the object; and
 // `on_progress` (if any) now and then, from any thread, one call at a time. Throws UserError,
-// before anything is written, for labels that the scene does not have.
+// before anything is written, for a volume that would be too large.
 std::vector<WrittenFile> ExportVolumes(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

@@ -157,9 +157,8 @@ void CheckVolumeSize(const std::filesystem::path& path,
   const Eigen::Vector3d reach = (box.max() - volume.lattice.origin)
                                     .cwiseAbs()
                                     .cwiseMax((box.min() - volume.lattice.origin).cwiseAbs());
-  constexpr double kMaxIndex = 1 << 22;
   const double scale = std::max(std::cbrt(voxels / static_cast<double>(options.max_voxels)),
-                                reach.maxCoeff() / voxel / kMaxIndex);
+                                reach.maxCoeff() / voxel / kMaxVoxelIndex);
   if (scale > 1) {
     const double world_voxel = voxel * scene.world_from_normalized.scale;
     throw UserError(path.string(),

@@ -40,6 +40,9 @@ Volume ObjectVolume(const ExportableScene& scene,
                     const VolumeFrame& frame,
                     const VolumeExportOptions& options);
 
+// The farthest voxel from a lattice's origin that a volume may have, along an axis.
+inline constexpr double kMaxVoxelIndex = 1 << 22;
+
 // Refuses a volume that would not fit, before any of it is made: throws UserError, which names
 // `path`, the number of voxels and the voxel size that would be right.
 void CheckVolumeSize(const std::filesystem::path& path,

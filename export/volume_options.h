@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/label_choice.h"
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -26,9 +28,10 @@ struct VolumeExportOptions {
   double voxel_size = 0;
   int max_resolution = 256;  // 1..65536; only read where voxel_size is 0
 
-  // Only these objects, see SelectObjects: the others get no files, and the files of the scene hold
-  // the cells of these alone. Empty = all, and what is no object too.
-  std::string labels;
+  // Objects that this does not have get no files. The files of the scene hold the cells that it
+  // has (HasCell): all of them, where it is empty; of some objects alone, where it names these;
+  // everything but some objects, where it excludes these.
+  LabelFilter objects;
   // "x0,y0,z0,x1,y1,z1" in world units: no voxel and no point has its centre outside of this box.
   // Empty = no cut.
   std::string crop;

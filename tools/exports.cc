@@ -66,6 +66,32 @@ Json OwnLabels(const std::filesystem::path& output_path) {
   return there;
 }
 
+// Whether two frames of labels.json put everything in the same place; older files do not hold the
+// tilt.
+bool SameFrame(Json a, Json b) {
+  for (Json* frame : {&a, &b}) {
+    if (frame->is_object()) frame->erase("up_tilt_degrees");
+  }
+  return a == b;
+}
+
+// What a turn by multiples of 90 degrees leaves.
+void SayTilt(const ExportTransform& transform) {
+  constexpr double kLevelDegrees = 5;
+  if (transform.up_axis == "colmap") return;
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << "--up_axis " << transform.up_axis
+       << " leaves the photos' mean upward direction " << transform.up_tilt_degrees
+       << " degrees off that axis";
+  if (transform.up_tilt_degrees < kLevelDegrees) {
+    LOG(INFO) << text.str();
+  } else {
+    LOG(WARNING) << text.str()
+                 << ", because it turns by multiples of 90 degrees; level the model with `colmap "
+                    "model_orientation_aligner`, or give the rotation with --transform.";
+  }
+}
+
 }  // namespace
 
 void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume) {
@@ -76,9 +102,6 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   options->AddDefaultOption("VolumeExport.max_resolution",
                             &volume->max_resolution,
                             "voxels along the longest edge of the scene's box");
-  options->AddDefaultOption("VolumeExport.labels",
-                            &volume->labels,
-                            "ids or names, separated by commas: these objects alone");
   options->AddDefaultOption(
       "VolumeExport.crop",
       &volume->crop,
@@ -161,7 +184,10 @@ void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {
   options->AddDefaultOption("min_cells",
                             &pieces->min_cells,
                             "no pieces with fewer cells; 0 = none with fewer than a tenth of those "
-                            "of the object's largest");
+                            "of the object's largest, and no fragments");
+  options->AddDefaultOption("keep_fragments",
+                            &pieces->keep_fragments,
+                            "also objects of a few cells that look like a tracker's mistakes");
 }
 
 void RequireValid(const PieceOptions& pieces) {
@@ -191,6 +217,7 @@ void RequireValid(const SurfaceExportOptions& surface) {
 
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
+                    const LabelChoice& choice,
                     const std::set<std::string>& formats) {
   const auto require = [&](const std::string& group, bool is_written, const std::string& named) {
     if (is_written) return;
@@ -208,10 +235,9 @@ void RequireEffects(const OptionManager& options,
     options.RequireEffect({"VolumeExport.max_resolution"},
                           "with --VolumeExport.voxel_size; give one of the two");
   }
-  if (!volume.labels.empty()) {
+  if (!choice.labels.empty()) {
     options.RequireEffect({"VolumeExport.min_optical_depth"},
-                          "with --VolumeExport.labels, whose cells are all written; give one of "
-                          "the two");
+                          "with --labels, whose cells are all written; give one of the two");
   }
 }
 
@@ -238,7 +264,7 @@ void RequireOneFrame(const ExportTransform& transform,
                      const std::set<std::string>& formats) {
   const Json there = OwnLabels(output_path);
   if (there.is_null()) return;
-  if (there["frame"] == Json::parse(ExportTransformJson(transform))) return;
+  if (SameFrame(there["frame"], Json::parse(ExportTransformJson(transform)))) return;
   Json lists = Json::array({there.value("files", Json::object())});
   for (const Json& object : there["objects"]) {
     if (object.is_object()) lists.push_back(object.value("files", Json::object()));
@@ -257,7 +283,7 @@ void RequireOneFrame(const ExportTransform& transform,
 }
 
 void AddVolumeShortNames(OptionManager* options) {
-  for (const char* name : {"voxel_size", "max_resolution", "labels", "crop", "supersample"}) {
+  for (const char* name : {"voxel_size", "max_resolution", "crop", "supersample"}) {
     options->AddShortName(name, std::string("VolumeExport.") + name);
   }
 }
@@ -278,6 +304,7 @@ ExportableScene PrepareExport(const Model& model,
                               ExportTransform transform,
                               const PieceOptions& pieces) {
   TurnUpright(model.photos, &transform);
+  SayTilt(transform);
   ExportableSceneOptions options;
   options.transform = transform;
   options.pieces = pieces;
@@ -289,8 +316,9 @@ ExportableScene PrepareExport(const Model& model,
               << "): " << Describe(object.left_out);
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    LOG(INFO) << "No object " << label.name << " (" << label.id
-              << "), all of it is left out: " << Describe(label.pieces);
+    LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
+              << Describe(label.pieces)
+              << (label.is_fragment ? "; --keep_fragments 1 keeps it" : "");
   }
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {

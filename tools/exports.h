@@ -3,6 +3,7 @@
 
 #include "export/export_transform.h"
 #include "export/exportable_scene.h"
+#include "export/label_choice.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/model.h"
@@ -28,7 +29,7 @@ inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
 // Adds --up_axis, --scale, --transform, --units; ParseExportTransform reads them.
 void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 
-// Adds --keep_largest and --min_cells.
+// Adds --keep_largest, --min_cells and --keep_fragments.
 void AddPieceOptions(OptionManager* options, PieceOptions* pieces);
 
 // --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
@@ -50,6 +51,7 @@ void RequireValid(const SurfaceExportOptions& surface);
 // without effect. `formats` are those that the command writes.
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
+                    const LabelChoice& choice,
                     const std::set<std::string>& formats);
 
 // The formats of a comma list, each of which `allowed` must have.

@@ -5,10 +5,12 @@
 #include "export/object_selection.h"
 #include "foam/error.h"
 #include "plugin/camera_rays.h"
+#include "tools/export_choice.h"
 #include "tools/input_protection.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 
@@ -66,6 +68,30 @@ Eigen::Vector3d PlaneNormal(std::vector<Eigen::Vector3d> points) {
   });
   points.resize(std::max<size_t>(3, points.size() * 2 / 3));
   return fit(&mean);
+}
+
+ExportableScene SceneWithObjects(const Model& model, const fs::path& foam_path) {
+  ExportableScene scene = MakeExportableScene(model, EveryObject());
+  if (scene.objects.empty()) {
+    throw UserError(foam_path.string(),
+                    ": has no objects; a foam has them where it was trained with instance masks.");
+  }
+  return scene;
+}
+
+ChosenObjects ChosenOf(const Model& model, const LabelFilter& filter, ExportableScene scene) {
+  ChosenObjects chosen;
+  for (const ObjectInfo* object : SelectObjects(scene, filter)) {
+    ObjectCells& cells = chosen.objects.emplace_back();
+    while (model.labels[cells.class_index].id != object->id) ++cells.class_index;
+    cells.cells = object->cells;
+    chosen.names.push_back(object->name + " (" + std::to_string(object->id) + ")");
+    chosen.num_cells += object->cells.size();
+  }
+  for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
+  chosen.delaunay = std::move(scene.delaunay);
+  chosen.cell_labels = std::move(scene.labels);
+  return chosen;
 }
 
 }  // namespace
@@ -144,8 +170,7 @@ SeenSurface SurfaceAt(const Model& model,
 }
 
 void AddSelectionOptions(OptionManager* options, ObjectSelection* selection) {
-  options->AddDefaultOption(
-      "labels", &selection->labels, "the objects: ids or names, apart by commas, as mug,7");
+  AddLabelOptions(options, &selection->choice);
   options->AddDefaultOption("pick",
                             &selection->pick,
                             "or the object seen at a pixel, \"IMAGE,x,y\": a photo of the foam, "
@@ -154,40 +179,35 @@ void AddSelectionOptions(OptionManager* options, ObjectSelection* selection) {
 }
 
 void RequireValid(const ObjectSelection& selection) {
-  if (selection.labels.empty() == selection.pick.empty()) {
+  const LabelChoice& choice = selection.choice;
+  if (choice.IsAll() == selection.pick.empty()) {
     throw UserError("Failed to parse options - ",
-                    selection.labels.empty() ? "no object is named" : "both --labels and --pick",
+                    choice.IsAll()          ? "no object is named"
+                    : choice.labels.empty() ? "both --exclude_labels and --pick"
+                                            : "both --labels and --pick",
                     "; give either --labels (as mug,7) or --pick (IMAGE,x,y).");
   }
   if (!selection.pick.empty()) ParsePhotoPixel("pick", selection.pick);
 }
 
+ExportableSceneOptions EveryObject() {
+  ExportableSceneOptions options;
+  options.pieces.keep_fragments = true;
+  return options;
+}
+
 ChosenObjects ChooseObjects(const Model& model,
-                            const std::string& labels,
+                            const LabelChoice& choice,
                             const fs::path& foam_path) {
-  ExportableScene scene = MakeExportableScene(model);
-  if (scene.objects.empty()) {
-    throw UserError(foam_path.string(),
-                    ": has no objects; a foam has them where it was trained with instance masks.");
-  }
-  ChosenObjects chosen;
-  for (const ObjectInfo* object : SelectObjects(scene, labels)) {
-    ObjectCells& cells = chosen.objects.emplace_back();
-    while (model.labels[cells.class_index].id != object->id) ++cells.class_index;
-    cells.cells = object->cells;
-    chosen.names.push_back(object->name + " (" + std::to_string(object->id) + ")");
-    chosen.num_cells += object->cells.size();
-  }
-  for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
-  chosen.delaunay = std::move(scene.delaunay);
-  chosen.cell_labels = std::move(scene.labels);
-  return chosen;
+  ExportableScene scene = SceneWithObjects(model, foam_path);
+  const LabelFilter filter = FilterObjects(scene, choice);
+  return ChosenOf(model, filter, std::move(scene));
 }
 
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const fs::path& foam_path) {
-  if (selection.pick.empty()) return ChooseObjects(model, selection.labels, foam_path);
+  if (selection.pick.empty()) return ChooseObjects(model, selection.choice, foam_path);
   const PhotoPixel pixel = ParsePhotoPixel("pick", selection.pick);
   const SeenSurface seen = SurfaceAt(model, ViewRenderer(model.foam), pixel, foam_path);
   if (seen.label_id == 0) {
@@ -200,7 +220,22 @@ ChosenObjects ChooseObjects(const Model& model,
                     pixel.image,
                     " has no label; choose a pixel of an object.");
   }
-  return ChooseObjects(model, std::to_string(seen.label_id), foam_path);
+  ExportableScene scene = SceneWithObjects(model, foam_path);
+  LabelFilter picked;
+  picked.only.emplace({seen.label_id});
+  if (SelectObjects(scene, picked).empty()) {
+    throw UserError(foam_path.string(),
+                    ": what is seen at ",
+                    pixel.x,
+                    ",",
+                    pixel.y,
+                    " of ",
+                    pixel.image,
+                    " has label ",
+                    seen.label_id,
+                    ", of which there is no object; choose a pixel of an object.");
+  }
+  return ChosenOf(model, picked, std::move(scene));
 }
 
 std::string Joined(const std::vector<std::string>& names) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/exportable_scene.h"
+#include "export/label_choice.h"
 #include "foam/model.h"
 #include "foam/object_editing.h"
 #include "foam/view_renderer.h"
@@ -44,9 +45,9 @@ SeenSurface SurfaceAt(const Model& model,
                       const PhotoPixel& pixel,
                       const std::filesystem::path& foam_path);
 
-// --labels and --pick, one of which is to be given.
+// --labels and --exclude_labels, or --pick.
 struct ObjectSelection {
-  std::string labels;
+  LabelChoice choice;
   std::string pick;
 };
 void AddSelectionOptions(OptionManager* options, ObjectSelection* selection);
@@ -63,13 +64,17 @@ struct ChosenObjects {
   size_t num_cells = 0;            // of all of them
 };
 
-// The objects that `labels` names (SelectObjects; empty = all). Throws UserError when one is not
-// there, or the model has no objects at all.
+// As exports have them, but with fragments: who names one means it.
+ExportableSceneOptions EveryObject();
+
+// The objects that `choice` names (SelectObjects). Throws UserError when one is not there, or the
+// model has no objects at all.
 ChosenObjects ChooseObjects(const Model& model,
-                            const std::string& labels,
+                            const LabelChoice& choice,
                             const std::filesystem::path& foam_path);
 
-// As above; the object that is seen at the pixel where `selection.pick` is given.
+// As above; the one object that is seen at the pixel where `selection.pick` is given. Throws
+// UserError also where no object is seen there.
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const std::filesystem::path& foam_path);

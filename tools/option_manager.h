@@ -50,8 +50,8 @@ class OptionManager {
   // device, for commands that train or render; Parse applies it (UseDevice).
   void AddDeviceOption();
 
-  // Another spelling of an option that is there (CHECK): `--labels` for `--VolumeExport.labels`.
-  // Both in one place are the same option given twice.
+  // Another spelling of an option that is there (CHECK): `--voxel_size` for
+  // `--VolumeExport.voxel_size`. Both in one place are the same option given twice.
   void AddShortName(const std::string& short_name, const std::string& name);
 
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it

@@ -272,6 +272,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
+  if (run->when_planned) run->when_planned(plan);
   for (const PhotoRecord& photo : plan.photos) {
     if (IsUtf8(photo.name)) continue;
     // Before the training, not at its end.
@@ -300,6 +301,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
               << FormatBytes(images.cache_bytes) << " (--image_cache_gb)";
   }
   TrainingScene scene = LoadScene(std::move(plan), images);
+  if (run->when_labels_are_known) run->when_labels_are_known(scene.Labels());
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();

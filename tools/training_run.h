@@ -11,7 +11,9 @@
 #include "tools/training_folder.h"
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
@@ -23,6 +25,11 @@ struct TrainingRun {
   double time_budget = 0;  // seconds for all that foam_trainer does; 0 = as `training` says
   EffectsOptions effects;
   double image_cache_gb = -1;  // see PlanImageMemory
+
+  // Called, where given, when the scene is planned and no photo is read yet, and when the labels
+  // are known and nothing is trained yet: to refuse what would fail only afterwards.
+  std::function<void(const ScenePlan&)> when_planned;
+  std::function<void(const std::vector<Label>&)> when_labels_are_known;
 
   // As the options spell them; Finish() brings them into `scene` and `effects`.
   std::string image_path;

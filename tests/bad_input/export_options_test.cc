@@ -111,11 +111,11 @@ TEST(BadInput, ExportOptions) {
       {"volumes", "--supersample|99", "Failed to parse options - supersample must be 1..8."},
       {"volumes",
        "--labels|nobody",
-       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "The labels name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"volumes",
        "--labels|77",
-       "The labels to export name '77', which is no object; the scene has 7 (mug), 8 (label_8)."},
+       "The labels name '77', which is no object; the scene has 7 (mug), 8 (label_8)."},
       {"volumes",
        "--crop|1,2,3",
        "Failed to parse options - crop must be six numbers x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1 "
@@ -138,7 +138,7 @@ TEST(BadInput, ExportOptions) {
       {"volumes",
        "--labels|mug|--VolumeExport.min_optical_depth|0.1",
        "Failed to parse options - --VolumeExport.min_optical_depth has no effect with "
-       "--VolumeExport.labels, whose cells are all written; give one of the two."},
+       "--labels, whose cells are all written; give one of the two."},
       {"volumes",
        "--VolumeExport.max_voxels|0",
        "Failed to parse options - max_voxels must be positive."},

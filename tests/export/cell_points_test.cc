@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/cell_points.h"
 
+#include "export/object_selection.h"
 #include "export/ply_file.h"
-#include "foam/error.h"
 
 #include <fstream>
 #include <sstream>
@@ -30,21 +30,20 @@ Model BallsInTheWorld() {
 TEST_F(CellPointsTest, VisibleCellsAreMatterThatPhotosShow) {
   Model model = BallsInTheWorld();
   const ExportableScene scene = MakeExportableScene(model);
-  const std::vector<uint32_t> all = VisibleCells(scene, "");
-  const std::vector<uint32_t> mug = VisibleCells(scene, "mug");
-  const std::vector<uint32_t> other = VisibleCells(scene, "8");
+  const std::vector<uint32_t> all = VisibleCells(scene, {});
+  const std::vector<uint32_t> mug = VisibleCells(scene, FilterObjects(scene, {"mug"}));
+  const std::vector<uint32_t> other = VisibleCells(scene, FilterObjects(scene, {"8"}));
   EXPECT_GT(mug.size(), 10);
   EXPECT_EQ(mug.size() + other.size(), all.size());
   for (const uint32_t cell : all) EXPECT_TRUE(scene.labels.solid[cell]);
   for (const uint32_t cell : mug) EXPECT_EQ(scene.label_id[cell], 7);
-  EXPECT_THROW(VisibleCells(scene, "spoon"), UserError);
 
   // One that no photo shows is none.
   const uint32_t hidden = mug.front();
   model.statistics.contribution.assign(model.foam.NumSites(), 1.f);
   model.statistics.mean_color.assign(model.foam.NumSites(), Eigen::Vector3f::Constant(0.5f));
   model.statistics.contribution[hidden] = 0;
-  const std::vector<uint32_t> seen = VisibleCells(MakeExportableScene(model), "");
+  const std::vector<uint32_t> seen = VisibleCells(MakeExportableScene(model), {});
   EXPECT_EQ(seen.size() + 1, all.size());
   EXPECT_FALSE(std::binary_search(seen.begin(), seen.end(), hidden));
 }
@@ -52,14 +51,22 @@ TEST_F(CellPointsTest, VisibleCellsAreMatterThatPhotosShow) {
 TEST_F(CellPointsTest, PointsLieAtTheSitesInTheColmapFrame) {
   const Model model = BallsInTheWorld();
   const ExportableScene scene = MakeExportableScene(model);
-  const std::vector<uint32_t> cells = VisibleCells(scene, "mug");
+  const std::vector<uint32_t> cells = VisibleCells(scene, FilterObjects(scene, {"mug"}));
   WriteCellPoints(folder_ / "p.ply", scene, cells);
   const PlyFile ply(folder_ / "p.ply");
   ASSERT_EQ(ply.Count("vertex"), cells.size());
-  EXPECT_THAT(
-      ply.Properties("vertex"),
-      ElementsAre(
-          "x", "y", "z", "red", "green", "blue", "label", "confidence", "density", "radius"));
+  EXPECT_THAT(ply.Properties("vertex"),
+              ElementsAre("x",
+                          "y",
+                          "z",
+                          "red",
+                          "green",
+                          "blue",
+                          "label",
+                          "object",
+                          "confidence",
+                          "density",
+                          "radius"));
   EXPECT_THAT(ply.Values("vertex", "label"), Each(7));
   const std::vector<double> z = ply.Values("vertex", "z");
   const std::vector<double> radius = ply.Values("vertex", "radius");
@@ -72,6 +79,42 @@ TEST_F(CellPointsTest, PointsLieAtTheSitesInTheColmapFrame) {
     EXPECT_NEAR(
         density[k] * radius[k] / (scene.density[cells[k]] * scene.radius[cells[k]]), 1, 1e-6);
     EXPECT_NEAR(green[k], 255 * std::clamp(scene.display_color[cells[k]][1], 0.f, 1.f), 0.51);
+  }
+}
+
+// The same cells, whether an object is asked for or looked up among all: some of the mug's class
+// lie in no object, and some of the mug are of another class.
+TEST_F(CellPointsTest, TheObjectOfAPointIsTheOneThatItsCellIsWrittenWith) {
+  Model model = BallsInTheWorld();
+  for (size_t i = 0; i < model.foam.NumSites(); ++i) {
+    // A speck of the mug far off.
+    if ((model.foam.positions[i] - Eigen::Vector3f(-0.8f, -0.8f, 0.8f)).norm() < 0.12f) {
+      model.foam.raw_density[i] = static_cast<float>(RawDensity(1e4));
+    }
+  }
+  ExportableScene scene = MakeExportableScene(model);
+  const uint32_t strange = scene.objects[0].cells.front();
+  scene.label_id[strange] = 8;
+  const std::vector<uint32_t> all = VisibleCells(scene, {});
+  const std::vector<uint32_t> mug = VisibleCells(scene, FilterObjects(scene, {"mug"}));
+  WriteCellPoints(folder_ / "all.ply", scene, all);
+  WriteSplats(folder_ / "splats.ply", model, scene, all, 1);
+  for (const char* name : {"all.ply", "splats.ply"}) {
+    const PlyFile ply(folder_ / name);
+    const std::vector<double> label = ply.Values("vertex", "label");
+    const std::vector<double> object = ply.Values("vertex", "object");
+    std::vector<uint32_t> of_object;
+    size_t of_class = 0, strangers = 0;
+    for (size_t k = 0; k < all.size(); ++k) {
+      if (object[k] == 7) of_object.push_back(all[k]);
+      of_class += label[k] == 7;
+      strangers += object[k] == 7 && label[k] != 7;
+      EXPECT_EQ(object[k], scene.ObjectId(all[k]));
+      EXPECT_EQ(label[k], scene.label_id[all[k]]);
+    }
+    EXPECT_EQ(of_object, mug) << name;
+    EXPECT_EQ(strangers, 1u);
+    EXPECT_GT(of_class + 1, mug.size()) << "the speck";
   }
 }
 
@@ -130,7 +173,7 @@ TEST_F(CellPointsTest, SplatsHaveTheCoefficientsChannelByChannel) {
     for (int k = 0; k < 12; ++k) model.foam.sh.push_back(static_cast<float>(k));
   }
   const ExportableScene scene = MakeExportableScene(model);
-  const std::vector<uint32_t> cells = VisibleCells(scene, "");
+  const std::vector<uint32_t> cells = VisibleCells(scene, {});
   WriteSplats(folder_ / "s.ply", model, scene, cells, 1);
   const PlyFile ply(folder_ / "s.ply");
   // f_rest: 15 of red, 15 of green, 15 of blue. Coefficient 2 (the third), blue: 3 * 2 + 2 = 8.

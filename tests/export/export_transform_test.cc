@@ -151,6 +151,31 @@ TEST(ExportTransform, UpIsWhatItIsAfterTheTransform) {
   EXPECT_EQ(Apply(transform, {0, -1, 0}), Eigen::Vector3d(0, 0, 6));
 }
 
+TEST(ExportTransform, SaysHowFarUpIsOffTheAxis) {
+  const auto tilt = [](const Eigen::Vector3d& up, ExportTransformOptions options) {
+    PhotoRecord photo;
+    photo.cam_from_world_rotation =
+        Eigen::Quaterniond::FromTwoVectors(up, -Eigen::Vector3d::UnitY());
+    ExportTransform transform = ParseExportTransform(options);
+    TurnUpright({photo}, &transform);
+    return transform.up_tilt_degrees;
+  };
+  ExportTransformOptions y, z;
+  y.up_axis = "y";
+  z.up_axis = "z";
+  EXPECT_EQ(tilt(-Eigen::Vector3d::UnitY(), z), 0);
+  for (const double degrees : {0.5, 9.0, 30.0, 44.0}) {
+    const double angle = degrees * M_PI / 180;
+    EXPECT_NEAR(tilt({std::sin(angle), -std::cos(angle), 0}, z), degrees, 1e-6);
+    EXPECT_NEAR(tilt({0, std::cos(angle), -std::sin(angle)}, y), degrees, 1e-6);
+  }
+  // After --transform has levelled it, nothing remains.
+  ExportTransformOptions options = Matrix("0.8 0.6 0 0 -0.6 0.8 0 0 0 0 1 0");
+  options.up_axis = "z";
+  EXPECT_NEAR(tilt({0.6, -0.8, 0}, options), 0, 1e-6);
+  EXPECT_NEAR(tilt({0.6, -0.8, 0}, z), 36.8698976, 1e-6);
+}
+
 TEST(ExportTransform, PhotosThatDoNotTellWhatIsUpAreAUserError) {
   ExportTransform none;
   TurnUpright({}, &none);  // "colmap" asks nothing of them
@@ -183,6 +208,11 @@ TEST(ExportTransform, FilesTellOfIt) {
             nlohmann::json({0., -2., 0., 1., 2., 0., 0., 2., 0., 0., 2., 3., 0., 0., 0., 1.}));
   EXPECT_EQ(json["unit"], "inch");
   EXPECT_EQ(json["meters_per_unit"], 0.0254);
+  EXPECT_FALSE(json.contains("up_tilt_degrees"));
+  ExportTransform upright;
+  upright.up_axis = "y";
+  upright.up_tilt_degrees = 12.3456;
+  EXPECT_EQ(nlohmann::json::parse(ExportTransformJson(upright))["up_tilt_degrees"], 12.35);
 }
 
 TEST(ExportTransform, ObjectsTakeIt) {

@@ -43,6 +43,8 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
     EXPECT_EQ(object["color"], json(info.color));
     EXPECT_EQ(object["cells"], info.cells.size());
     EXPECT_EQ(object["pieces"], info.pieces);
+    EXPECT_EQ(object["cavities"], info.cavities);
+    EXPECT_EQ(object["genus"], info.genus);
     EXPECT_EQ(object["area"].get<double>(), info.area);
     EXPECT_EQ(object["volume"].get<double>(), info.volume) << "doubles survive";
     EXPECT_EQ(object["confidence"].get<double>(), info.confidence);
@@ -84,6 +86,7 @@ TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {
   EXPECT_EQ(sidecar["labels_left_out"][0]["left_out"]["cells"],
             scene.labels_left_out[0].pieces.cells);
   EXPECT_GT(scene.labels_left_out[0].pieces.cells, 0);
+  EXPECT_EQ(sidecar["labels_left_out"][0]["reason"], "too few cells in every piece");
 }
 
 TEST_F(LabelSidecar, SaysTheFrame) {

@@ -318,9 +318,11 @@ TEST_F(MeshFiles, ExportWritesEveryFormatOfEveryObject) {
   ASSERT_EQ(files.size(), seen.size());
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    EXPECT_THAT(file.summary,
-                ::testing::MatchesRegex(file.object_id == 0 ? "2 objects"
-                                                            : "[0-9]+ vertices, [0-9]+ faces.*"));
+    EXPECT_THAT(
+        file.summary,
+        ::testing::MatchesRegex(file.object_id == 0 ? "2 objects"
+                                                    : "[0-9]+ vertices, [0-9]+ faces, 1 shell, no "
+                                                      "cavities, genus 0.*"));
     EXPECT_EQ("." + file.format, std::filesystem::path(file.path).extension());
   }
 }
@@ -364,7 +366,8 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
     if (file.object_id == 0) continue;
     EXPECT_THAT(file.summary,
                 ::testing::MatchesRegex(
-                    "[0-9]+ vertices, (59|60) faces, from the cells [0-9.e-]+ in the mean "
+                    "[0-9]+ vertices, (59|60) faces, 1 shell, no cavities, genus 0, from the cells "
+                    "[0-9.e-]+ in the mean "
                     "\\([0-9.e-]+ % of the diagonal\\) and [0-9.e-]+ at most \\([0-9.e-]+ %\\), "
                     "Hausdorff distance [0-9.e-]+ \\([0-9.e-]+ %\\)"));
     EXPECT_EQ(file.warning, "");

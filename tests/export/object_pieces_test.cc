@@ -4,7 +4,9 @@
 #include "export/object_selection.h"
 #include "foam/error.h"
 
+#include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
@@ -127,12 +129,86 @@ TEST(ObjectPieces, AnObjectThatLosesAllItsPiecesIsNone) {
     EXPECT_EQ(scene.object_of_cell[i], piece == 1 || piece == 2 ? 0 : -1);
   }
   try {
-    SelectObjects(scene, "label_8");
+    SelectObjects(scene, LabelChoice{"label_8"});
     FAIL();
   } catch (const UserError& error) {
     EXPECT_THAT(error.what(), HasSubstr("'label_8', all of whose pieces are left out"));
   }
   EXPECT_THAT(Kept(100000, 0).objects, IsEmpty());
+}
+
+// A block of class 0 with some 17 000 cells, a small ball of class 1, and `count` cells of class 2,
+// each by itself or all in a lump. `identity` says how sure these are, 3 as the others or less.
+Model WithAFragment(int count, bool in_a_lump, float identity) {
+  const std::vector<Eigen::Vector3f> sites = GridSites(32, 0.06f, 0.2f, 3);
+  std::vector<int> classes(sites.size(), kAir);
+  std::vector<size_t> order(sites.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  const Eigen::Vector3f middle(0.75f, 0.5f, 0.5f);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return (sites[a] - middle).norm() < (sites[b] - middle).norm();
+  });
+  int left = count;
+  for (size_t k = 0; k < order.size(); ++k) {
+    const Eigen::Vector3f& p = sites[order[k]];
+    if (p.x() < 0.5f && p.cwiseAbs().maxCoeff() < 0.85f) classes[order[k]] = 0;
+    if ((p - Eigen::Vector3f(0.75f, -0.5f, -0.5f)).norm() < 0.15f) classes[order[k]] = 1;
+    if (left == 0) continue;
+    const Eigen::Vector3f cell = (p / 0.12f).array().round();
+    const bool is_even = ((p - 0.12f * cell).cwiseAbs().maxCoeff() < 0.015f);
+    if (classes[order[k]] != kAir || (!in_a_lump && !is_even)) continue;
+    classes[order[k]] = 2;
+    --left;
+  }
+  EXPECT_EQ(left, 0);
+  size_t index = 0;
+  Model model = MakeModel(sites, 3, [&](const auto&) { return classes[index++]; });
+  for (size_t i = 0; i < sites.size(); ++i) {
+    if (classes[i] == 2) model.foam.identity[i * kIdentityDim + 2] = identity;
+  }
+  return model;
+}
+
+TEST(ObjectPieces, FragmentsAreNoObjects) {
+  const auto left_out = [](const Model& model, bool keep_fragments = false, int64_t min_cells = 0) {
+    ExportableSceneOptions options;
+    options.pieces.keep_fragments = keep_fragments;
+    options.pieces.min_cells = min_cells;
+    const ExportableScene scene = MakeExportableScene(model, options);
+    for (const int32_t object : scene.object_of_cell) EXPECT_LT(object, std::ssize(scene.objects));
+    EXPECT_EQ(scene.objects.size() + scene.labels_left_out.size(), 3u);
+    return scene.labels_left_out;
+  };
+  constexpr float kSure = 3, kUnsure = 0.3f;
+  // Scattered cells, however sure.
+  const std::vector<LeftOutLabel> scattered = left_out(WithAFragment(12, false, kSure));
+  ASSERT_EQ(scattered.size(), 1u);
+  EXPECT_EQ(scattered[0].id, 9);
+  EXPECT_TRUE(scattered[0].is_fragment);
+  EXPECT_EQ(scattered[0].pieces.cells, 12);
+  EXPECT_THAT(scattered[0].reason, HasSubstr("a fragment: 12 cells, 0.0"));
+  EXPECT_THAT(scattered[0].reason, HasSubstr("; confidence 0.9"));
+  // Cells of which the photos say different things, however they hang together.
+  EXPECT_EQ(left_out(WithAFragment(12, true, kUnsure)).size(), 1u);
+  // Who wants them has them.
+  EXPECT_THAT(left_out(WithAFragment(12, false, kSure), true), IsEmpty());
+  EXPECT_THAT(left_out(WithAFragment(12, false, kSure), false, 1), IsEmpty());
+  // A small thing that the photos agree about is none, nor is a thing of some size.
+  EXPECT_THAT(left_out(WithAFragment(12, true, kSure)), IsEmpty());
+  EXPECT_THAT(left_out(WithAFragment(40, true, kUnsure)), IsEmpty());
+  EXPECT_THAT(left_out(WithAFragment(40, false, kSure)), IsEmpty());
+}
+
+TEST(ObjectPieces, AFragmentIsNamedToWhoAsksForIt) {
+  const ExportableScene scene = MakeExportableScene(WithAFragment(12, false, 3));
+  try {
+    SelectObjects(scene, LabelChoice{"9"});
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_STREQ(error.what(),
+                 "The labels name '9', which is left out as a fragment (keep_fragments); the scene "
+                 "has 7 (mug), 8 (label_8).");
+  }
 }
 
 // The first object goes, and the second takes its place in every table.

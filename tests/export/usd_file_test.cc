@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/usd_file.h"
 
+#include "export/object_selection.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/srgb.h"
@@ -170,7 +171,7 @@ TEST_F(UsdFiles, AVolumeThatIsThereIsNamedWithAllItsFields) {
   const ExportableScene scene = Scene({"mug", "hat"});
   VolumeExportOptions options;
   options.max_resolution = 16;
-  options.labels = "mug";
+  options.objects = FilterObjects(scene, {"mug"});
   ExportVolumes(scene, folder_, options);
   json objects = Export(scene)["children"]["scene"]["children"];
   EXPECT_FALSE(objects["hat"]["children"].contains("volume"));

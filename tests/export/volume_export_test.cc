@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/volume_export.h"
 
+#include "export/object_selection.h"
 #include "foam/error.h"
 #include "foam/parallel.h"
 #include "foam/srgb.h"
@@ -11,6 +12,8 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <set>
+#include <tuple>
 
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
@@ -360,7 +363,7 @@ TEST_F(VolumeExport, LabelsTakeTheseObjectsAlone) {
   VolumeExportOptions options = Coarse();
   ExportVolumes(scene, folder_ / "all", options);
   for (const char* spelling : {"label_8", "8", " 8 ,8"}) {
-    options.labels = spelling;
+    options.objects = FilterObjects(scene, {spelling});
     const auto files = ExportVolumes(scene, folder_ / spelling, options);
     ASSERT_EQ(files.size(), 2u);
     EXPECT_EQ(files[1].path, "objects/8_label_8.vdb");
@@ -379,15 +382,46 @@ TEST_F(VolumeExport, LabelsTakeTheseObjectsAlone) {
     EXPECT_GT(one->activeVoxelCount(), of_object);
     EXPECT_LT(one->activeVoxelCount(), 1.2 * static_cast<double>(of_object));
   }
-  options.labels = "mug,teapot";
-  try {
-    ExportVolumes(scene, folder_ / "none", options);
-    FAIL();
-  } catch (const UserError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("'teapot'"));
-    EXPECT_THAT(error.what(), HasSubstr("the scene has 7 (mug), 8 (label_8)."));
+
+  // All but one: what is no object stays, what is that one's goes.
+  options.objects = FilterObjects(scene, {"", "mug"});
+  const auto files = ExportVolumes(scene, folder_ / "without", options);
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[1].path, "objects/8_label_8.vdb");
+  const auto all = ReadVdb(folder_ / "all/scene.vdb").Get<openvdb::FloatGrid>("label");
+  const auto rest = ReadVdb(folder_ / "without/scene.vdb").Get<openvdb::FloatGrid>("label");
+  for (auto it = all->cbeginValueOn(); it; ++it) {
+    EXPECT_EQ(rest->tree().isValueOn(it.getCoord()), *it != 7);
   }
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "none"));
+}
+
+// An object's points are the same, whether it is asked for or looked up among all.
+TEST_F(VolumeExport, PointsSayWhichObjectTheyAreOf) {
+  const ExportableScene scene = MakeExportableScene(TestModel());
+  const auto places_of = [&](const std::string& folder, bool all) {
+    const auto grid = ReadVdb(folder_ / folder / "scene_points.vdb")
+                          .Get<openvdb::points::PointDataGrid>("points");
+    std::set<std::tuple<double, double, double>> places;
+    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
+      const openvdb::points::AttributeHandle<openvdb::Vec3f> position(
+          leaf->constAttributeArray("P"));
+      const openvdb::points::AttributeHandle<int32_t> object(leaf->constAttributeArray("object"));
+      for (auto it = leaf->beginIndexOn(); it; ++it) {
+        if (!all && object.get(*it) != 7) continue;
+        EXPECT_TRUE(!all || object.get(*it) == 7);
+        const openvdb::Vec3d x = grid->indexToWorld(position.get(*it) + it.getCoord().asVec3d());
+        places.emplace(x.x(), x.y(), x.z());
+      }
+    }
+    return places;
+  };
+  VolumeExportOptions options = Coarse();
+  options.points = true;
+  ExportVolumes(scene, folder_ / "all", options);
+  options.objects = FilterObjects(scene, {"mug"});
+  ExportVolumes(scene, folder_ / "mug", options);
+  EXPECT_GT(places_of("mug", true).size(), 20u);
+  EXPECT_EQ(places_of("mug", true), places_of("all", false));
 }
 
 TEST_F(VolumeExport, ACropCutsAndMovesNothing) {

@@ -142,7 +142,7 @@ TEST_F(ExportOptionsTest, TheMethodReachesEveryFormat) {
   EXPECT_EQ(ReadFile(folder_ / "plain" / glb), ReadFile(folder_ / "cells" / glb));
   const Outcome smooth = Run("mesh_exporter", "smooth", {"--method", "smooth"});
   ASSERT_EQ(smooth.exit_code, 0) << smooth.err;
-  EXPECT_THAT(smooth.err, HasSubstr(" faces, from the cells 0.0"));
+  EXPECT_THAT(smooth.err, HasSubstr(" faces, 1 shell, no cavities, genus 0, from the cells 0.0"));
   EXPECT_THAT(smooth.err, HasSubstr("Hausdorff distance 0."));
   ExpectListed("smooth");
   const Outcome few =
@@ -357,7 +357,8 @@ TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
                             "large",
                             {"--max_resolution", "16", "--min_cells", std::to_string(few + 1)});
   ASSERT_EQ(large.exit_code, 0) << large.err;
-  EXPECT_THAT(large.err, HasSubstr("No object label_8 (8), all of it is left out: 1 piece of "));
+  EXPECT_THAT(large.err,
+              HasSubstr("No object label_8 (8), too few cells in every piece: 1 piece of "));
   EXPECT_THAT(FilesBelow(folder_ / "large"),
               UnorderedElementsAre("labels.json", "scene.vdb", "objects/7_mug.vdb"));
   EXPECT_EQ(Labels("large")["objects"][0]["pieces"], 2);

@@ -2,6 +2,9 @@
 #include "export/ply_file.h"
 #include "foam/model.h"
 
+#include <algorithm>
+
+#include "tests/export/test_foams.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -50,6 +53,29 @@ TEST(FoamConverter, GoesThroughEveryFormat) {
   EXPECT_EQ(ReadFile(folder / "again.ply"), ReadFile(folder / "splats.ply"));
 }
 
+// The points of an object are the same, whether it is asked for or looked up among all.
+TEST(FoamConverter, PointsSayWhichObjectTheyAreOf) {
+  const TempFolder folder;
+  const fs::path foam = folder / "a.foam";
+  WriteModel(foam, TouchingBalls(1500));
+  for (const std::string type : {"points", "splats"}) {
+    const auto objects = [&](const std::vector<std::string>& options) {
+      std::vector<std::string> arguments = {"--output_type", type};
+      arguments.insert(arguments.end(), options.begin(), options.end());
+      EXPECT_EQ(Convert(foam, folder / "p.ply", arguments).exit_code, 0);
+      return PlyFile(folder / "p.ply").Values("vertex", "object");
+    };
+    const std::vector<double> all = objects({});
+    const std::vector<double> mug = objects({"--labels", "mug"});
+    const std::vector<double> others = objects({"--exclude_labels", "mug"});
+    EXPECT_GT(mug.size(), 10u);
+    EXPECT_THAT(mug, testing::Each(7));
+    EXPECT_THAT(others, testing::Not(testing::Contains(7)));
+    EXPECT_EQ(std::count(all.begin(), all.end(), 7), std::ssize(mug));
+    EXPECT_EQ(all.size(), mug.size() + others.size());
+  }
+}
+
 TEST(FoamConverter, SaysWhatIsWrong) {
   const TempFolder folder;
   const fs::path foam = folder / "seeds.foam";
@@ -69,6 +95,7 @@ TEST(FoamConverter, SaysWhatIsWrong) {
        {"--output_type", "points", "--labels", "spoon"},
        "'spoon', which is no object"},
       {foam, "x.foam", {"--labels", "mug"}, "--labels chooses splats and points"},
+      {foam, "x.foam", {"--exclude_labels", "mug"}, "--exclude_labels chooses splats and points"},
       {folder / "none.foam", "x.foam", {}, "none.foam"},
       {folder / "cut.ply", "x.foam", {}, "cut.ply: is no whole PLY file"},
       {kTabletop / "images", "x.foam", {}, "images"},

@@ -232,10 +232,50 @@ TEST_F(ObjectCommandsTest, TheSameBytesOnAnyNumberOfThreadsAndFromAProjectFile) 
   EXPECT_EQ(ReadFile(Out("ini")), ReadFile(Out("one")));
 }
 
+// The ring's name is the ball's id.
+TEST_F(ObjectCommandsTest, APickTakesOneObjectWhateverTheOthersAreCalled) {
+  Model model = Scene();
+  model.labels[0].name = "12";
+  WriteModel(folder_ / "names.foam", model);
+  for (const std::string command : {"object_extractor", "object_remover"}) {
+    const std::string done = command == "object_extractor" ? "Extracted " : "Removed ";
+    Succeed(command,
+            folder_ / "names.foam",
+            command,
+            {"--pick", "p, 0.png,40,39"},
+            done + "ball (12): ");
+    const Outcome both = Run(command, folder_ / "names.foam", "failed", {"--labels", "12"});
+    EXPECT_EQ(both.exit_code, 1);
+    ASSERT_THAT(both.Errors(), SizeIs(1)) << both.err;
+    EXPECT_THAT(both.Errors()[0],
+                HasSubstr("The label '12' is ambiguous: it is the id of ball (12) and the name of "
+                          "label 10; write id:12 or name:12."));
+    EXPECT_THAT(FilesBelow(folder_ / "failed"), IsEmpty());
+    Succeed(command,
+            folder_ / "names.foam",
+            command + "1",
+            {"--labels", "id:12"},
+            done + "ball (12): ");
+    Succeed(command,
+            folder_ / "names.foam",
+            command + "2",
+            {"--labels", "name:12"},
+            done + "12 (10): ");
+    Succeed(command,
+            folder_ / "names.foam",
+            command + "3",
+            {"--exclude_labels", "name:12"},
+            done + "table (11), ball (12): ");
+  }
+}
+
 TEST_F(ObjectCommandsTest, SaysWhatIsWrong) {
   for (const std::string command : {"object_extractor", "object_remover"}) {
     Fail(command, {}, "no object is named; give either --labels (as mug,7) or --pick");
     Fail(command, {"--labels", "ring", "--pick", "a,1,2"}, "both --labels and --pick");
+    Fail(command,
+         {"--exclude_labels", "ring", "--pick", "a,1,2"},
+         "both --exclude_labels and --pick");
     Fail(command, {"--labels", "mug"}, "'mug', which is no object; the scene has 10 (ring)");
     for (const char* bad : {"a", "1,2", "a,1,x", ",1,2", "a,1.5,2", "a,,1"}) {
       Fail(command, {"--pick", bad}, "for option '--pick' is invalid; it takes a photo's name");

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/object_selection.h"
 #include "tools/commands.h"
+#include "tools/export_choice.h"
 #include "tools/exports.h"
 #include "tools/training_folder.h"
 #include "tools/training_run.h"
@@ -7,6 +9,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <glog/logging.h>
 
@@ -19,6 +22,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   CheckpointOptions checkpoints;
   VolumeExportOptions volume;
   SurfaceExportOptions surface;
+  LabelChoice choice;
   PieceOptions pieces;
   std::string formats = kAllFormats;
   ExportTransformOptions frame;
@@ -34,6 +38,8 @@ void RunAutomaticSegmenter(int argc, char** argv) {
       "input_path", &run.input_path, "the COLMAP model; by default sparse/0/, then sparse/");
   AddTrainingRunOptions(&options, &run);
   AddCheckpointOptions(&options, &checkpoints);
+  AddLabelOptions(&options, &choice);
+  AddVolumeLabelsName(&options);
   AddVolumeExportOptions(&options, &volume);
   AddMeshExportOptions(&options, &surface);
   AddPieceOptions(&options, &pieces);
@@ -44,10 +50,16 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireValid(surface);
   RequireValid(pieces);
   const std::set<std::string> wanted = ParseFormats(formats, kAllFormats);
-  RequireEffects(options, volume, wanted);
+  RequireEffects(options, volume, choice, wanted);
   const ExportTransform transform = ParseExportTransform(frame);
   CompleteFromWorkspace(workspace_path, &run);
   FinishTrainingRun(options, &run);
+  run.when_planned = [&](const ScenePlan& plan) {
+    RequirePossible(PlannedExport{choice, volume, transform, wanted, output_path}, plan);
+  };
+  run.when_labels_are_known = [&](const std::vector<Label>& labels) {
+    RequirePossible(choice, labels);
+  };
 
   TrainingFolder folder(output_path, checkpoints, options);
   if (folder.IsFinished()) return;
@@ -55,14 +67,21 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
   const ExportableScene scene =
       PrepareExport(TrainAndWrite(options, &folder, &run), foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, wanted);
+  std::vector<std::string> without_object;
+  volume.objects = surface.objects = FilterObjects(scene, choice, &without_object);
   volume.source_checksum = ModelChecksum(foam_path);
   if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
   if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
   folder.Finish();
-  LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
-            << ", everything is in " << output_path;
+  for (const std::string& label : without_object) {
+    LOG(WARNING) << "No files for " << label
+                 << ", which --labels names: the training made no object "
+                 << "of it; labels.json and the lines above say why.";
+  }
+  const size_t num_objects = SelectObjects(scene, volume.objects).size();
+  LOG(INFO) << num_objects << (num_objects == 1 ? " object" : " objects") << ", everything is in "
+            << output_path;
 }
 
 }  // namespace semfoam

@@ -54,14 +54,16 @@ int DecimalsFor(const ObjectInfo& object) {
   return size > 0 ? std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 0;
 }
 
-// One row for each object, 120 columns wide for names and numbers of common length.
+// One row for each object, 130 columns wide for names and numbers of common length.
 void PrintObjects(const ExportableScene& scene) {
   std::printf("Objects (lengths of the COLMAP model)\n");
-  std::printf("  %5s  %-14s %7s %6s %8s %8s %5s %6s  %-22s  %s\n",
+  std::printf("  %5s  %-14s %7s %6s %8s %5s %8s %8s %5s %6s  %-22s  %s\n",
               "id",
               "name",
               "cells",
               "pieces",
+              "cavities",
+              "genus",
               "volume",
               "area",
               "conf.",
@@ -82,19 +84,28 @@ void PrintObjects(const ExportableScene& scene) {
                   at.y(),
                   decimals,
                   at.z());
-    std::printf("  %5d  %-14s %7zu %6d %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
-                object.id,
-                OneLine(object.name).c_str(),
-                object.cells.size(),
-                object.pieces,
-                object.volume,
-                object.area,
-                object.confidence,
-                object.photos.size(),
-                centroid,
-                size.x(),
-                size.y(),
-                size.z());
+    std::printf(
+        "  %5d  %-14s %7zu %6d %8lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
+        object.id,
+        OneLine(object.name).c_str(),
+        object.cells.size(),
+        object.pieces,
+        static_cast<long long>(object.cavities),
+        static_cast<long long>(object.genus),
+        object.volume,
+        object.area,
+        object.confidence,
+        object.photos.size(),
+        centroid,
+        size.x(),
+        size.y(),
+        size.z());
+  }
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    std::printf("  %5d  %-14s is left out, a fragment of %s\n",
+                label.id,
+                OneLine(label.name).c_str(),
+                Plural(static_cast<size_t>(label.pieces.cells), "cell", "cells").c_str());
   }
   for (const Label& label : scene.labels_without_cells) {
     std::printf("  %5d  %-14s has no solid cells\n", label.id, OneLine(label.name).c_str());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/cell_points.h"
 #include "export/exportable_scene.h"
+#include "export/object_selection.h"
 #include "export/radiant_foam_ply.h"
 #include "foam/error.h"
 #include "foam/model.h"
@@ -8,12 +9,14 @@
 #include "plugin/files.h"
 #include "plugin/untrained_model.h"
 #include "tools/commands.h"
+#include "tools/export_choice.h"
 #include "tools/input_protection.h"
 #include "tools/option_manager.h"
 
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glog/logging.h>
@@ -55,7 +58,7 @@ void RunFoamConverter(int argc, char** argv) {
   std::string input_path;
   std::string output_path;
   std::string output_type = "auto";
-  std::string labels;
+  LabelChoice choice;
   double splat_scale = 1.1;
   OptionManager options("foam_converter",
                         "Brings foams in from other formats and out to them: Radiant Foam's PLY, "
@@ -72,10 +75,7 @@ void RunFoamConverter(int argc, char** argv) {
       "for splat viewers; points: a coloured, labelled point per visible cell; text: everything, "
       "to "
       "read; auto: by the name, .foam or .txt");
-  options.AddDefaultOption("labels",
-                           &labels,
-                           "ids or names, separated by commas: of splats and points, those of "
-                           "these objects alone");
+  AddLabelOptions(&options, &choice);
   options.AddDefaultOption("splat_scale",
                            &splat_scale,
                            "splats: standard deviation in those of the cell, 0.1 to 10; smaller "
@@ -87,10 +87,16 @@ void RunFoamConverter(int argc, char** argv) {
   }
   const std::string type = TypeOf(output_type, output_path);
   const bool is_of_cells = type == "splats" || type == "points";
-  if (!labels.empty() && !is_of_cells) {
-    throw UserError("Failed to parse options - --labels chooses splats and points; ",
-                    type,
-                    " takes the whole foam.");
+  if (!is_of_cells) {
+    for (const auto& [name, text] :
+         {std::pair("labels", choice.labels), std::pair("exclude_labels", choice.exclude_labels)}) {
+      if (text.empty()) continue;
+      throw UserError("Failed to parse options - --",
+                      name,
+                      " chooses splats and points; ",
+                      type,
+                      " takes the whole foam.");
+    }
   }
   if (type != "splats") {
     options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
@@ -115,7 +121,7 @@ void RunFoamConverter(int argc, char** argv) {
     LOG(INFO) << output_path << ": " << model.foam.NumSites() << " sites";
     return;
   }
-  const std::vector<uint32_t> cells = VisibleCells(scene, labels);
+  const std::vector<uint32_t> cells = VisibleCells(scene, FilterObjects(scene, choice));
   if (cells.empty())
     LOG(WARNING) << output_path << ": no cell is solid and seen by a photo; the file is empty";
   if (type == "splats") {

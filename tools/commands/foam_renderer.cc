@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/input_protection.h"
+#include "tools/object_choice.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
 #include "tools/trajectory.h"
@@ -123,15 +124,15 @@ std::vector<View> ChooseViews(const std::string& views,
   return ChooseViews(views, foam_path, model, folder, ReadReconstruction(folder));
 }
 
-// Leaves of the foam only the object that `object`, an id or a name, means: all other cells become
-// air. Returns its box.
+// Leaves of the foam only the objects that `object`, ids or names, means: all other cells become
+// air. Returns their box.
 Eigen::AlignedBox3d ShowAlone(const std::string& object, Model* model) {
   // Softplus of this is 0 in every float.
   constexpr float kRawAir = -100;
-  const ExportableScene scene = MakeExportableScene(*model);
+  const ExportableScene scene = MakeExportableScene(*model, EveryObject());
   std::vector<float> density(scene.NumSites(), kRawAir);
   Eigen::AlignedBox3d box;
-  for (const ObjectInfo* one : SelectObjects(scene, object)) {
+  for (const ObjectInfo* one : SelectObjects(scene, LabelChoice{object})) {
     box.extend(one->bounding_box);
     for (const uint32_t cell : one->cells) density[cell] = model->foam.raw_density[cell];
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/object_selection.h"
 #include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/export_choice.h"
 #include "tools/exports.h"
 #include "tools/output_lock.h"
 
@@ -13,6 +15,7 @@ void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
   std::string formats = kMeshFormats;
+  LabelChoice choice;
   PieceOptions pieces;
   SurfaceExportOptions surface;
   ExportTransformOptions frame;
@@ -23,6 +26,7 @@ void RunMeshExporter(int argc, char** argv) {
       &output_path,
       "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
   AddFormatsOption(&options, &formats);
+  AddLabelOptions(&options, &choice);
   AddPieceOptions(&options, &pieces);
   AddMeshExportOptions(&options, &surface);
   AddMeshShortNames(&options);
@@ -36,6 +40,7 @@ void RunMeshExporter(int argc, char** argv) {
   const OutputLock lock(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
+  surface.objects = FilterObjects(scene, choice);
   WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);
 }

@@ -2,6 +2,7 @@
 #include "foam/model.h"
 #include "foam/object_insertion.h"
 #include "tools/commands.h"
+#include "tools/export_choice.h"
 #include "tools/object_choice.h"
 #include "tools/object_placement_options.h"
 #include "tools/option_manager.h"
@@ -18,7 +19,7 @@ void RunObjectInserter(int argc, char** argv) {
   std::string foam_path;
   std::string object_path;
   std::string output_path;
-  std::string labels;
+  LabelChoice choice;
   PlacementOptions placement_options;
   OptionManager options("object_inserter",
                         "Puts the objects of one foam into another: where they were in their own "
@@ -29,8 +30,7 @@ void RunObjectInserter(int argc, char** argv) {
   options.AddRequiredOption(
       "object_path", &object_path, "the foam that has them: any, or one by object_extractor");
   options.AddRequiredOption("output_path", &output_path, "folder for the scene.foam with them");
-  options.AddDefaultOption(
-      "labels", &labels, "which objects: ids or names, apart by commas; empty = all");
+  AddLabelOptions(&options, &choice);
   AddPlacementOptions(&options, &placement_options);
   if (!options.Parse(argc, argv)) return;
   const ParsedPlacement parsed = ParsePlacement(placement_options);
@@ -39,7 +39,7 @@ void RunObjectInserter(int argc, char** argv) {
   const Model scene = ReadModel(foam_path);
   const Model source = ReadModel(object_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path, object_path});
-  const ChosenObjects chosen = ChooseObjects(source, labels, object_path);
+  const ChosenObjects chosen = ChooseObjects(source, choice, object_path);
   const ExtractedObjects objects = ExtractObjects(source, chosen.delaunay, chosen.objects);
   const ViewRenderer renderer(scene.foam);
   ObjectPlacement placement;

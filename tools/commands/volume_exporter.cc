@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/object_selection.h"
 #include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/export_choice.h"
 #include "tools/exports.h"
 #include "tools/output_lock.h"
 
@@ -12,6 +14,7 @@ void RunVolumeExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
   VolumeExportOptions volume;
+  LabelChoice choice;
   PieceOptions pieces;
   ExportTransformOptions frame;
   OptionManager options("volume_exporter",
@@ -19,6 +22,8 @@ void RunVolumeExporter(int argc, char** argv) {
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
       "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
+  AddLabelOptions(&options, &choice);
+  AddVolumeLabelsName(&options);
   AddVolumeExportOptions(&options, &volume);
   AddPieceOptions(&options, &pieces);
   AddFrameOptions(&options, &frame);
@@ -26,12 +31,13 @@ void RunVolumeExporter(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   RequireValid(pieces);
-  RequireEffects(options, volume, {"vdb"});
+  RequireEffects(options, volume, choice, {"vdb"});
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, {"vdb"});
+  volume.objects = FilterObjects(scene, choice);
   volume.source_checksum = ModelChecksum(foam_path);
   WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path);

@@ -37,7 +37,7 @@ int main(int argc, char** argv) try {
                        {}};
 
   const ExportableScene cells = MakeExportableScene(scene);
-  const ObjectInfo& object = *SelectObjects(cells, argv[3]).at(0);
+  const ObjectInfo& object = *SelectObjects(cells, LabelChoice{argv[3]}).at(0);
   int32_t class_index = 0;
   while (scene.labels[class_index].id != object.id) ++class_index;
   const Model alone = ExtractObjects(scene, cells.delaunay, {{class_index, object.cells}}).model;

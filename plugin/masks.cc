@@ -223,6 +223,24 @@ MaskPairing PairMasks(const fs::path& mask_folder, const std::vector<std::string
   return pairing;
 }
 
+std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_names) {
+  std::vector<std::string> short_names, whole_names;
+  for (const std::string& photo : photo_names) {
+    const std::vector<std::string> names = MaskNames(photo);
+    whole_names.push_back(names[0]);
+    short_names.push_back(names[1]);
+  }
+  const std::set<std::string> all(short_names.begin(), short_names.end());
+  bool are_their_own = all.size() == photo_names.size();
+  for (size_t i = 0; i < photo_names.size(); ++i) {
+    const std::vector<std::string> names = MaskNames(photo_names[i]);
+    const auto found = std::find_if(
+        names.begin(), names.end(), [&](const std::string& name) { return all.contains(name); });
+    are_their_own &= *found == short_names[i];
+  }
+  return are_their_own ? short_names : whole_names;
+}
+
 ClassImage::ClassImage(PhotoSize size, int num_classes) {
   const size_t pixels = static_cast<size_t>(size.width) * size.height;
   if (BytesPerPixel(num_classes) == 1) {

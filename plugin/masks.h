@@ -44,6 +44,12 @@ struct MaskPairing {
 MaskPairing PairMasks(const std::filesystem::path& mask_folder,
                       const std::vector<std::string>& photo_names);
 
+// What to call the masks of these photos, relative to their folder, so that PairMasks gives each
+// its own: `a/b.png` is that of `a/b.jpg`. Where a photo would then have another one's, as of
+// `a/b.jpg` and `a/b.png`, all are called as COLMAP calls them, `a/b.jpg.png`. The photos' names
+// differ.
+std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_names);
+
 // The class of every pixel of a photo, row-major, in as few bytes as the number of classes allows.
 class ClassImage {
  public:

@@ -10,6 +10,7 @@
 #include "tools/image_files.h"
 #include "tools/view_images.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -29,7 +30,7 @@ class ObjectScorers {
     for (const fs::directory_entry& folder : fs::directory_iterator(truth_path)) {
       if (!folder.is_directory()) continue;
       const auto id = id_of_name.find(folder.path().filename().string());
-      scorers_.emplace(folder.path(),
+      objects_.emplace(folder.path(),
                        id == id_of_name.end() ? std::nullopt : std::optional<int32_t>(id->second));
     }
   }
@@ -37,29 +38,64 @@ class ObjectScorers {
   // The labels that were rendered of the next view. One without a mask counts as one with an empty
   // mask, so that places stay.
   void Add(const fs::path& photo, const LabelImage& ids) {
-    for (auto& [folder, scorer] : scorers_) scorer.Add(ids, MaskOf(photo, ids, folder));
+    ++num_views_;
+    for (auto& [folder, object] : objects_) {
+      object.scorer.Add(ids, MaskOf(photo, ids, folder, &object));
+    }
   }
 
   // By the folders' names.
-  std::map<std::string, ObjectScore> Finish() const {
-    std::map<std::string, ObjectScore> scores;
-    for (const auto& [folder, scorer] : scorers_) {
-      if (const auto score = scorer.Finish()) scores[folder.filename().string()] = *score;
+  void Finish(Scores* scores) const {
+    for (const auto& [folder, object] : objects_) {
+      if (const auto score = object.scorer.Finish()) {
+        scores->objects[folder.filename().string()] = *score;
+      } else if (num_views_ > 0) {
+        scores->unscored.push_back(WhyUnscored(folder, object));
+      }
     }
-    return scores;
   }
 
  private:
+  struct Object {
+    explicit Object(std::optional<int32_t> id) : scorer(id) {}
+
+    ObjectScorer scorer;
+    int num_masks = 0;
+    Foreground brightest;  // without its pixels
+  };
+
   // The exact mask of the view; empty, all 0, where there is none.
-  static LabelImage MaskOf(const fs::path& photo, const LabelImage& ids, const fs::path& folder) {
+  static LabelImage MaskOf(const fs::path& photo,
+                           const LabelImage& ids,
+                           const fs::path& folder,
+                           Object* object) {
     for (const fs::path& name : {photo, photo.filename()}) {
-      const fs::path mask = (folder / name).replace_extension(".png");
-      if (fs::exists(mask)) return ResizeNearest(ReadForeground(mask), ids.width, ids.height);
+      const fs::path file = (folder / name).replace_extension(".png");
+      if (!fs::exists(file)) continue;
+      const Foreground foreground = ReadForeground(file);
+      if (object->num_masks++ == 0 || foreground.largest > object->brightest.largest) {
+        object->brightest = {{}, foreground.largest, foreground.white};
+      }
+      return ResizeNearest(foreground.mask, ids.width, ids.height);
     }
     return {ids.width, ids.height, std::vector<int32_t>(size_t{1} * ids.width * ids.height, 0)};
   }
 
-  std::map<fs::path, ObjectScorer> scorers_;
+  std::string WhyUnscored(const fs::path& folder, const Object& object) const {
+    const std::string what = folder.string() + ": this object is not scored, because ";
+    if (object.num_masks == 0) {
+      return what + "no file there is named as a held-out photo; <photo>.png would be right.";
+    }
+    if (object.brightest.largest == 0) {
+      return what + "its masks of all held-out photos are empty; does no such photo show it?";
+    }
+    return what + "the largest value in its masks is " + std::to_string(object.brightest.largest) +
+           " of " + std::to_string(object.brightest.white) +
+           "; 0 and white, or 0 and 1, would be right.";
+  }
+
+  int num_views_ = 0;
+  std::map<fs::path, Object> objects_;
 };
 
 Image8 ConfidenceImage(const RenderedView& rendered) {
@@ -136,7 +172,7 @@ Scores ScoreModel(const Model& model,
     scores.views.push_back(
         ScoreView(photo, foam_path, image_path, model, renderer, fit_exposure, on_maps, &objects));
   }
-  scores.objects = objects.Finish();
+  objects.Finish(&scores);
   return scores;
 }
 
@@ -178,6 +214,12 @@ fs::path FindTruth(const fs::path& truth_path, const fs::path& image_path) {
       throw UserError(truth_path.string(),
                       ": there is no such folder; --truth_path takes the folder that holds one "
                       "folder of masks for each object.");
+    }
+    const auto is_folder = [](const fs::directory_entry& entry) { return entry.is_directory(); };
+    if (std::none_of(fs::directory_iterator(truth_path), fs::directory_iterator(), is_folder)) {
+      throw UserError(truth_path.string(),
+                      ": holds no folder of an object's masks; --truth_path takes the folder that "
+                      "holds one for each object.");
     }
     return truth_path;
   }

@@ -32,6 +32,8 @@ using OnViewMaps = std::function<void(const std::string& name, const ViewMaps& m
 struct Scores {
   std::vector<ViewScore> views;                // one per held-out photo
   std::map<std::string, ObjectScore> objects;  // by name; their views are places in `views`
+  std::vector<std::string>
+      unscored;  // of each object whose exact masks show it nowhere, a sentence
 };
 
 // Renders every held-out photo of `model` and compares it with the photo in `image_path`, brought

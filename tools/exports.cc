@@ -331,6 +331,26 @@ ExportableScene PrepareExport(const Model& model,
   return scene;
 }
 
+void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path) {
+  if (!scene.objects.empty()) return;
+  if (!scene.labels_left_out.empty()) {
+    throw UserError(foam_path.string(),
+                    ": all pieces of its objects are left out, so there is no surface to write; a "
+                    "smaller --min_cells would be right.");
+  }
+  if (!scene.labels_without_cells.empty()) {
+    throw UserError(foam_path.string(),
+                    ": none of its ",
+                    scene.labels_without_cells.size(),
+                    " labels has solid cells, so there is no surface to write; a longer training "
+                    "would be right, or volume_exporter, which writes the whole scene.");
+  }
+  throw UserError(foam_path.string(),
+                  ": has no labels, so there is no object whose surface could be written; a "
+                  "training with masks would be right, or volume_exporter, which writes the whole "
+                  "scene.");
+}
+
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume) {
@@ -358,6 +378,10 @@ void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
                  const std::set<std::string>& formats,
                  SurfaceExportOptions surface) {
+  if (scene.objects.empty()) {
+    LOG(WARNING) << "There is no object, so no meshes are written.";
+    return;
+  }
   surface.om = formats.count("om") != 0;
   surface.ply = formats.count("ply") != 0;
   surface.obj = formats.count("obj") != 0;

@@ -75,6 +75,10 @@ ExportableScene PrepareExport(const Model& model,
                               ExportTransform transform = {},
                               const PieceOptions& pieces = {});
 
+// Throws UserError when the scene of `foam_path` has no object, saying why: for a command that
+// writes objects and nothing else. To be called before anything is written.
+void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path);
+
 // Write the files and say what was written. `surface` says all but the formats.
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,

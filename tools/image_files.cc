@@ -17,6 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The text "Software" of the images that are written here.
+constexpr char kSoftware[] = "Semantic Foam for COLMAP";
+
 // OpenImageIO does not look whether its bytes reach the disk: it writes into memory, we write the
 // file.
 class MemoryOutput {
@@ -34,6 +37,7 @@ class MemoryOutput {
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &bytes);
     // Else OpenEXR's files would carry the time at which they were written.
     spec.attribute("DateTime", "");
+    spec.attribute("Software", kSoftware);
     Require(output_->open(path_.string(), spec, mode) && output_->write_image(spec.format, pixels));
   }
 
@@ -95,6 +99,13 @@ void WriteDepthExr(const fs::path& path, int width, int height, const std::vecto
   WriteImage(path, spec, depth.data());
 }
 
+bool IsOwnImage(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return false;  // of a pipe or a device nothing is read
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+  if (input == nullptr) OIIO::geterror();  // or it would be printed at the end
+  return input != nullptr && input->spec().get_string_attribute("Software") == kSoftware;
+}
+
 struct GifWriter::State {
   MemoryOutput output;
   OIIO::ImageSpec spec;
@@ -126,23 +137,34 @@ void GifWriter::Finish() {
   state_->output.Finish();
 }
 
-LabelImage ReadForeground(const fs::path& path) {
+Foreground ReadForeground(const fs::path& path) {
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
   if (input == nullptr) {
     throw UserError(
         path.string(), ": this mask cannot be read (", OIIO::geterror(), "); give a PNG.");
   }
   const OIIO::ImageSpec& spec = input->spec();
-  LabelImage mask{spec.width, spec.height, {}};
-  std::vector<uint8_t> pixels(size_t{1} * spec.width * spec.height * spec.nchannels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, pixels.data())) {
+  std::vector<uint16_t> pixels(size_t{1} * spec.width * spec.height * spec.nchannels);
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT16, pixels.data())) {
     throw UserError(path.string(),
                     ": this mask cannot be read to its end (",
                     input->geterror(),
                     "); is the copy complete?");
   }
-  for (size_t i = 0; i < pixels.size(); i += spec.nchannels) mask.data.push_back(pixels[i] > 128);
-  return mask;
+  const bool has_16_bits = spec.format == OIIO::TypeDesc::UINT16;
+  // What 1 of the file was read as.
+  const uint16_t one = has_16_bits ? 1 : 257;
+  uint16_t largest = 0;
+  for (size_t i = 0; i < pixels.size(); i += spec.nchannels) largest = std::max(largest, pixels[i]);
+  const uint16_t threshold = largest == one ? 0 : 128 * 257;
+  Foreground foreground;
+  foreground.largest = largest / one;
+  foreground.white = has_16_bits ? 65535 : 255;
+  foreground.mask = {spec.width, spec.height, {}};
+  for (size_t i = 0; i < pixels.size(); i += spec.nchannels) {
+    foreground.mask.data.push_back(pixels[i] > threshold);
+  }
+  return foreground;
 }
 
 LabelImage ResizeNearest(const LabelImage& image, int width, int height) {

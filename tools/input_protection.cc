@@ -2,6 +2,7 @@
 #include "tools/input_protection.h"
 
 #include "foam/error.h"
+#include "tools/image_files.h"
 
 #include <optional>
 #include <set>
@@ -25,7 +26,9 @@ std::optional<FileIdentity> IdentityOf(const fs::path& path) {
 
 }  // namespace
 
-void RequireInputsStay(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
+void RequireInputsStay(const std::vector<fs::path>& inputs,
+                       const std::vector<fs::path>& outputs,
+                       const std::string& option) {
   std::set<FileIdentity> read;
   for (const fs::path& input : inputs) {
     if (const std::optional<FileIdentity> identity = IdentityOf(input)) read.insert(*identity);
@@ -33,8 +36,18 @@ void RequireInputsStay(const std::vector<fs::path>& inputs, const std::vector<fs
   for (const fs::path& output : outputs) {
     const std::optional<FileIdentity> identity = IdentityOf(output);
     if (!identity || read.count(*identity) == 0) continue;
-    throw UserError(output.string(),
-                    ": is read, so it will not be written; give another --output_path.");
+    throw UserError(
+        output.string(), ": is read, so it will not be written; give another ", option, ".");
+  }
+}
+
+void RequireOwnImages(const std::vector<fs::path>& images, const std::string& option) {
+  for (const fs::path& image : images) {
+    if (!fs::is_regular_file(fs::symlink_status(image)) || IsOwnImage(image)) continue;
+    throw UserError(image.string(),
+                    ": was not written by this program and would be lost; give another ",
+                    option,
+                    ".");
   }
 }
 

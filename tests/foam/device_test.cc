@@ -8,6 +8,7 @@
 #include "foam/trainer.h"
 #include "foam/view_renderer.h"
 
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,6 +72,18 @@ TEST(Device, CoresAreNamedByTheirThreads) {
   EXPECT_EQ(DeviceInWords(), "3 threads");
   EXPECT_THROW(UseDevice("gpu"), UserError);
   EXPECT_EQ(DeviceInWords(), "3 threads");
+  SetNumThreads(-1);
+}
+
+// Where no card is to be seen, "auto" is the cores, in every respect.
+TEST(Device, AutoIsTheCoresWhereThereIsNoCard) {
+  // Hides cards from CUDA, if there are any; read once, at the first look for them.
+  ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
+  UseDevice("auto");
+  EXPECT_EQ(CudaDeviceInUse(), std::nullopt);
+  EXPECT_EQ(DeviceKindInUse(), DeviceKind::kCores);
+  SetNumThreads(2);
+  EXPECT_EQ(DeviceInWords(), "2 threads");
   SetNumThreads(-1);
 }
 

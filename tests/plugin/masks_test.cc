@@ -111,6 +111,27 @@ TEST(MaskPairing, TheFullestNameWinsAndTheOthersAreUnused) {
   EXPECT_EQ(pairing.unused.size(), 2u);
 }
 
+TEST(MaskPairing, FindsMasksByTheNamesThatTheyAreGiven) {
+  EXPECT_THAT(NamesForMasks({"a.jpg", "sub/a.jpg", "two.dots.jpg", "two.jpg", "./deva.jpeg"}),
+              ElementsAre("a.png", "sub/a.png", "two.dots.png", "two.png", "deva.png"));
+  // Sets in which a photo would have another one's mask, and one without it.
+  for (const std::vector<std::string>& photos :
+       {std::vector<std::string>{"a.jpg", "a.png", "sub/b.jpg"},
+        {"a.jpg", "a.jpg.jpg"},
+        {"a.jpg", "a.JPG", "a.b.jpg"},
+        {"a.b.jpg", "a.jpg", "c.png"}}) {
+    TempFolder temp;
+    const std::vector<std::string> names = NamesForMasks(photos);
+    ASSERT_EQ(names.size(), photos.size());
+    for (const std::string& name : names) WriteGrey(temp / name, std::vector<uint8_t>(8, 1));
+    const MaskPairing pairing = PairMasks(temp.path(), photos);
+    for (size_t i = 0; i < photos.size(); ++i) {
+      EXPECT_EQ(pairing.masks[i], temp / names[i]) << photos[i];
+    }
+  }
+  EXPECT_THAT(NamesForMasks({"a/b.jpg", "a/b.png"}), ElementsAre("a/b.jpg.png", "a/b.png.png"));
+}
+
 TEST(MaskPairing, NeverGuesses) {
   TempFolder temp;
   EXPECT_THAT(UserErrorOf([&] { PairMasks(temp / "none", {"a.jpg"}); }),

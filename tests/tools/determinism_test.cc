@@ -2,6 +2,10 @@
 //
 // Same input, seed and options: same bytes, whatever the number of threads. Where rays are cast is
 // said in the log.
+#include <cstdlib>
+#include <string>
+#include <vector>
+
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +13,8 @@
 namespace semfoam {
 namespace {
 
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // Batches of many blocks, and a foam that grows: all that could depend on the threads takes part.
@@ -47,17 +53,45 @@ TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
 }
 
 TEST(Determinism, WithoutACardAutoIsTheCores) {
+  // Hides cards from CUDA, if there are any.
+  ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
   std::string log;
   const std::string on_auto = TrainedFoam({"--num_threads", "2", "--device", "auto"}, &log);
-  if (log.find(", cuda:0 (") != std::string::npos) {
-    GTEST_SKIP() << "This machine has a graphics card, and auto is that.";
-  }
   EXPECT_THAT(log, HasSubstr("Training with ")) << log;
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
   EXPECT_TRUE(TrainedFoam({"--num_threads", "2"}, &log) == on_auto);
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
   EXPECT_TRUE(TrainedFoam({"--num_threads", "2", "--device", "cpu"}, &log) == on_auto);
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
+  ::unsetenv("CUDA_VISIBLE_DEVICES");
+}
+
+// A driver that is there and refuses everything is no card.
+TEST(Determinism, WithADriverThatFailsAutoIsTheCores) {
+  const TempFolder folder;
+  const std::string driver = fs::path(SEMFOAM_BROKEN_CUDA_DRIVER).parent_path();
+  ASSERT_EQ(::setenv("LD_LIBRARY_PATH", driver.c_str(), 1), 0);
+  ASSERT_EQ(::setenv("SEMFOAM_DRIVER_NOTE", (folder / "loaded").c_str(), 1), 0);
+  std::string log;
+  const std::string on_auto = TrainedFoam({"--num_threads", "2", "--device", "auto"}, &log);
+  EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
+  EXPECT_TRUE(TrainedFoam({"--num_threads", "2"}) == on_auto);
+  const Outcome refused = RunSemfoam({"foam_evaluator",
+                                      "--foam_path",
+                                      (folder / "a.foam").string(),
+                                      "--image_path",
+                                      kTabletop.string(),
+                                      "--device",
+                                      "cuda:0"});
+  EXPECT_EQ(refused.exit_code, 1);
+  if (refused.err.find("built without CUDA") == std::string::npos) {
+    EXPECT_THAT(refused.Errors(),
+                ElementsAre("ERROR: --device cuda:0: there is no graphics card here that CUDA can "
+                            "use; --device cpu or auto would be right."));
+    EXPECT_TRUE(fs::exists(folder / "loaded")) << "the driver was not asked";
+  }
+  ::unsetenv("LD_LIBRARY_PATH");
+  ::unsetenv("SEMFOAM_DRIVER_NOTE");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 // there, valid, and says the same everywhere.
 #include "plugin/mask_png.h"
 #include "plugin/photo.h"
+#include "tools/image_files.h"
 
 #include <algorithm>
 #include <cmath>
@@ -490,6 +491,65 @@ TEST_F(EndToEndTest, ScoresTheHeldOutViews) {
   const std::vector<std::string> maps = FilesBelow(*folder_ / "maps");
   EXPECT_THAT(maps, SizeIs(16));
   EXPECT_THAT(maps, IsSupersetOf({"error/0008.png", "confidence/0008.png"}));
+}
+
+// Exact masks of other kinds than 0 and 255.
+TEST_F(EndToEndTest, NoObjectIsLeftOutOfTheScoresInSilence) {
+  const fs::path truth = *folder_ / "truth";
+  fs::copy(kTabletop / "segmentation_labels/masks", truth, fs::copy_options::recursive);
+  // Whatever is white becomes `value`.
+  const auto repaint = [&](const std::string& object, uint8_t value) {
+    for (const std::string& file : FilesBelow(truth / object)) {
+      Image8 mask = ReadPhoto(truth / object / file);
+      for (uint8_t& pixel : mask.data) pixel = pixel > 128 ? value : 0;
+      WriteRgbPng(truth / object / file, mask);
+    }
+  };
+  repaint("mug", 1);
+  repaint("donut", 0);
+  repaint("stool", 100);
+  fs::remove_all(truth / "ball");
+  fs::create_directories(truth / "ball");
+  const auto score = [&](const std::string& truth_path, const char* json_file) {
+    return RunSemfoam({"foam_evaluator",
+                       "--foam_path",
+                       FoamPath(),
+                       "--image_path",
+                       (kTabletop / "images").string(),
+                       "--truth_path",
+                       truth_path,
+                       "--json_path",
+                       (*folder_ / json_file).string()});
+  };
+  ASSERT_EQ(score((kTabletop / "segmentation_labels/masks").string(), "all.json").exit_code, 0);
+  const Outcome outcome = score(truth.string(), "some.json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json all = json::parse(ReadFile(*folder_ / "all.json"));
+  const json some = json::parse(ReadFile(*folder_ / "some.json"));
+  EXPECT_THAT(some["objects"], SizeIs(13 - 3));
+  for (const auto& [name, object] : some["objects"].items()) {
+    EXPECT_EQ(object, all["objects"][name]) << name;
+  }
+  EXPECT_TRUE(some["objects"].contains("mug"));
+  for (const auto& [object, why] :
+       {std::pair("ball",
+                  "no file there is named as a held-out photo; <photo>.png would be right."),
+        std::pair("donut",
+                  "its masks of all held-out photos are empty; does no such photo show it?"),
+        std::pair("stool",
+                  "the largest value in its masks is 100 of 255; 0 and white, or 0 and 1, would be "
+                  "right.")}) {
+    EXPECT_THAT(outcome.err,
+                HasSubstr("WARNING: " + (truth / object).string() +
+                          ": this object is not scored, because " + why));
+  }
+  // A folder of masks is no folder of such folders.
+  const Outcome wrong = score((truth / "mug").string(), "none.json");
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.Errors(),
+              ElementsAre("ERROR: " + (truth / "mug").string() +
+                          ": holds no folder of an object's masks; --truth_path takes the folder "
+                          "that holds one for each object."));
 }
 
 TEST_F(EndToEndTest, AnalyzerSaysWhatIsInTheFoam) {

@@ -267,6 +267,36 @@ TEST_F(HostileNames, ThatBecomeTheSameResultAreRefused) {
   }
 }
 
+// Of the folders of exact masks, after which objects are called.
+TEST_F(HostileNames, OfObjectsThatJsonDoesNotTakeAreToldOfBeforeTheScores) {
+  CopyTabletop(Scene());
+  ASSERT_EQ(Train().exit_code, 0);
+  const fs::path truth = Scene() / "truth";
+  fs::create_directories(truth);
+  fs::copy(kTabletop / "segmentation_labels/masks/mug", truth / "m\xFCg\nforged");
+  std::vector<std::string> score = {"foam_evaluator",
+                                    "--foam_path",
+                                    Foam(),
+                                    "--image_path",
+                                    (Scene() / "images").string(),
+                                    "--truth_path",
+                                    truth.string()};
+  const Outcome table = RunSemfoam(score);
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("m\xEF\xBF\xBDg forged "));
+  ExpectPlainText(table);
+  score.insert(score.end(), {"--json_path", (Out() / "scores.json").string()});
+  const Outcome refused = RunSemfoam(score);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.out, "");
+  ASSERT_EQ(refused.Errors().size(), 1u) << refused.err;
+  EXPECT_THAT(refused.Errors()[0],
+              HasSubstr("its name is not UTF-8 and cannot stand in a JSON file; rename it, or "
+                        "leave --json_path out."));
+  ExpectPlainText(refused);
+  EXPECT_FALSE(fs::exists(Out() / "scores.json"));
+}
+
 // A scene.foam that somebody else made.
 TEST_F(HostileNames, OfPhotosInAFoamAreRefused) {
   CopyTabletop(Scene());

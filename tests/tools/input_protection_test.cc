@@ -2,6 +2,7 @@
 //
 // What a command reads it never writes over: each is sent into the folders of its own inputs, where
 // it gives one sentence and leaves every byte as it was.
+#include "foam/model.h"
 #include "plugin/colmap_model.h"
 
 #include <map>
@@ -19,9 +20,8 @@ using ::testing::ElementsAre;
 constexpr char kIsRead[] = " is read, so it will not be written; give another --output_path.";
 constexpr char kNotAnExport[] =
     " was not written by an export and would be lost; choose another --output_path.";
-constexpr char kNotRendered[] =
-    " was not rendered here, for its depth is missing, and would be lost; another --output_path "
-    "would be right.";
+constexpr char kNotOurs[] =
+    " was not written by this program and would be lost; give another --output_path.";
 
 // The tabletop as W, whose photos have the names of a film's frames and which, as in some data
 // sets, lie in rgb/; an untrained foam of it; a film's manifest, and masks of it.
@@ -92,6 +92,11 @@ TEST_F(InputProtectionTest, MasksAreNotDamagedInPlace) {
   const fs::path link = *folder_ / "link";
   fs::create_directory_symlink(masks, link);
   ExpectRefusal(into(link), link / "000000.png", kIsRead);
+  // Nor are masks of another set replaced.
+  fs::create_directories(W() / "other");
+  fs::copy(W() / "object_mask/000003.png", W() / "other/000000.png");
+  ExpectRefusal(into(W() / "other"), W() / "other/000000.png", kNotOurs);
+  fs::remove_all(W() / "other");
   // What it wrote itself it writes again.
   EXPECT_EQ(RunSemfoam(into(*folder_ / "damaged")).exit_code, 0);
   EXPECT_EQ(RunSemfoam(into(*folder_ / "damaged")).exit_code, 0);
@@ -122,23 +127,79 @@ TEST_F(InputProtectionTest, PhotosAndMasksAreNotRenderedOver) {
                                            (W() / "sparse/0").string(),
                                            "--output_path",
                                            W().string()};
-  ExpectRefusal(render, W() / "rgb/000000.png", kNotRendered);
+  ExpectRefusal(render, W() / "rgb/000000.png", kNotOurs);
 
   fs::rename(W() / "rgb", W() / "photos");
   fs::rename(W() / "object_mask", W() / "label");
-  ExpectRefusal(render, W() / "label/000000.png", kNotRendered);
+  ExpectRefusal(render, W() / "label/000000.png", kNotOurs);
   fs::rename(W() / "label", W() / "object_mask");
   fs::rename(W() / "photos", W() / "rgb");
 
-  // Depths that happen to be there do not make them ours.
+  // Depths of others do not make them ours, and are not lost either.
   fs::create_directories(W() / "depth");
-  for (const std::string& name : FilesBelow(W() / "rgb")) {
+  fs::rename(W() / "rgb", W() / "photos");
+  for (const std::string& name : FilesBelow(W() / "photos")) {
     WriteFile(W() / "depth" / fs::path(name).replace_extension(".exr"), "depth");
   }
+  ExpectRefusal(render, W() / "depth/000000.exr", kNotOurs);
+  fs::rename(W() / "photos", W() / "rgb");
+  fs::remove_all(W() / "depth");
+
   std::vector<std::string> preview = render;
   preview.insert(preview.end(), {"--preview", "1", "--image_path", (W() / "rgb").string()});
   ExpectRefusal(preview, W() / "rgb/000000.png", kIsRead);
-  fs::remove_all(W() / "depth");
+
+  // Its own pictures it renders again.
+  std::vector<std::string> elsewhere = render;
+  elsewhere.back() = (*folder_ / "renders").string();
+  EXPECT_EQ(RunSemfoam(elsewhere).exit_code, 0);
+  EXPECT_EQ(RunSemfoam(elsewhere).exit_code, 0);
+}
+
+TEST_F(InputProtectionTest, PointsOfOthersAreNotReplacedByLabelledOnes) {
+  const std::vector<std::string> label = {"point_labeler",
+                                          "--workspace_path",
+                                          W().string(),
+                                          "--output_path",
+                                          (*folder_ / "points").string()};
+  fs::create_directories(*folder_ / "points");
+  WriteFile(*folder_ / "points/points.ply", "a laser's");
+  const Outcome refused = RunSemfoam(label);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.Errors(),
+              ElementsAre("ERROR: " + (*folder_ / "points/points.ply").string() + ":" + kNotOurs));
+  EXPECT_THAT(FilesBelow(*folder_ / "points"), ElementsAre("points.ply"));
+  EXPECT_EQ(ReadFile(*folder_ / "points/points.ply"), "a laser's");
+  fs::remove(*folder_ / "points/points.ply");
+  EXPECT_EQ(RunSemfoam(label).exit_code, 0);
+  EXPECT_EQ(RunSemfoam(label).exit_code, 0);
+}
+
+TEST_F(InputProtectionTest, ScoresAndMapsTakeNoOthersPlace) {
+  // The untrained foam with a photo held out.
+  Model model = ReadModel(Foam());
+  for (PhotoRecord& photo : model.photos) photo.held_out = photo.name == "000000.png";
+  const fs::path foam = W() / "held_out.foam";
+  WriteModel(foam, model);
+  const std::vector<std::string> score = {
+      "foam_evaluator", "--foam_path", foam.string(), "--image_path", (W() / "rgb").string()};
+  const auto with = [&](const std::string& option, const fs::path& path) {
+    std::vector<std::string> arguments = score;
+    arguments.insert(arguments.end(), {option, path.string()});
+    return arguments;
+  };
+  ExpectRefusal(with("--json_path", foam),
+                foam,
+                " is read, so it will not be written; give another --json_path.");
+  fs::create_directories(W() / "maps/error");
+  fs::copy(W() / "rgb/000001.png", W() / "maps/error/000000.png");
+  ExpectRefusal(with("--maps_path", W() / "maps"),
+                W() / "maps/error/000000.png",
+                " was not written by this program and would be lost; give another --maps_path.");
+  fs::remove_all(W() / "maps");
+  EXPECT_EQ(RunSemfoam(with("--maps_path", *folder_ / "maps")).exit_code, 0);
+  EXPECT_EQ(RunSemfoam(with("--maps_path", *folder_ / "maps")).exit_code, 0);
+  fs::remove(foam);
 }
 
 TEST_F(InputProtectionTest, AFilmTakesNoPhotosPlace) {

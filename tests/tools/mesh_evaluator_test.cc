@@ -195,6 +195,30 @@ TEST_F(MeshEvaluator, CountsOfAFileTakeNoMemory) {
   }
 }
 
+// A file system takes names that a JSON file does not; that is told before the work.
+TEST_F(MeshEvaluator, NamesThatAreNotUtf8AreForTheTableAlone) {
+  const std::string name = "m\xFCg.obj";
+  fs::create_directories(folder_ / "odd");
+  fs::copy(folder_ / "truth/mug.obj", folder_ / "odd" / name);
+  const Outcome table = Run({}, "odd", "odd");
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("m\xEF\xBF\xBDg "));
+  const Outcome refused = Run({"--json_path", (folder_ / "scores.json").string()}, "odd", "odd");
+  ExpectRefused(refused,
+                name +
+                    ": its name is not UTF-8 and cannot stand in a JSON file; rename it, or "
+                    "leave --json_path out.");
+  EXPECT_EQ(refused.out, "");
+  EXPECT_FALSE(fs::exists(folder_ / "scores.json"));
+}
+
+TEST_F(MeshEvaluator, ScoresTakeNoMeshesPlace) {
+  const std::string mug = ReadFile(folder_ / "truth/mug.obj");
+  ExpectRefused(Run({"--json_path", (folder_ / "truth/mug.obj").string()}),
+                "mug.obj: is read, so it will not be written; give another --json_path.");
+  EXPECT_TRUE(ReadFile(folder_ / "truth/mug.obj") == mug);
+}
+
 TEST_F(MeshEvaluator, BadInputIsOneSentence) {
   for (const char* tolerances : {"", "0", "-0.1", "0.1,", "a", "0.1,nan", "1e999"}) {
     ExpectRefused(Run({"--tolerances", tolerances}), "for option '--tolerances' is invalid");

@@ -6,6 +6,7 @@
 #include "tools/image_files.h"
 
 #include <memory>
+#include <utility>
 
 #include "tests/tools/program.h"
 #include <OpenImageIO/imageio.h>
@@ -15,6 +16,7 @@
 namespace semfoam {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -127,7 +129,48 @@ TEST(ImageFiles, DepthKeepsItsFloats) {
 TEST(ImageFiles, ForegroundIsWhatIsBrighterThanHalf) {
   const TempFolder folder;
   WriteRgbPng(folder / "mask.png", {3, 1, {0, 0, 0, 128, 128, 128, 255, 255, 255}});
-  EXPECT_THAT(ReadForeground(folder / "mask.png").data, ElementsAre(0, 0, 1));
+  EXPECT_THAT(ReadForeground(folder / "mask.png").mask.data, ElementsAre(0, 0, 1));
+}
+
+TEST(ImageFiles, ForegroundOfZerosAndOnesIsWhereTheOnesAre) {
+  const TempFolder folder;
+  // 8 and 16 bits.
+  WriteRgbPng(folder / "8.png", {3, 1, {0, 0, 0, 1, 1, 1, 0, 0, 0}});
+  WriteLabelPng(folder / "16.png", {3, 1, {0, 1, 0}});
+  for (const auto& [name, white] : {std::pair("8.png", 255), std::pair("16.png", 65535)}) {
+    const Foreground foreground = ReadForeground(folder / name);
+    EXPECT_THAT(foreground.mask.data, ElementsAre(0, 1, 0)) << name;
+    EXPECT_EQ(foreground.largest, 1);
+    EXPECT_EQ(foreground.white, white);
+  }
+  WriteLabelPng(folder / "16.png", {3, 1, {0, 65535, 1}});
+  EXPECT_THAT(ReadForeground(folder / "16.png").mask.data, ElementsAre(0, 1, 0));
+  // Neither white nor one: nobody can tell.
+  WriteLabelPng(folder / "16.png", {3, 1, {0, 255, 1}});
+  EXPECT_THAT(ReadForeground(folder / "16.png").mask.data, ElementsAre(0, 0, 0));
+  EXPECT_EQ(ReadForeground(folder / "16.png").largest, 255);
+  WriteRgbPng(folder / "8.png", {2, 1, {0, 0, 0, 7, 7, 7}});
+  EXPECT_THAT(ReadForeground(folder / "8.png").mask.data, ElementsAre(0, 0));
+  EXPECT_EQ(ReadForeground(folder / "8.png").largest, 7);
+}
+
+TEST(ImageFiles, KnowsItsOwn) {
+  const TempFolder folder;
+  WriteRgbPng(folder / "rgb.png", {1, 1, {1, 2, 3}});
+  WriteLabelPng(folder / "label.png", {1, 1, {7}});
+  WriteDepthExr(folder / "depth.exr", 1, 1, {1});
+  for (const char* name : {"rgb.png", "label.png", "depth.exr"}) {
+    EXPECT_TRUE(IsOwnImage(folder / name)) << name;
+  }
+  WriteFile(folder / "no.png", "no image");
+  fs::create_directories(folder / "folder.png");
+  for (const fs::path& path : {kTabletop / "object_mask/0000.png",
+                               kTabletop / "images/0000.jpg",
+                               folder / "no.png",
+                               folder / "folder.png",
+                               folder / "missing.png"}) {
+    EXPECT_FALSE(IsOwnImage(path)) << path;
+  }
 }
 
 TEST(ImageFiles, SaysWhichFileItCannotReadOrWrite) {

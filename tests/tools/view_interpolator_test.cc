@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/camera_rays.h"
 #include "plugin/colmap_model.h"
+#include "plugin/masks.h"
 #include "tools/capture_path.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
@@ -80,9 +85,8 @@ TEST(CapturePath, AFilmHasMorePicturesWhereStepsAreLong) {
   EXPECT_THAT(MakeFilm(two_sizes, {0, 1, 2, 3}, 1, 2), SizeIs(8));
 }
 
-TEST(ViewInterpolator, MasksComeBackToThePhotos) {
-  const TempFolder folder;
-  // Every tenth of the photos.
+// An untrained foam of every tenth photo of the tabletop.
+std::string MakeFoam(const TempFolder& folder) {
   Reconstruction model = ReadReconstruction(kTabletop / "sparse/0");
   model.points.clear();
   std::vector<Image> some;
@@ -96,23 +100,44 @@ TEST(ViewInterpolator, MasksComeBackToThePhotos) {
   model.images = some;
   WriteReconstruction(folder / "sparse", model, ModelFormat::kBinary);
   const std::string foam = (folder / "a.foam").string();
-  const std::string images = (kTabletop / "images").string();
-  ASSERT_EQ(
+  EXPECT_EQ(
       RunSemfoam(
           {"foam_converter", "--input_path", (folder / "sparse").string(), "--output_path", foam})
           .exit_code,
       0);
-  const Outcome film = RunSemfoam({"view_interpolator",
-                                   "--foam_path",
-                                   foam,
-                                   "--image_path",
-                                   images,
-                                   "--output_path",
-                                   (folder / "film").string(),
-                                   "--between",
-                                   "1",
-                                   "--order",
-                                   "path"});
+  return foam;
+}
+
+Outcome MakeFilm(const std::string& foam,
+                 const fs::path& output,
+                 const std::string& between,
+                 const std::string& order = "name") {
+  return RunSemfoam({"view_interpolator",
+                     "--foam_path",
+                     foam,
+                     "--image_path",
+                     (kTabletop / "images").string(),
+                     "--output_path",
+                     output.string(),
+                     "--between",
+                     between,
+                     "--order",
+                     order});
+}
+
+Outcome BringBack(const fs::path& manifest, const fs::path& masks, const fs::path& output) {
+  return RunSemfoam({"view_interpolator",
+                     "--manifest_path",
+                     manifest.string(),
+                     "--mask_path",
+                     masks.string(),
+                     "--output_path",
+                     output.string()});
+}
+
+TEST(ViewInterpolator, MasksComeBackToThePhotos) {
+  const TempFolder folder;
+  const Outcome film = MakeFilm(MakeFoam(folder), folder / "film", "1", "path");
   ASSERT_EQ(film.exit_code, 0) << film.err;
   const json manifest = json::parse(ReadFile(folder / "film" / "manifest.json"));
   EXPECT_EQ(FilesBelow(folder / "film" / "frames").size(), manifest["frames"].size());
@@ -135,14 +160,10 @@ TEST(ViewInterpolator, MasksComeBackToThePhotos) {
   }
   EXPECT_EQ(photos, 7);
   WriteFile(folder / "pred.json", "{}");
-  const std::vector<std::string> collect = {"view_interpolator",
-                                            "--manifest_path",
-                                            (folder / "film" / "manifest.json").string(),
-                                            "--mask_path",
-                                            (folder / "tracked").string(),
-                                            "--output_path",
-                                            (folder / "object_mask").string()};
-  const Outcome back = RunSemfoam(collect);
+  const auto bring_back = [&] {
+    return BringBack(folder / "film/manifest.json", folder / "tracked", folder / "object_mask");
+  };
+  const Outcome back = bring_back();
   ASSERT_EQ(back.exit_code, 0) << back.err;
   EXPECT_THAT(back.err, HasSubstr("Masks of 7 of 7 photos"));
   const std::vector<std::string> masks = FilesBelow(folder / "object_mask");
@@ -156,10 +177,117 @@ TEST(ViewInterpolator, MasksComeBackToThePhotos) {
 
   // A mask that the tracker left out is said, all of them are an error.
   fs::remove(folder / "tracked" / manifest["frames"][0]["file"].get<std::string>());
-  EXPECT_THAT(RunSemfoam(collect).err, HasSubstr("1 photos have no mask"));
+  EXPECT_THAT(bring_back().err, HasSubstr("1 photos have no mask"));
   fs::remove_all(folder / "tracked");
   fs::create_directories(folder / "tracked");
-  EXPECT_EQ(RunSemfoam(collect).exit_code, 1);
+  EXPECT_EQ(bring_back().exit_code, 1);
+}
+
+// Everything below a folder, by its name.
+std::map<std::string, std::string> Everything(const fs::path& folder) {
+  std::map<std::string, std::string> bytes;
+  for (const std::string& name : FilesBelow(folder)) bytes[name] = ReadFile(folder / name);
+  return bytes;
+}
+
+TEST(ViewInterpolator, PhotosThatDifferInTheirExtensionsKeepTheirMasks) {
+  const TempFolder folder;
+  WriteFile(folder / "manifest.json",
+            R"({"version": 1, "frames": [{"file": "000000.png", "photo": "a/b.jpg"},
+                                         {"file": "000001.png", "photo": "a/b.png"},
+                                         {"file": "000002.png", "photo": "c.jpg"}]})");
+  fs::create_directories(folder / "tracked");
+  for (const char* file : {"000000.png", "000001.png", "000002.png"}) {
+    WriteFile(folder / "tracked" / file, file);
+  }
+  const Outcome back =
+      BringBack(folder / "manifest.json", folder / "tracked", folder / "object_mask");
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(Everything(folder / "object_mask"),
+            (std::map<std::string, std::string>{{"a/b.jpg.png", "000000.png"},
+                                                {"a/b.png.png", "000001.png"},
+                                                {"c.jpg.png", "000002.png"}}));
+  const MaskPairing pairing = PairMasks(folder / "object_mask", {"a/b.jpg", "a/b.png", "c.jpg"});
+  EXPECT_THAT(pairing.masks,
+              ElementsAre(folder / "object_mask/a/b.jpg.png",
+                          folder / "object_mask/a/b.png.png",
+                          folder / "object_mask/c.jpg.png"));
+}
+
+TEST(ViewInterpolator, MasksThatAreThereAreNotReplaced) {
+  const TempFolder folder;
+  WriteFile(folder / "manifest.json",
+            R"({"version": 1, "frames": [{"file": "000000.png", "photo": "a.jpg"},
+                                         {"file": "000001.png", "photo": "b.jpg"}]})");
+  for (const char* name : {"tracked", "object_mask"}) fs::create_directories(folder / name);
+  WriteFile(folder / "tracked/000000.png", "a");
+  WriteFile(folder / "tracked/000001.png", "b");
+  WriteFile(folder / "tracked/pred.json", "ids");
+  const auto bring_back = [&] {
+    return BringBack(folder / "manifest.json", folder / "tracked", folder / "object_mask");
+  };
+  for (const auto& [name, source] :
+       {std::pair("b.png", "000001.png"), std::pair("pred.json", "pred.json")}) {
+    const fs::path mine = folder / "object_mask" / name;
+    WriteFile(mine, "painted by hand");
+    const Outcome outcome = bring_back();
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.Errors(),
+                ElementsAre("ERROR: " + mine.string() + ": is not the same as " +
+                            (folder / "tracked" / source).string() +
+                            " and would be lost; remove it, or give another --output_path."));
+    EXPECT_EQ(Everything(folder / "object_mask"),
+              (std::map<std::string, std::string>{{name, "painted by hand"}}));
+    fs::remove(mine);
+  }
+  // The same again is no loss, and other masks stay beside them.
+  WriteFile(folder / "object_mask/c.png", "c");
+  EXPECT_EQ(bring_back().exit_code, 0);
+  EXPECT_EQ(bring_back().exit_code, 0);
+  EXPECT_EQ(Everything(folder / "object_mask"),
+            (std::map<std::string, std::string>{
+                {"a.png", "a"}, {"b.png", "b"}, {"c.png", "c"}, {"pred.json", "ids"}}));
+}
+
+TEST(ViewInterpolator, AFilmReplacesNothingButAFilm) {
+  const TempFolder folder;
+  const std::string foam = MakeFoam(folder);
+  const fs::path film = folder / "film";
+  const auto expect_refusal = [&](const std::string& file, const std::string& why) {
+    const std::map<std::string, std::string> before = Everything(film);
+    const Outcome outcome = MakeFilm(foam, film, "0");
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.Errors(), ElementsAre("ERROR: " + (film / file).string() + ": " + why));
+    EXPECT_TRUE(Everything(film) == before) << file;
+    fs::remove(film / file);
+  };
+  fs::create_directories(film / "frames");
+  WriteFile(film / "manifest.json", R"({"name": "a web app"})");
+  expect_refusal("manifest.json",
+                 "was not written by view_interpolator and would be lost; give another "
+                 "--output_path.");
+  fs::copy(kTabletop / "object_mask/0000.png", film / "frames/000003.png");
+  expect_refusal("frames/000003.png",
+                 "is no frame that view_interpolator wrote, and would be lost; give another "
+                 "--output_path.");
+  fs::copy(kTabletop / "images/0000.jpg", film / "frames/0000.jpg");
+  expect_refusal("frames/0000.jpg",
+                 "is no frame that view_interpolator wrote, and would be taken for one by a "
+                 "tracker; give another --output_path.");
+
+  // A film takes the place of a longer one, of which nothing is left.
+  ASSERT_EQ(MakeFilm(foam, film, "1").exit_code, 0);
+  EXPECT_GE(FilesBelow(film).size(), 7 + 6 + 1);
+  const Outcome shorter = MakeFilm(foam, film, "0");
+  ASSERT_EQ(shorter.exit_code, 0) << shorter.err;
+  EXPECT_THAT(shorter.err, HasSubstr("frames of the film that was here before"));
+  const std::map<std::string, std::string> alone = Everything(film);
+  EXPECT_THAT(alone, SizeIs(7 + 1));
+  EXPECT_THAT(json::parse(alone.at("manifest.json"))["frames"], SizeIs(7));
+  // So does one whose making was broken off before its manifest.
+  fs::remove(film / "manifest.json");
+  EXPECT_EQ(MakeFilm(foam, film, "0").exit_code, 0);
+  EXPECT_TRUE(Everything(film) == alone);
 }
 
 TEST(ViewInterpolator, SaysWhatIsWrong) {
@@ -170,6 +298,9 @@ TEST(ViewInterpolator, SaysWhatIsWrong) {
             R"({"version": 1, "frames": [{"file": "0.png", "photo": "../../x.jpg"}]})");
   WriteFile(folder / "enters.json",
             R"({"version": 1, "frames": [{"file": "../0.png", "photo": "x.jpg"}]})");
+  WriteFile(folder / "twice.json",
+            R"({"version": 1, "frames": [{"file": "0.png", "photo": "x.jpg"},
+                                         {"file": "1.png", "photo": "x.jpg"}]})");
   fs::create_directories(folder / "masks");
   const std::string masks = (folder / "masks").string();
   const struct {
@@ -188,6 +319,8 @@ TEST(ViewInterpolator, SaysWhatIsWrong) {
        "outside of its folder, ../../x.jpg"},
       {{"--manifest_path", (folder / "enters.json").string(), "--mask_path", masks},
        "outside of its folder, ../0.png"},
+      {{"--manifest_path", (folder / "twice.json").string(), "--mask_path", masks},
+       "twice.json: has the photo x.jpg twice, where each is one frame; is it damaged?"},
   };
   for (const auto& [more, sentence] : cases) {
     std::vector<std::string> arguments = {"view_interpolator", "--output_path", out};

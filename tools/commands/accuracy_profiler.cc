@@ -193,6 +193,9 @@ class Study {
     model.photos = scene_.Photos();  // at full size, whatever was trained on
     const Scores scores =
         ScoreModel(model, "the study's foam", run_.image_path, truth_, fits_exposure_);
+    if (rows_.empty()) {
+      for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
+    }
     row.psnr = MeanOf(scores.views).psnr;
     row.ssim = MeanOf(scores.views).ssim;
     const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);

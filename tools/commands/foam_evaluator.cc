@@ -3,9 +3,11 @@
 #include "foam/error.h"
 #include "foam/model.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 #include "tools/commands.h"
 #include "tools/evaluation.h"
 #include "tools/image_files.h"
+#include "tools/input_protection.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
 
@@ -14,7 +16,9 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
+#include <glog/logging.h>
 #include <nlohmann/json.hpp>
 
 namespace semfoam {
@@ -100,6 +104,45 @@ ordered_json ToJson(const Scores& scores) {
   return json;
 }
 
+// An object is called as its folder; a file system takes names that JSON does not.
+void RequireNamesForJson(const fs::path& truth) {
+  for (const fs::directory_entry& folder : fs::directory_iterator(truth)) {
+    if (!folder.is_directory() || IsUtf8(folder.path().filename().string())) continue;
+    throw UserError(folder.path().string(),
+                    ": its name is not UTF-8 and cannot stand in a JSON file; rename it, or leave "
+                    "--json_path out.");
+  }
+}
+
+fs::path MapFile(const fs::path& folder, const char* kind, const std::string& photo) {
+  return folder / kind / fs::path(photo).lexically_normal().replace_extension(".png");
+}
+
+// Neither would two maps have one name, nor take the place of a photo or of another's file.
+void RequireRoomForMaps(const Model& model,
+                        const fs::path& foam_path,
+                        const fs::path& image_path,
+                        const fs::path& maps_path) {
+  std::set<fs::path> errors;
+  std::vector<fs::path> photos;
+  std::vector<fs::path> maps;
+  for (const PhotoRecord& photo : model.photos) {
+    if (!photo.held_out) continue;
+    photos.push_back(image_path / photo.name);
+    for (const char* kind : {"error", "confidence"}) {
+      maps.push_back(MapFile(maps_path, kind, photo.name));
+    }
+    if (!errors.insert(MapFile(maps_path, "error", photo.name)).second) {
+      throw UserError(foam_path.string(),
+                      ": has two photos ",
+                      fs::path(photo.name).stem().string(),
+                      ".*, whose maps would have the same name; leave --maps_path out.");
+    }
+  }
+  RequireInputsStay(photos, maps, "--maps_path");
+  RequireOwnImages(maps, "--maps_path");
+}
+
 }  // namespace
 
 void RunFoamEvaluator(int argc, char** argv) {
@@ -138,33 +181,29 @@ void RunFoamEvaluator(int argc, char** argv) {
   std::optional<OutputLock> lock;
   if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
+  if (!json_path.empty()) {
+    RequireInputsStay({foam_path}, {json_path}, "--json_path");
+    if (!truth.empty()) RequireNamesForJson(truth);
+  }
   const Model model = ReadModel(foam_path);
   const bool fits_exposure =
       fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
-  std::set<fs::path> map_files;
-  const auto write_maps = [&](const std::string& name, const ViewMaps& maps) {
-    const fs::path file = fs::path(name).lexically_normal().replace_extension(".png");
-    if (!map_files.insert(file).second) {
-      throw UserError(foam_path,
-                      ": has two photos ",
-                      file.stem().string(),
-                      ".*, whose maps would have the same name; leave --maps_path out.");
-    }
-    WriteRgbPng(fs::path(maps_path) / "error" / file, maps.error);
-    if (maps.confidence.width == 0) return;
-    WriteRgbPng(fs::path(maps_path) / "confidence" / file, maps.confidence);
-  };
-  const Scores scores = ScoreModel(model,
-                                   foam_path,
-                                   image_path,
-                                   truth,
-                                   fits_exposure,
-                                   maps_path.empty() ? OnViewMaps() : OnViewMaps(write_maps));
+  OnViewMaps write_maps;
+  if (!maps_path.empty()) {
+    RequireRoomForMaps(model, foam_path, image_path, maps_path);
+    write_maps = [&](const std::string& name, const ViewMaps& maps) {
+      WriteRgbPng(MapFile(maps_path, "error", name), maps.error);
+      if (maps.confidence.width == 0) return;
+      WriteRgbPng(MapFile(maps_path, "confidence", name), maps.confidence);
+    };
+  }
+  const Scores scores = ScoreModel(model, foam_path, image_path, truth, fits_exposure, write_maps);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "
                     "train with --test_every 8.");
   }
+  for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
   Print(scores);
   if (!json_path.empty()) WriteTextFile(json_path, ToJson(scores).dump(1) + "\n");
 }

@@ -188,36 +188,28 @@ Pictures RenderView(const View& view,
     WriteLabelPng(Target(output_path, "label", view.stem, ".png"), ids);
     pictures.labels = PaletteImage(ids);
   }
-  // Not before its depth, by which RequireOwnPictures knows it.
   WriteRgbPng(Target(output_path, "rgb", view.stem, ".png"), pictures.color);
   return pictures;
 }
 
-// Photos and masks may themselves lie in rgb/ and label/, as data sets have them, and would be
-// lost.
-void RequireOwnPictures(const std::vector<View>& views,
-                        const fs::path& image_path,
-                        const fs::path& output_path) {
+// Photos, masks and depths of others may themselves lie in rgb/, label/ and depth/, as data sets
+// have them, and would be lost.
+void RequireRoomForPictures(const std::vector<View>& views,
+                            const fs::path& image_path,
+                            bool preview,
+                            const fs::path& output_path) {
   std::vector<fs::path> photos;
   std::vector<fs::path> pictures;
   for (const View& view : views) {
-    if (!fs::exists(Target(output_path, "depth", view.stem, ".exr"))) {
-      for (const char* kind : {"rgb", "label"}) {
-        const fs::path picture = Target(output_path, kind, view.stem, ".png");
-        // A link would be replaced, and what it leads to would stay.
-        if (!fs::is_regular_file(fs::symlink_status(picture))) continue;
-        throw UserError(picture.string(),
-                        ": was not rendered here, for its depth is missing, and would be lost; "
-                        "another --output_path would be right.");
-      }
-    }
-    if (image_path.empty() || view.photo.empty()) continue;
-    photos.push_back(image_path / view.photo);
-    for (const char* kind : {"rgb", "label", "preview"}) {
+    if (!image_path.empty() && !view.photo.empty()) photos.push_back(image_path / view.photo);
+    pictures.push_back(Target(output_path, "depth", view.stem, ".exr"));
+    for (const char* kind : {"rgb", "label"}) {
       pictures.push_back(Target(output_path, kind, view.stem, ".png"));
     }
+    if (preview) pictures.push_back(Target(output_path, "preview", view.stem, ".png"));
   }
   RequireInputsStay(photos, pictures);
+  RequireOwnImages(pictures);
 }
 
 // From the frames' files, once all are there: a run that is broken off leaves whole frames and no
@@ -310,7 +302,7 @@ void RunFoamRenderer(int argc, char** argv) {
     chosen = ChooseViews(views, foam_path, input_path, model);
   }
 
-  RequireOwnPictures(chosen, image_path, output_path);
+  RequireRoomForPictures(chosen, image_path, preview, output_path);
 
   const ViewRenderer renderer(model.foam);
   for (const View& view : chosen) {

@@ -161,6 +161,7 @@ void RunMaskCorrupter(int argc, char** argv) {
     targets.push_back(fs::path(output_path) / mask.lexically_relative(mask_path));
   }
   RequireInputsStay(masks, targets);
+  RequireOwnImages(targets);
   const OutputLock lock(output_path);
   std::vector<Counts> counts(masks.size());
   ForEachFile(static_cast<int64_t>(masks.size()), [&](int64_t i) {

@@ -3,7 +3,9 @@
 #include "export/names.h"
 #include "foam/error.h"
 #include "foam/output_file.h"
+#include "foam/photo_name.h"
 #include "tools/commands.h"
+#include "tools/input_protection.h"
 #include "tools/mesh_score.h"
 #include "tools/option_manager.h"
 
@@ -126,6 +128,17 @@ ordered_json ToJson(const std::vector<ScoredPair>& pairs, const std::vector<doub
   return json;
 }
 
+// A file system takes names that JSON does not; and no mesh is written over.
+void RequireRoomForJson(const std::string& json_path, const std::vector<MeshPair>& meshes) {
+  for (const MeshPair& files : meshes) {
+    RequireInputsStay({files.mesh, files.reference, files.visible}, {json_path}, "--json_path");
+    if (IsUtf8(files.name)) continue;
+    throw UserError(files.reference.string(),
+                    ": its name is not UTF-8 and cannot stand in a JSON file; rename it, or leave "
+                    "--json_path out.");
+  }
+}
+
 }  // namespace
 
 void RunMeshEvaluator(int argc, char** argv) {
@@ -170,8 +183,10 @@ void RunMeshEvaluator(int argc, char** argv) {
   const std::vector<double> tolerances = ParseTolerances(tolerances_text);
   const ExportTransform transform = ParseExportTransform(frame);
 
+  const std::vector<MeshPair> meshes = PairMeshes(mesh_path, reference_path, visible_path);
+  if (!json_path.empty()) RequireRoomForJson(json_path, meshes);
   std::vector<ScoredPair> pairs;
-  for (const MeshPair& files : PairMeshes(mesh_path, reference_path, visible_path)) {
+  for (const MeshPair& files : meshes) {
     ScoredPair& pair = pairs.emplace_back(ScoredPair{files, {}});
     if (!pair.HasMesh()) {
       pair.score.precision.assign(tolerances.size(), 0);

@@ -40,6 +40,7 @@ void RunMeshExporter(int argc, char** argv) {
   const OutputLock lock(output_path);
   const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted);
+  RequireObjects(scene, foam_path);
   surface.objects = FilterObjects(scene, choice);
   WriteMeshes(scene, output_path, wanted, surface);
   WriteLabels(scene, output_path);

@@ -25,11 +25,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kPointsFile = "points.ply";
 constexpr const char* kLabelsFile = "points_labels.json";
 
-// A coloured copy must not take the place of what it was made from, or of any model that this
-// command did not write, nor lie beside one of the other format, which readers would mix up.
-void RequireRoomForModel(const fs::path& output_path,
+// What is written must not take the place of the model that it was made from, nor of a model or
+// points that this command did not write; nor may the model lie beside one of the other format,
+// which readers would mix up.
+void RequireRoomForFiles(const fs::path& output_path,
                          const fs::path& model_folder,
                          ModelFormat format) {
   if (fs::exists(output_path) && fs::equivalent(output_path, model_folder)) {
@@ -38,6 +40,11 @@ void RequireRoomForModel(const fs::path& output_path,
                     "--output_path would be right.");
   }
   const bool is_ours = fs::exists(output_path / kLabelsFile);
+  if (const fs::path points = output_path / kPointsFile; fs::exists(points) && !is_ours) {
+    throw UserError(points.string(),
+                    ": was not written by this program and would be lost; give another "
+                    "--output_path.");
+  }
   for (const char* stem : {"cameras", "images", "points3D"}) {
     for (const auto& [extension, of] :
          {std::pair(".bin", ModelFormat::kBinary), std::pair(".txt", ModelFormat::kText)}) {
@@ -103,7 +110,7 @@ void RunPointLabeler(int argc, char** argv) {
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/true);
   const ModelFormat format = FindModelFormat(paths.model_folder);
   const auto begin = std::chrono::steady_clock::now();
-  RequireRoomForModel(output_path, paths.model_folder, format);
+  RequireRoomForFiles(output_path, paths.model_folder, format);
   const OutputLock lock(output_path);
 
   const Reconstruction model = ReadReconstruction(paths.model_folder);
@@ -139,7 +146,7 @@ void RunPointLabeler(int argc, char** argv) {
             << " ms, reading included";
   const fs::path folder = output_path;
   WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);
-  WritePointsPly(folder / "points.ply", model, points, labels);
+  WritePointsPly(folder / kPointsFile, model, points, labels);
   WritePointLabelsJson(folder / kLabelsFile, model, photos, points, labels);
   PrintLabels(points, labels);
 }

@@ -7,6 +7,8 @@
 #include "foam/photo_name.h"
 #include "foam/view_renderer.h"
 #include "plugin/camera_rays.h"
+#include "plugin/files.h"
+#include "plugin/masks.h"
 #include "plugin/photo.h"
 #include "tools/capture_path.h"
 #include "tools/commands.h"
@@ -16,8 +18,10 @@
 #include "tools/output_lock.h"
 #include "tools/view_images.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,6 +35,8 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr char kManifest[] = "manifest.json";
+// What is copied when masks are brought back, in error sentences.
+constexpr char kCopied[] = "a mask or pred.json";
 
 std::string FrameName(size_t frame) {
   char name[32];
@@ -38,53 +44,12 @@ std::string FrameName(size_t frame) {
   return name;
 }
 
-// Writes the film's pictures and, last, the manifest.
-void WriteFilm(const Model& model,
-               const std::string& foam_path,
-               const std::string& image_path,
-               const std::vector<FilmFrame>& film,
-               const fs::path& output_path) {
-  std::vector<fs::path> photos;
-  std::vector<fs::path> pictures;
-  for (const FilmFrame& frame : film) {
-    if (!image_path.empty())
-      photos.push_back(fs::path(image_path) / model.photos[frame.photo].name);
-    pictures.push_back(output_path / "frames" / FrameName(pictures.size()));
-  }
-  RequireInputsStay(photos, pictures);
-  const ViewRenderer renderer(model.foam);
-  ordered_json frames = ordered_json::array();
-  for (const FilmFrame& frame : film) {
-    const std::string file = FrameName(frames.size());
-    const PhotoRecord& photo = model.photos[frame.photo];
-    const bool is_photo = frame.photo == frame.next;
-    Image8 picture;
-    if (is_photo && !image_path.empty()) {
-      picture = ReadPhoto(fs::path(image_path) / photo.name);
-      const PhotoSize trained = {photo.width, photo.height};
-      if (picture.width > trained.width && SameAspect({picture.width, picture.height}, trained)) {
-        picture = ReducePhoto(picture, trained);
-      }
-    } else {
-      const Camera camera = CameraOf(photo, foam_path);
-      picture = ColorImage(renderer.Render(
-          MakeCameraRays(camera, frame.cam_from_world, model.world_from_normalized)));
-    }
-    WriteRgbPng(output_path / "frames" / file, picture);
-    if (is_photo) {
-      frames.push_back({{"file", file}, {"photo", photo.name}});
-    } else {
-      frames.push_back({{"file", file},
-                        {"between", {photo.name, model.photos[frame.next].name}},
-                        {"share", frame.share}});
-    }
-  }
-  const ordered_json manifest = {{"version", 1}, {"frames", frames}};
-  WriteTextFile(output_path / kManifest, manifest.dump(1) + "\n");
-}
+struct ManifestFrame {
+  std::string file;
+  std::string photo;  // empty: a render between photos
+};
 
-// {frame's file, photo} of the frames that are photos.
-std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& path) {
+std::vector<ManifestFrame> ReadManifest(const fs::path& path) {
   const nlohmann::json json = ReadJsonFile(path);
   const auto is_text = [](const nlohmann::json& value, const char* key) {
     return value.contains(key) && value[key].is_string();
@@ -96,56 +61,182 @@ std::vector<std::pair<std::string, std::string>> ReadManifest(const fs::path& pa
         ": is no manifest that view_interpolator wrote; the manifest.json beside its frames "
         "would be right.");
   }
-  std::vector<std::pair<std::string, std::string>> photos;
+  std::vector<ManifestFrame> frames;
+  std::set<std::string> photos;
   for (const auto& frame : json["frames"]) {
     if (!frame.is_object() || !is_text(frame, "file")) {
       throw UserError(path.string(),
                       ": has a frame without its file, such as \"000000.png\"; is it damaged?");
     }
+    ManifestFrame& one = frames.emplace_back();
+    one.file = frame["file"].get<std::string>();
     if (!frame.contains("photo")) continue;
     if (!is_text(frame, "photo")) {
       throw UserError(path.string(), ": has a photo whose name is no text; is it damaged?");
     }
-    const std::string photo = frame["photo"].get<std::string>();
-    const std::string name = frame["file"].get<std::string>();
-    const bool leaves = !StaysBelowFolder(photo);
-    if (leaves || !StaysBelowFolder(name) || fs::path(name) != fs::path(name).filename()) {
+    one.photo = frame["photo"].get<std::string>();
+    const bool leaves = !StaysBelowFolder(one.photo);
+    if (leaves || !StaysBelowFolder(one.file) ||
+        fs::path(one.file) != fs::path(one.file).filename()) {
       throw UserError(path.string(),
                       ": names a file outside of its folder, ",
-                      Shortened(leaves ? photo : name),
+                      Shortened(leaves ? one.photo : one.file),
                       "; a name as view_interpolator wrote it would be right.");
     }
-    photos.emplace_back(name, photo);
+    if (!photos.insert(one.photo).second) {
+      throw UserError(path.string(),
+                      ": has the photo ",
+                      Shortened(one.photo),
+                      " twice, where each is one frame; is it damaged?");
+    }
   }
-  return photos;
+  return frames;
 }
 
-void CopyFile(const fs::path& from, const fs::path& to) {
-  WriteTextFile(to, ReadFileBytes(from, "a mask or pred.json"));
+bool IsManifest(const fs::path& path) {
+  try {
+    ReadManifest(path);
+    return true;
+  } catch (const UserError&) {
+    return false;
+  }
+}
+
+// Whether a picture in frames/ is one that a film of this program left there.
+bool IsFrame(const fs::path& path) {
+  const std::string stem = path.stem();
+  return path.extension() == ".png" && stem.size() >= 6 &&
+         std::all_of(stem.begin(), stem.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
+         IsOwnImage(path);
+}
+
+// The frames of an earlier film that this one of `num_frames` does not replace. Throws UserError
+// where the folder holds a manifest or pictures of others: they would be lost, or tracked.
+std::vector<fs::path> FindStaleFrames(const fs::path& output_path, size_t num_frames) {
+  const fs::path manifest = output_path / kManifest;
+  if (fs::exists(manifest) && !IsManifest(manifest)) {
+    throw UserError(manifest.string(),
+                    ": was not written by view_interpolator and would be lost; give another "
+                    "--output_path.");
+  }
+  const fs::path folder = output_path / "frames";
+  std::vector<fs::path> stale;
+  if (!fs::is_directory(folder)) return stale;
+  std::set<fs::path> written;
+  for (size_t i = 0; i < num_frames; ++i) written.insert(folder / FrameName(i));
+  for (const fs::path& picture : ListPhotos(folder)) {
+    if (IsFrame(picture)) {
+      if (!written.contains(picture)) stale.push_back(picture);
+      continue;
+    }
+    throw UserError(picture.string(),
+                    ": is no frame that view_interpolator wrote, and would be ",
+                    written.contains(picture) ? "lost" : "taken for one by a tracker",
+                    "; give another --output_path.");
+  }
+  return stale;
+}
+
+// Writes the film's pictures and, last, the manifest. What an earlier film left in the folder goes:
+// its manifest before the first picture, so that none is there that is not true of the frames.
+void WriteFilm(const Model& model,
+               const std::string& foam_path,
+               const std::string& image_path,
+               const std::vector<FilmFrame>& film,
+               const fs::path& output_path) {
+  std::vector<fs::path> photos;
+  std::vector<fs::path> pictures;
+  ordered_json frames = ordered_json::array();
+  for (const FilmFrame& frame : film) {
+    const PhotoRecord& photo = model.photos[frame.photo];
+    const std::string file = FrameName(frames.size());
+    if (!image_path.empty()) photos.push_back(fs::path(image_path) / photo.name);
+    pictures.push_back(output_path / "frames" / file);
+    if (frame.photo == frame.next) {
+      frames.push_back({{"file", file}, {"photo", photo.name}});
+    } else {
+      frames.push_back({{"file", file},
+                        {"between", {photo.name, model.photos[frame.next].name}},
+                        {"share", frame.share}});
+    }
+  }
+  const ordered_json manifest = {{"version", 1}, {"frames", frames}};
+  const std::string manifest_text = manifest.dump(1) + "\n";
+
+  RequireInputsStay(photos, pictures);
+  const std::vector<fs::path> stale = FindStaleFrames(output_path, film.size());
+  const fs::path manifest_path = output_path / kManifest;
+  if (fs::exists(manifest_path) &&
+      ReadFileBytes(manifest_path, "a film's manifest") != manifest_text) {
+    fs::remove(manifest_path);
+  }
+  const ViewRenderer renderer(model.foam);
+  for (size_t i = 0; i < film.size(); ++i) {
+    const FilmFrame& frame = film[i];
+    const PhotoRecord& photo = model.photos[frame.photo];
+    Image8 picture;
+    if (frame.photo == frame.next && !image_path.empty()) {
+      picture = ReadPhoto(fs::path(image_path) / photo.name);
+      const PhotoSize trained = {photo.width, photo.height};
+      if (picture.width > trained.width && SameAspect({picture.width, picture.height}, trained)) {
+        picture = ReducePhoto(picture, trained);
+      }
+    } else {
+      const Camera camera = CameraOf(photo, foam_path);
+      picture = ColorImage(renderer.Render(
+          MakeCameraRays(camera, frame.cam_from_world, model.world_from_normalized)));
+    }
+    WriteRgbPng(pictures[i], picture);
+  }
+  for (const fs::path& picture : stale) fs::remove(picture);
+  if (!stale.empty()) {
+    LOG(INFO) << "Removed " << stale.size() << " frames of the film that was here before";
+  }
+  WriteTextFile(manifest_path, manifest_text);
+}
+
+// Throws UserError where one of `targets` is there with other bytes than its source has.
+void RequireNothingLost(const std::vector<fs::path>& sources,
+                        const std::vector<fs::path>& targets) {
+  for (size_t i = 0; i < sources.size(); ++i) {
+    if (!fs::is_regular_file(targets[i])) continue;
+    if (ReadFileBytes(sources[i], kCopied) == ReadFileBytes(targets[i], kCopied)) continue;
+    throw UserError(targets[i].string(),
+                    ": is not the same as ",
+                    sources[i].string(),
+                    " and would be lost; remove it, or give another --output_path.");
+  }
 }
 
 // Brings the tracker's masks of the frames that are photos to the photos' names.
 void CollectMasks(const fs::path& manifest_path,
                   const fs::path& mask_path,
                   const fs::path& output_path) {
-  const auto photos = ReadManifest(manifest_path);
+  std::vector<std::string> files;
+  std::vector<std::string> photos;
+  for (const ManifestFrame& frame : ReadManifest(manifest_path)) {
+    if (frame.photo.empty()) continue;
+    files.push_back(frame.file);
+    photos.push_back(frame.photo);
+  }
   if (!fs::is_directory(mask_path)) {
     throw UserError(
         mask_path.string(),
         ": there is no such folder; the tracker's masks, 000000.png and so on, should be in it.");
   }
+  const std::vector<std::string> names = NamesForMasks(photos);
   int missing = 0;
   std::string first_missing;
   std::vector<fs::path> sources;
   std::vector<fs::path> targets;
-  for (const auto& [file, photo] : photos) {
-    const fs::path mask = mask_path / file;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const fs::path mask = mask_path / files[i];
     if (!fs::is_regular_file(mask)) {
       if (missing++ == 0) first_missing = mask.string();
       continue;
     }
     sources.push_back(mask);
-    targets.push_back(output_path / fs::path(photo).replace_extension(".png"));
+    targets.push_back(output_path / names[i]);
   }
   if (missing == static_cast<int>(photos.size())) {
     throw UserError(
@@ -161,7 +252,10 @@ void CollectMasks(const fs::path& manifest_path,
     break;
   }
   RequireInputsStay(sources, targets);
-  for (size_t i = 0; i < sources.size(); ++i) CopyFile(sources[i], targets[i]);
+  RequireNothingLost(sources, targets);
+  for (size_t i = 0; i < sources.size(); ++i) {
+    WriteTextFile(targets[i], ReadFileBytes(sources[i], kCopied));
+  }
   LOG(INFO) << "Masks of " << photos.size() - missing << " of " << photos.size()
             << " photos are in " << output_path.string();
   if (missing > 0)

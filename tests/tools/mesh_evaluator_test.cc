@@ -205,9 +205,8 @@ TEST_F(MeshEvaluator, NamesThatAreNotUtf8AreForTheTableAlone) {
   EXPECT_THAT(table.out, HasSubstr("m\xEF\xBF\xBDg "));
   const Outcome refused = Run({"--json_path", (folder_ / "scores.json").string()}, "odd", "odd");
   ExpectRefused(refused,
-                name +
-                    ": its name is not UTF-8 and cannot stand in a JSON file; rename it, or "
-                    "leave --json_path out.");
+                "m\xEF\xBF\xBDg.obj: its name is not UTF-8 and cannot stand in a JSON file; rename "
+                "it, or leave --json_path out.");
   EXPECT_EQ(refused.out, "");
   EXPECT_FALSE(fs::exists(folder_ / "scores.json"));
 }

@@ -143,6 +143,15 @@ TEST_F(TrainingPlotter, DrawsAllOfThem) {
   EXPECT_NE(ReadFile(folder_ / "plot" / "quality_over_seconds.svg"), svg);
 }
 
+// Names that cannot be drawn as they are: no UTF-8, control characters.
+TEST_F(TrainingPlotter, DrawsAnyName) {
+  Write("m\xFC\ng", 20);
+  const Outcome outcome = Run((folder_ / "m\xFC\ng").string());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(folder_ / "plot" / "quality_over_seconds.png"));
+  EXPECT_EQ(Run((folder_ / "m\xFC\ng").string(), "a\x01\xFF").exit_code, 0);
+}
+
 TEST_F(TrainingPlotter, RefusesWhatCannotBeDrawn) {
   Write("low", NAN);
   const std::string low = (folder_ / "low").string();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/names.h"
 #include "foam/error.h"
 #include "tools/commands.h"
 #include "tools/option_manager.h"
@@ -43,8 +44,9 @@ void RunTrainingPlotter(int argc, char** argv) {
   std::set<std::string> seen;
   for (size_t i = 0; i < paths.size(); ++i) {
     const fs::path folder(paths[i]);
+    // What is drawn must be UTF-8.
     const std::string name =
-        given.empty() ? (folder / "").parent_path().filename().string() : given[i];
+        OneLine(given.empty() ? (folder / "").parent_path().filename().string() : given[i]);
     if (!seen.insert(name).second) {
       throw UserError("Failed to parse options - two of the trainings are called `",
                       name,

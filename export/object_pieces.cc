@@ -153,9 +153,10 @@ void LeaveOutFragments(ExportableScene* scene) {
     char reason[200];
     std::snprintf(reason,
                   sizeof(reason),
-                  "a fragment: %zu cells, %.2g %% of those of all objects, in pieces of at most "
+                  "a fragment: %zu %s, %.2g %% of those of all objects, in pieces of at most "
                   "%zu; confidence %.2f, where all objects have %.2f",
                   object.cells.size(),
+                  object.cells.size() == 1 ? "cell" : "cells",
                   100 * share,
                   largest,
                   confidence[index].Value(),

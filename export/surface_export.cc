@@ -107,16 +107,16 @@ MadeSurface MakeSurface(const ExportableScene& scene,
                         const SurfaceExportOptions& options) {
   MadeSurface made;
   made.surface = ExtractSurface(scene, object);
-  std::string more;
+  std::string faces, more;
   if (options.method == "smooth") {
     const ObjectSurface cells = std::move(made.surface);
     made.surface = ExtractSmoothSurface(scene, object, cells);
     if (const int64_t target = options.target_faces; target > 0) {
       made.surface = Decimate(made.surface, target);
       const Triangles& triangles = made.surface.triangles;
-      if (const size_t faces = SelfIntersections(made.surface.vertices, triangles).size();
-          faces > 0) {
-        more = ", " + std::to_string(faces) + " of which intersect";
+      if (const size_t crossing = SelfIntersections(made.surface.vertices, triangles).size();
+          crossing > 0) {
+        faces = ", " + std::to_string(crossing) + " of which intersect";
       }
       if (static_cast<int64_t>(triangles.size()) > target) {
         made.warning = std::to_string(triangles.size()) + " faces instead of " +
@@ -124,13 +124,13 @@ MadeSurface MakeSurface(const ExportableScene& scene,
                        ", because fewer would tear the surface or fold it.";
       }
     }
-    more += DistanceSummary(made.surface, cells);
+    more = DistanceSummary(made.surface, cells);
   } else if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
     more = ", " + std::to_string(far) + " vertices stick out into empty space";
   }
   const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
-                 std::to_string(made.surface.triangles.size()) + " faces, " +
+                 std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
                  TopologySummary(topology, object.pieces) + more;
   return made;
 }

@@ -149,14 +149,17 @@ Model WithAFragment(int count, bool in_a_lump, float identity) {
     return (sites[a] - middle).norm() < (sites[b] - middle).norm();
   });
   int left = count;
+  std::vector<size_t> chosen;
   for (size_t k = 0; k < order.size(); ++k) {
     const Eigen::Vector3f& p = sites[order[k]];
     if (p.x() < 0.5f && p.cwiseAbs().maxCoeff() < 0.85f) classes[order[k]] = 0;
     if ((p - Eigen::Vector3f(0.75f, -0.5f, -0.5f)).norm() < 0.15f) classes[order[k]] = 1;
     if (left == 0) continue;
-    const Eigen::Vector3f cell = (p / 0.12f).array().round();
-    const bool is_even = ((p - 0.12f * cell).cwiseAbs().maxCoeff() < 0.015f);
-    if (classes[order[k]] != kAir || (!in_a_lump && !is_even)) continue;
+    const bool is_apart = std::none_of(chosen.begin(), chosen.end(), [&](size_t other) {
+      return (sites[other] - p).norm() < 0.15f;
+    });
+    if (classes[order[k]] != kAir || (!in_a_lump && !is_apart)) continue;
+    chosen.push_back(order[k]);
     classes[order[k]] = 2;
     --left;
   }

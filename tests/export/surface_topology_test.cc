@@ -31,6 +31,7 @@ Model InAGrid(const std::function<bool(const Eigen::Vector3f&)>& is_matter) {
 void ExpectTopology(const std::string& what, const Model& model, const Expected& expected) {
   ExportableSceneOptions options;
   options.fill_hidden_space = false;
+  options.min_piece_share = 0;
   const ExportableScene scene = MakeExportableScene(model, options);
   ASSERT_EQ(scene.objects.size(), 1u) << what;
   const ObjectInfo& object = scene.objects[0];
@@ -53,7 +54,7 @@ bool InBall(const Eigen::Vector3f& p, float x, float radius) {
 }
 
 bool InRing(const Eigen::Vector3f& p, float x) {
-  return std::hypot(std::hypot(p.x() - x, p.y()) - 0.3f, p.z()) < 0.13f;
+  return std::hypot(std::hypot(p.x() - x, p.y()) - 0.25f, p.z()) < 0.12f;
 }
 
 TEST(SurfaceTopology, BodiesOfKnownTopology) {
@@ -73,7 +74,7 @@ TEST(SurfaceTopology, BodiesOfKnownTopology) {
                  }),
                  {2, 1, 0});
   ExpectTopology("two rings",
-                 InAGrid([](const auto& p) { return InRing(p, -0.45f) || InRing(p, 0.45f); }),
+                 InAGrid([](const auto& p) { return InRing(p, -0.5f) || InRing(p, 0.5f); }),
                  {2, 0, 2});
   ExpectTopology("torus-shaped void",
                  InAGrid([](const auto& p) { return InBall(p, 0, 0.75f) && !InRing(p, 0); }),

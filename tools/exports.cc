@@ -4,6 +4,7 @@
 #include "export/label_sidecar.h"
 #include "export/names.h"
 #include "foam/error.h"
+#include "tools/memory_task.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
 
@@ -306,6 +307,9 @@ ExportableScene PrepareExport(const Model& model,
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume) {
+  const MemoryTask task("volumes are made",
+                        "a larger --VolumeExport.voxel_size or a smaller "
+                        "--VolumeExport.max_resolution");
   LOG(INFO) << "Writing volumes";
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();
@@ -330,6 +334,7 @@ void WriteMeshes(const ExportableScene& scene,
                  const std::filesystem::path& output_path,
                  const std::set<std::string>& formats,
                  SurfaceExportOptions surface) {
+  const MemoryTask task("meshes are made", "a foam of fewer objects (object_extractor)");
   surface.om = formats.count("om") != 0;
   surface.ply = formats.count("ply") != 0;
   surface.obj = formats.count("obj") != 0;

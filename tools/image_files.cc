@@ -3,6 +3,7 @@
 
 #include "foam/error.h"
 #include "foam/output_file.h"
+#include "plugin/photo.h"
 
 #include <algorithm>
 #include <memory>
@@ -133,8 +134,16 @@ LabelImage ReadForeground(const fs::path& path) {
         path.string(), ": this mask cannot be read (", OIIO::geterror(), "); give a PNG.");
   }
   const OIIO::ImageSpec& spec = input->spec();
+  RequirePlausible(path, {spec.width, spec.height, spec.depth, spec.nchannels});
+  const size_t num_pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+  // All channels, an id each, and what some decoders hold of their own.
+  RequireDecodingMemory(path,
+                        {spec.width, spec.height},
+                        num_pixels * (static_cast<size_t>(spec.nchannels) + sizeof(int32_t)) +
+                            spec.image_bytes(true));
   LabelImage mask{spec.width, spec.height, {}};
-  std::vector<uint8_t> pixels(size_t{1} * spec.width * spec.height * spec.nchannels);
+  mask.data.reserve(num_pixels);
+  std::vector<uint8_t> pixels(num_pixels * spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, pixels.data())) {
     throw UserError(path.string(),
                     ": this mask cannot be read to its end (",

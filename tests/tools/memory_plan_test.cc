@@ -97,7 +97,7 @@ TEST_F(MemoryPlanTest, Streamed) {
 }
 
 TEST_F(MemoryPlanTest, Reduced) {
-  const fs::path workspace = Workspace(3200, 2400);
+  const fs::path workspace = Workspace(1600, 1200);
   ExpectPlanned(
       "reduced, held", workspace, {"--FoamTraining.max_image_size", "80", "--num_threads", "8"});
   ExpectPlanned(

@@ -20,11 +20,36 @@ struct Sighting {
   Eigen::Vector3f color;
 };
 
-// Rays cast between two sums: what they see is held in memory (some 50 sightings of 28 bytes each).
+// Rays cast between two sums: what they see is held in memory.
 constexpr int kRaysInMemory = 1 << 16;
 constexpr int kRowsPerBlock = 8;
 
+// Rays that a thread casts at a time, however wide a photo is: each trace takes some 10 kB.
+constexpr size_t kRaysAtOnce = 256;
+
+void AddSightings(const RayTrace& trace, size_t num_sites, std::vector<Sighting>* sightings) {
+  for (int k = 0; k < trace.num_pieces; ++k) {
+    const float before = std::exp(-trace.pieces[k].tau_in);
+    const float behind = trace.transmittance[k];
+    const float passed = 2 * std::max(behind - 0.5f, 0.f);
+    const float stopped = 2 * std::max(std::min(before, 0.5f) - behind, 0.f);
+    if (passed == 0 && stopped == 0 && !(trace.weight[k] > kNegligibleWeight)) continue;
+    if (trace.pieces[k].cell >= num_sites) continue;  // a guard
+    sightings->push_back({trace.pieces[k].cell,
+                          trace.weight[k],
+                          passed,
+                          stopped,
+                          {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
+  }
+}
+
 }  // namespace
+
+int64_t CellStatisticsBytes(int64_t num_sites) {
+  // A ray sees more cells, the more there are; some 50 of a million. Arrays double as they grow.
+  const double sightings = std::min(50.0, std::cbrt(static_cast<double>(num_sites)));
+  return static_cast<int64_t>(2 * kRaysInMemory * sightings * sizeof(Sighting));
+}
 
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
@@ -60,27 +85,16 @@ CellStatistics MeasureCells(const Foam& foam,
               directions.push_back(direction);
             }
           }
-          const std::span<RayTrace> traces = ThreadTraces(directions.size());
-          for (size_t i = 0; i < directions.size(); ++i) {
-            traces[i].origin = views.Origin(view).cast<float>();
-            traces[i].direction = directions[i];
-            traces[i].start_cell = start;
-          }
-          TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
-          for (const RayTrace& trace : traces) {
-            for (int k = 0; k < trace.num_pieces; ++k) {
-              const float before = std::exp(-trace.pieces[k].tau_in);
-              const float behind = trace.transmittance[k];
-              const float passed = 2 * std::max(behind - 0.5f, 0.f);
-              const float stopped = 2 * std::max(std::min(before, 0.5f) - behind, 0.f);
-              if (passed == 0 && stopped == 0 && !(trace.weight[k] > kNegligibleWeight)) continue;
-              if (trace.pieces[k].cell >= n) continue;  // a guard
-              sightings.push_back({trace.pieces[k].cell,
-                                   trace.weight[k],
-                                   passed,
-                                   stopped,
-                                   {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
+          for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
+            const std::span<RayTrace> traces =
+                ThreadTraces(std::min(kRaysAtOnce, directions.size() - first));
+            for (size_t i = 0; i < traces.size(); ++i) {
+              traces[i].origin = views.Origin(view).cast<float>();
+              traces[i].direction = directions[first + i];
+              traces[i].start_cell = start;
             }
+            TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
+            for (const RayTrace& trace : traces) AddSightings(trace, n, &sightings);
           }
         }
       });

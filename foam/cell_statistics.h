@@ -5,6 +5,8 @@
 #include "foam/training_views.h"
 #include "foam/view_renderer.h"
 
+#include <cstdint>
+
 namespace semfoam {
 
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and gathers per
@@ -15,5 +17,8 @@ CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
                             int stride);
+
+// Memory that MeasureCells takes for so many sites, in bytes, beside its result.
+int64_t CellStatisticsBytes(int64_t num_sites);
 
 }  // namespace semfoam

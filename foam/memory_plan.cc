@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/memory_plan.h"
 
+#include "foam/cell_statistics.h"
 #include "foam/error.h"
+#include "foam/parallel.h"
 #include "foam/pixel_range.h"
 #include "foam/ray_batch.h"
 
@@ -29,6 +31,9 @@ constexpr double kTriangulationBytesPerSite = kTetsPerSite * (72 + 8 + 32) + 48 
 constexpr int64_t kRecordsPerRay = 100;
 constexpr int64_t kBytesPerRay = 4 * kRecordsPerRay * int64_t{sizeof(GradientRecord)} +
                                  int64_t{sizeof(BatchRay)} + int64_t{sizeof(RayOutput)};
+
+// Rays that a thread traces together: up to 256 of 10 kB.
+constexpr int64_t kTraceBytesPerThread = 256 * 10'000;
 
 // Allocators keep some of what was freed.
 constexpr double kAllocatorFactor = 1.1;
@@ -77,12 +82,12 @@ std::string MemoryPlan::Report() const {
 }
 
 MemoryPlan PlanMemory(const TrainingOptions& options,
-                      bool has_semantics,
+                      int num_classes,
                       int64_t num_seeds,
                       int64_t photo_bytes) {
   MemoryPlan plan;
   plan.sites = Sites(options, num_seeds);
-  const int64_t identity = has_semantics ? kIdentityDim : 0;
+  const int64_t identity = num_classes > 0 ? kIdentityDim : 0;
   const int64_t parameters = 4 + 3 * NumShCoefficients(options.sh_degree) + identity;
   // Every parameter with two moments; the count of its cell's steps, what densification gathers,
   // the activated density, the radius, whether it must stay clear, where it was triangulated.
@@ -93,10 +98,14 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   const auto of_sites = [&](double bytes) {
     return static_cast<int64_t>(std::ceil(kAllocatorFactor * bytes * plan.sites));
   };
-  plan.parameters = of_sites(parameter_bytes);
+  const int64_t classifier = int64_t{num_classes} * (kIdentityDim + 1);
+  plan.parameters = of_sites(parameter_bytes) + 3 * 4 * classifier;
   plan.planes = of_sites(kPlaneBytesPerSite);
   plan.triangulation = of_sites(topology_bytes);
-  plan.batch = kBytesPerRay * options.rays_per_iteration;
+  // When the training is done, the cells' statistics take the place of batch and triangulation.
+  plan.batch = std::max(kBytesPerRay * options.rays_per_iteration + ClassGradientBytes(num_classes),
+                        CellStatisticsBytes(plan.sites) - plan.triangulation);
+  plan.batch += kTraceBytesPerThread * NumThreads();
   plan.photos = photo_bytes;
   plan.program = kProgramBytes;
   return plan;
@@ -114,11 +123,11 @@ int64_t DrawnPixelBytes(const TrainingOptions& options) {
 }
 
 void RequireMemory(const TrainingOptions& options,
-                   bool has_semantics,
+                   int num_classes,
                    int64_t num_seeds,
                    int64_t photo_bytes,
                    int64_t available) {
-  const MemoryPlan plan = PlanMemory(options, has_semantics, num_seeds, photo_bytes);
+  const MemoryPlan plan = PlanMemory(options, num_classes, num_seeds, photo_bytes);
   if (plan.Total() <= available) return;
   const std::string problem = "Training " + std::to_string(plan.sites) + " sites on " +
                               FormatBytes(photo_bytes) + " of photos and masks takes " +
@@ -130,7 +139,7 @@ void RequireMemory(const TrainingOptions& options,
   smaller.final_sites = static_cast<int>(
       std::max<int64_t>(0, RoundedDown(static_cast<int64_t>(0.99 * left / of_sites * plan.sites))));
   if (smaller.Check().empty() &&
-      PlanMemory(smaller, has_semantics, num_seeds, photo_bytes).Total() <= available) {
+      PlanMemory(smaller, num_classes, num_seeds, photo_bytes).Total() <= available) {
     throw UserError(problem, "--FoamTraining.final_sites ", smaller.final_sites, " would fit.");
   }
   throw UserError(problem,

@@ -27,10 +27,13 @@ struct MemoryPlan {
   std::string Report() const;
 };
 
-// `num_seeds`: SfM points to start from. `photo_bytes`: what photos and masks take. Options must
-// have passed their Check.
+// How many classes a run with masks is taken to have before their ids are known; few have more.
+inline constexpr int kUsualClasses = 256;
+
+// `num_classes`: 0 without masks. `num_seeds`: SfM points to start from. `photo_bytes`: what photos
+// and masks take. Options must have passed their Check.
 MemoryPlan PlanMemory(const TrainingOptions& options,
-                      bool has_semantics,
+                      int num_classes,
                       int64_t num_seeds,
                       int64_t photo_bytes);
 
@@ -42,7 +45,7 @@ int64_t DrawnPixelBytes(const TrainingOptions& options);
 // would fit, when the plan for these arguments exceeds `available` bytes. To be called before
 // anything is loaded or written.
 void RequireMemory(const TrainingOptions& options,
-                   bool has_semantics,
+                   int num_classes,
                    int64_t num_seeds,
                    int64_t photo_bytes,
                    int64_t available);

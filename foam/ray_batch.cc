@@ -8,9 +8,25 @@
 namespace semfoam {
 namespace {
 
-// Rays of a block are cast by one thread and their sums kept together. At most 64 blocks to a
-// batch, so that a classifier of thousands of classes does not need thousands of partial sums.
-int64_t BlockSize(size_t num_rays) { return std::max<int64_t>(64, (num_rays + 63) / 64); }
+// Rays of a block are cast by one thread and their sums kept together. At most kMaxBlocks blocks to
+// a batch, so that a classifier of thousands of classes does not need thousands of partial sums.
+constexpr int64_t kMaxBlocks = 64;
+int64_t BlockSize(size_t num_rays) {
+  return std::max<int64_t>(64, (num_rays + kMaxBlocks - 1) / kMaxBlocks);
+}
+
+// A block's sums of the classifier's gradients.
+int64_t ClassSumBytes(int num_classes) {
+  return int64_t{num_classes} * (kIdentityDim + 1) * int64_t{sizeof(float)};
+}
+
+// Blocks whose sums are in memory at a time: all, unless the classes are so many that their sums
+// would take more than this; but one for each thread.
+int64_t BlocksAtOnce(int num_classes) {
+  constexpr int64_t kMostSumBytes = 16'000'000;
+  const int64_t fit = kMostSumBytes / std::max<int64_t>(1, ClassSumBytes(num_classes));
+  return std::min(kMaxBlocks, std::max<int64_t>(NumThreads(), fit));
+}
 
 // When ray i of a block of n is traced. Neighbouring rays cross the same cells; they come one after
 // the other, when the cells are in the cache, and not together, when all of them would wait for the
@@ -41,6 +57,11 @@ struct BlockSums {
 
 }  // namespace
 
+int64_t ClassGradientBytes(int num_classes) {
+  // The blocks' sums, the batch's, and a ClassLoss for each thread.
+  return ClassSumBytes(num_classes) * (BlocksAtOnce(num_classes) + 1 + NumThreads());
+}
+
 void CastBatch(const WalkGeometry<float>& geometry,
                const CellShading<float>& shading,
                const ClassifierView<float>& classifier,
@@ -54,7 +75,8 @@ void CastBatch(const WalkGeometry<float>& geometry,
   const int num_coefficients = NumShCoefficients(shading.sh_degree);
   const ParameterRow row(shading.sh_degree, shading.identity != nullptr);
   const float per_ray = 1.f / rays.size();
-  std::vector<BlockSums> sums(num_blocks);
+  const int64_t blocks_at_once = BlocksAtOnce(num_classes);
+  std::vector<BlockSums> sums(std::min<size_t>(num_blocks, blocks_at_once));
   auto& blocks = result->gradients.blocks();
   blocks.resize(num_blocks);
   // What is said to a cell alone is a ray of its own to GradientSum: of the same weight, and with a
@@ -62,11 +84,14 @@ void CastBatch(const WalkGeometry<float>& geometry,
   const bool has_cell_identity = num_classes > 0 && weights.cell_identity > 0;
   result->rays.resize(rays.size() * (has_cell_identity ? 2 : 1));
 
-  ParallelForBlocks(rays.size(), block_size, [&](int64_t begin, int64_t end) {
+  // Casts the rays of one block.
+  const auto cast = [&](int64_t begin, int64_t end) {
     const size_t block = begin / block_size;
     std::vector<GradientRecord>& records = blocks[block];
     records.clear();
-    BlockSums& sum = sums[block];
+    BlockSums& sum = sums[block % sums.size()];
+    sum.loss = {};
+    sum.step_limit_hits = sum.num_pieces = sum.clamped_pieces = 0;
     sum.weight_gradient.assign(num_classes * kIdentityDim, 0.f);
     sum.bias_gradient.assign(num_classes, 0.f);
     ClassLoss class_loss(classifier);
@@ -143,27 +168,36 @@ void CastBatch(const WalkGeometry<float>& geometry,
       records.push_back(
           {static_cast<uint32_t>(own), {cell, 7, weight, 0, Eigen::Vector3f::Zero()}});
     }
-  });
+  };
 
   BatchTotals& totals = result->totals;
   totals = {};
   result->classifier_weight_gradient.assign(num_classes * kIdentityDim, 0.f);
   result->classifier_bias_gradient.assign(num_classes, 0.f);
-  for (const BlockSums& sum : sums) {
-    totals.mean_loss.color += sum.loss.color / rays.size();
-    totals.mean_loss.opacity += sum.loss.opacity / rays.size();
-    totals.mean_loss.quantile += sum.loss.quantile / rays.size();
-    totals.mean_loss.identity += sum.loss.identity / rays.size();
-    totals.mean_loss.cell_identity += sum.loss.cell_identity / rays.size();
-    for (size_t k = 0; k < sum.weight_gradient.size(); ++k) {
-      result->classifier_weight_gradient[k] += sum.weight_gradient[k];
+  const auto num_rays = static_cast<int64_t>(rays.size());
+  const int64_t rays_at_once = block_size * blocks_at_once;
+  for (int64_t first = 0; first < num_rays; first += rays_at_once) {
+    const int64_t count = std::min(rays_at_once, num_rays - first);
+    ParallelForBlocks(
+        count, block_size, [&](int64_t begin, int64_t end) { cast(first + begin, first + end); });
+    // In block order, so that the sums are the same however many blocks are cast at a time.
+    for (int64_t block = 0; block < (count + block_size - 1) / block_size; ++block) {
+      const BlockSums& sum = sums[block];
+      totals.mean_loss.color += sum.loss.color / rays.size();
+      totals.mean_loss.opacity += sum.loss.opacity / rays.size();
+      totals.mean_loss.quantile += sum.loss.quantile / rays.size();
+      totals.mean_loss.identity += sum.loss.identity / rays.size();
+      totals.mean_loss.cell_identity += sum.loss.cell_identity / rays.size();
+      for (size_t k = 0; k < sum.weight_gradient.size(); ++k) {
+        result->classifier_weight_gradient[k] += sum.weight_gradient[k];
+      }
+      for (size_t k = 0; k < sum.bias_gradient.size(); ++k) {
+        result->classifier_bias_gradient[k] += sum.bias_gradient[k];
+      }
+      totals.step_limit_hits += sum.step_limit_hits;
+      totals.num_pieces += sum.num_pieces;
+      totals.clamped_pieces += sum.clamped_pieces;
     }
-    for (size_t k = 0; k < sum.bias_gradient.size(); ++k) {
-      result->classifier_bias_gradient[k] += sum.bias_gradient[k];
-    }
-    totals.step_limit_hits += sum.step_limit_hits;
-    totals.num_pieces += sum.num_pieces;
-    totals.clamped_pieces += sum.clamped_pieces;
   }
 }
 

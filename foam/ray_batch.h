@@ -63,6 +63,9 @@ struct BatchResult {
   BatchTotals totals;
 };
 
+// Memory that CastBatch takes for the gradients of so many classes, in bytes.
+int64_t ClassGradientBytes(int num_classes);
+
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,
 // with each term weighted. `cutoff_tau`: rays stop at this optical depth. The result does not
 // depend on the number of threads.

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <utility>
 
 namespace semfoam {
@@ -99,15 +98,6 @@ ViewEvidence LookAtMask(const ClassImage& image,
     evidence.class_at[k] = InnerClass(image, photo, places[k].x(), places[k].y());
   }
   return evidence;
-}
-
-ViewEvidence LookAtMask(const DecodedMask& mask,
-                        const PhotoRecord& photo,
-                        const std::vector<Eigen::Vector2f>& places) {
-  std::vector<int32_t> own(mask.ids.size());
-  std::iota(own.begin(), own.end(), 0);
-  const PhotoSize size = {photo.width, photo.height};
-  return LookAtMask(ClassesOf(mask, own, size, static_cast<int>(own.size())), photo, places);
 }
 
 void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence) {

@@ -75,14 +75,9 @@ int SafeRadius(const PhotoRecord& photo);
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
                                                        size_t num_views);
 
-// Nothing for held-out photos and empty images.
+// Nothing for held-out photos and empty images. Before the mask's ids have classes, `image` may
+// also be the indices of its own ids (DecodedMask::indices), and so are those of the result.
 ViewEvidence LookAtMask(const ClassImage& image,
-                        const PhotoRecord& photo,
-                        const std::vector<Eigen::Vector2f>& places);
-
-// The same before the mask's ids have classes: of the photo's size, the indices of its own ids
-// (DecodedMask::ids) instead, none of which is kUnlabelled.
-ViewEvidence LookAtMask(const DecodedMask& mask,
                         const PhotoRecord& photo,
                         const std::vector<Eigen::Vector2f>& places);
 

@@ -8,7 +8,6 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <string>
 
 #include <png.h>
@@ -31,10 +30,11 @@ struct Decoder {
   int color_type = 0;
   bool is_colour_16 = false;
   bool is_implausible = false;
+  bool is_interlaced = false;
   png_uint_32 width = 0;
   png_uint_32 height = 0;
-  std::vector<uint8_t> pixels;
-  std::vector<png_bytep> rows;
+  std::vector<uint8_t> pixels;  // of one row, or of all where they are interlaced
+  std::vector<png_bytep> rows;  // in `pixels`, where they are interlaced
 
   ~Decoder() {
     if (png != nullptr) png_destroy_read_struct(&png, info != nullptr ? &info : nullptr, nullptr);
@@ -60,14 +60,14 @@ bool ReadHeader(Decoder& d) {
       d.png, PNG_HANDLE_CHUNK_NEVER, kIgnored, static_cast<int>(sizeof(kIgnored) / 5));
   png_init_io(d.png, d.file);
   png_read_info(d.png, d.info);
+  int interlace = PNG_INTERLACE_NONE;
   png_get_IHDR(
-      d.png, d.info, &d.width, &d.height, &d.bits, &d.color_type, nullptr, nullptr, nullptr);
+      d.png, d.info, &d.width, &d.height, &d.bits, &d.color_type, &interlace, nullptr, nullptr);
+  d.is_interlaced = interlace != PNG_INTERLACE_NONE;
   d.channels = png_get_channels(d.png, d.info);
   d.is_colour_16 = d.bits == 16 && (d.color_type & PNG_COLOR_MASK_COLOR) != 0;
-  // Deflate packs at most 1032 bytes into one, so a header that promises more is wrong, and no
-  // memory is taken for it.
   const uint64_t packed = (uint64_t{d.width} * d.channels * d.bits + 7) / 8 * d.height;
-  d.is_implausible = packed / 1100 > d.file_size;
+  d.is_implausible = packed / kMostPngExpansion > d.file_size;
   if (d.is_colour_16 || d.is_implausible) return true;
   png_set_packing(d.png);
   png_set_interlace_handling(d.png);
@@ -75,9 +75,20 @@ bool ReadHeader(Decoder& d) {
   return true;
 }
 
-bool ReadPixels(Decoder& d) {
+bool ReadAllRows(Decoder& d) {
   if (setjmp(png_jmpbuf(d.png))) return false;
   png_read_image(d.png, d.rows.data());
+  return true;
+}
+
+bool ReadNextRow(Decoder& d) {
+  if (setjmp(png_jmpbuf(d.png))) return false;
+  png_read_row(d.png, d.pixels.data(), nullptr);
+  return true;
+}
+
+bool ReadEnd(Decoder& d) {
+  if (setjmp(png_jmpbuf(d.png))) return false;
   png_read_end(d.png, nullptr);
   return true;
 }
@@ -122,45 +133,76 @@ void OpenPng(const fs::path& path, Decoder* decoder) {
   }
 }
 
-}  // namespace
-
-PhotoSize ReadMaskSize(const fs::path& path) {
-  Decoder d;
-  OpenPng(path, &d);
-  return {static_cast<int>(d.width), static_cast<int>(d.height)};
+MaskHeader HeaderOf(const Decoder& d) {
+  MaskHeader header;
+  header.size = {static_cast<int>(d.width), static_cast<int>(d.height)};
+  header.is_rgb = d.channels >= 3;
+  header.is_palette = d.color_type == PNG_COLOR_TYPE_PALETTE;
+  header.bits = d.bits;
+  const uint64_t row_bytes = png_get_rowbytes(d.png, d.info);
+  header.decoding_bytes =
+      sizeof(uint32_t) * d.width +
+      (d.is_interlaced ? (row_bytes + sizeof(png_bytep)) * d.height : row_bytes);
+  return header;
 }
 
-MaskPng ReadMaskPng(const fs::path& path) {
+}  // namespace
+
+MaskHeader ReadMaskHeader(const fs::path& path) {
+  Decoder d;
+  OpenPng(path, &d);
+  return HeaderOf(d);
+}
+
+MaskHeader ReadMaskRows(
+    const fs::path& path,
+    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
+        on_row) {
   RequireRegularFile(path, "a mask");
   CheckPngChunks(path);
   Decoder d;
   OpenPng(path, &d);
+  const MaskHeader header = HeaderOf(d);
+  RequireDecodingMemory(path, header.size, header.decoding_bytes);
   const size_t row_bytes = png_get_rowbytes(d.png, d.info);
-  d.pixels.resize(row_bytes * d.height);
-  for (png_uint_32 y = 0; y < d.height; ++y) d.rows.push_back(d.pixels.data() + y * row_bytes);
-  if (!ReadPixels(d)) ThrowUndecodable(path, d.message);
-
-  MaskPng mask;
-  mask.width = static_cast<int>(d.width);
-  mask.height = static_cast<int>(d.height);
-  mask.is_rgb = d.channels >= 3;
-  mask.is_palette = d.color_type == PNG_COLOR_TYPE_PALETTE;
-  mask.bits = d.bits;
-  mask.values.resize(size_t{d.width} * d.height);
+  d.pixels.resize(row_bytes * (d.is_interlaced ? d.height : 1));
+  if (d.is_interlaced) {
+    for (png_uint_32 y = 0; y < d.height; ++y) d.rows.push_back(d.pixels.data() + y * row_bytes);
+    if (!ReadAllRows(d)) ThrowUndecodable(path, d.message);
+  }
+  std::vector<uint32_t> values(d.width);
   const int bytes = d.bits == 16 ? 2 : 1;
-  size_t next = 0;
   for (png_uint_32 y = 0; y < d.height; ++y) {
-    const uint8_t* pixel = d.rows[y];
+    if (!d.is_interlaced && !ReadNextRow(d)) ThrowUndecodable(path, d.message);
+    const uint8_t* pixel = d.is_interlaced ? d.rows[y] : d.pixels.data();
     for (png_uint_32 x = 0; x < d.width; ++x, pixel += d.channels * bytes) {
       uint32_t value = pixel[0];
-      if (mask.is_rgb) {
+      if (header.is_rgb) {
         value = pixel[0] + 256u * pixel[1] + 65536u * pixel[2];
       } else if (bytes == 2) {
         value = 256u * pixel[0] + pixel[1];
       }
-      mask.values[next++] = value;
+      values[x] = value;
     }
+    on_row(header, static_cast<int>(y), values);
   }
+  if (!ReadEnd(d)) ThrowUndecodable(path, d.message);
+  return header;
+}
+
+MaskPng ReadMaskPng(const fs::path& path) {
+  MaskPng mask;
+  ReadMaskRows(path, [&](const MaskHeader& header, int y, std::span<const uint32_t> values) {
+    if (y == 0) {
+      mask.width = header.size.width;
+      mask.height = header.size.height;
+      mask.is_rgb = header.is_rgb;
+      const size_t pixels = static_cast<size_t>(mask.width) * mask.height;
+      RequireDecodingMemory(path, header.size, sizeof(uint32_t) * pixels);
+      mask.values.reserve(pixels);
+    }
+    mask.values.insert(mask.values.end(), values.begin(), values.end());
+  });
   return mask;
 }
 

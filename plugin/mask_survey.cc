@@ -16,11 +16,12 @@ std::vector<MaskFile> SurveyMasks(const std::vector<std::filesystem::path>& mask
   ParallelForBlocks(static_cast<int64_t>(masks.size()), 1, [&](int64_t i, int64_t) {
     if (masks[i].empty()) return;
     try {
-      const MaskPng png = ReadMaskPng(masks[i]);
-      files[i].size = {png.width, png.height};
-      files[i].format =
-          png.is_rgb ? "24-bit colour"
-                     : std::to_string(png.bits) + "-bit " + (png.is_palette ? "palette" : "grey");
+      // Every row is decoded, and none is kept: to find what is damaged.
+      const MaskHeader header = ReadMaskRows(masks[i], [](const auto&, int, auto) {});
+      files[i].size = header.size;
+      files[i].format = header.is_rgb ? "24-bit colour"
+                                      : std::to_string(header.bits) + "-bit " +
+                                            (header.is_palette ? "palette" : "grey");
     } catch (const UserError& error) {
       files[i].error = error.what();
       const std::string prefix = masks[i].string() + ": ";

@@ -44,7 +44,7 @@ ClassImage MaskedPhotos::GivenMask(int view) const {
   if (!HasMask(view)) return {};
   const PhotoSize size = {photos[view].width, photos[view].height};
   const DecodedMask mask = DecodeMaskAgain(pairing.masks[view], size, contents[view]);
-  return ClassesOf(mask, given.Of(mask), size, static_cast<int>(given.labels.size()));
+  return ClassesOf(mask.indices, given.Of(mask.contents), static_cast<int>(given.labels.size()));
 }
 
 void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos) {
@@ -92,7 +92,7 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
   ForEachFile(num_views, [&](int64_t i) {
     sizes[i] = {photos[i].width, photos[i].height};
     if (pairing.masks[i].empty()) return;
-    mask_sizes[i] = ReadMaskSize(pairing.masks[i]);
+    mask_sizes[i] = ReadMaskHeader(pairing.masks[i]).size;
   });
   result.size_warning = MaskSizeWarning(pairing, mask_sizes, sizes);
   for (size_t i = 0; i < photos.size(); ++i) {
@@ -122,9 +122,9 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
   ForEachFile(num_views, [&](int64_t i) {
     evidence[i].class_at.assign(places[i].size(), kNoLabel);
     if (pairing.masks[i].empty()) return;
-    const DecodedMask mask = DecodeMask(pairing.masks[i], sizes[i]);
-    result.contents[i] = ContentsOf(mask);
-    evidence[i] = LookAtMask(mask, result.photos[i], places[i]);
+    DecodedMask mask = DecodeMask(pairing.masks[i], sizes[i]);
+    result.contents[i] = std::move(mask.contents);
+    evidence[i] = LookAtMask(mask.indices, result.photos[i], places[i]);
   });
   result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
   result.labels = result.given.labels;

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <map>
 #include <set>
+#include <span>
 #include <unordered_map>
 
 #include <glog/logging.h>
@@ -23,37 +24,45 @@ constexpr size_t kMaxClasses = 65535;
 
 bool IsGrey(uint32_t rgb) { return (rgb & 0xff) == (rgb >> 8 & 0xff) && (rgb & 0xff) == rgb >> 16; }
 
-DecodedMask Decode(const fs::path& path) {
-  const MaskPng png = ReadMaskPng(path);
-  DecodedMask mask;
-  mask.size = {png.width, png.height};
-  mask.is_rgb = png.is_rgb;
-  mask.pixels.reserve(png.values.size());
-  std::unordered_map<uint32_t, uint16_t> index_of;
-  // Masks are runs of one value: most pixels need no look-up.
-  uint32_t last_value = 0;
-  uint16_t last_index = 0;
-  for (const uint32_t value : png.values) {
-    if (mask.ids.empty() || value != last_value) {
+// Finds the place of each value in the order of their first occurrence.
+class IdTable {
+ public:
+  IdTable(const fs::path& path, MaskContents* contents) : path_(path), contents_(*contents) {}
+
+  uint16_t IndexOf(uint32_t value) {
+    // Masks are runs of one value: most pixels need no look-up.
+    if (contents_.ids.empty() || value != last_value_) {
       const auto [entry, is_new] =
-          index_of.try_emplace(value, static_cast<uint16_t>(mask.ids.size()));
-      if (is_new) {
-        if (mask.ids.size() == kMaxClasses) {
-          throw UserError(path.string(),
-                          ": has more than ",
-                          kMaxClasses,
-                          " ids, where one for each object would be right; is it a photo, or a "
-                          "resampled mask?");
-        }
-        mask.ids.push_back(value);
-      }
-      last_value = value;
-      last_index = entry->second;
+          index_of_.try_emplace(value, static_cast<uint16_t>(contents_.ids.size()));
+      if (is_new) Add(value);
+      last_value_ = value;
+      last_index_ = entry->second;
     }
-    mask.pixels.push_back(last_index);
+    return last_index_;
   }
-  return mask;
-}
+
+ private:
+  void Add(uint32_t value) {
+    if (contents_.ids.size() == kMaxClasses) {
+      throw UserError(path_.string(),
+                      ": has more than ",
+                      kMaxClasses,
+                      " ids, where one for each object would be right; is it a photo, or a "
+                      "resampled mask?");
+    }
+    contents_.ids.push_back(value);
+  }
+
+  const fs::path& path_;
+  MaskContents& contents_;
+  std::unordered_map<uint32_t, uint16_t> index_of_;
+  uint32_t last_value_ = 0;
+  uint16_t last_index_ = 0;
+};
+
+// The pixel of a mask in which the centre of a photo's pixel falls, along one axis:
+// floor((i + 1/2) mask / photo).
+int64_t MaskPixel(int64_t i, int mask, int photo) { return (2 * i + 1) * mask / (2 * photo); }
 
 // Long ids and nothing between them: interpolated colours are no ids.
 void CheckPredictedIds(const fs::path& mask_folder,
@@ -241,13 +250,19 @@ std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_nam
   return are_their_own ? short_names : whole_names;
 }
 
-ClassImage::ClassImage(PhotoSize size, int num_classes) {
-  const size_t pixels = static_cast<size_t>(size.width) * size.height;
+ClassImage::ClassImage(size_t num_pixels, int num_classes) {
   if (BytesPerPixel(num_classes) == 1) {
-    narrow_.assign(pixels, kNarrowNone);
+    narrow_.assign(num_pixels, kNarrowNone);
   } else {
-    wide_.assign(pixels, kWideNone);
+    wide_.assign(num_pixels, kWideNone);
   }
+}
+
+void ClassImage::Widen(int num_classes) {
+  if (narrow_.empty() || BytesPerPixel(num_classes) == 1) return;
+  wide_.reserve(narrow_.size());
+  for (const uint8_t c : narrow_) wide_.push_back(c == kNarrowNone ? kWideNone : c);
+  narrow_ = {};
 }
 
 void ClassImage::Set(size_t pixel, int32_t class_index) {
@@ -259,48 +274,51 @@ void ClassImage::Set(size_t pixel, int32_t class_index) {
 }
 
 DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
-  DecodedMask mask = Decode(path);
-  CheckAspect(path, mask.size, photo_size);
+  DecodedMask mask;
+  mask.indices = ClassImage(photo_size, /*num_classes=*/1);
+  IdTable table(path, &mask.contents);
+  std::vector<int64_t> columns(photo_size.width);
+  std::vector<uint16_t> row;
+  int64_t photo_y = 0;
+  size_t pixel = 0;
+  const MaskHeader header =
+      ReadMaskRows(path, [&](const MaskHeader& header, int y, std::span<const uint32_t> values) {
+        if (y == 0) {
+          row.resize(values.size());
+          for (int x = 0; x < photo_size.width; ++x) {
+            columns[x] = MaskPixel(x, header.size.width, photo_size.width);
+          }
+        }
+        for (size_t x = 0; x < values.size(); ++x) {
+          row[x] = table.IndexOf(values[x]);
+          mask.contents.num_zero += values[x] == 0;
+        }
+        mask.indices.Widen(static_cast<int>(mask.contents.ids.size()));
+        for (; photo_y < photo_size.height &&
+               MaskPixel(photo_y, header.size.height, photo_size.height) == y;
+             ++photo_y) {
+          for (const int64_t x : columns) mask.indices.Set(pixel++, row[x]);
+        }
+      });
+  mask.contents.size = header.size;
+  mask.contents.is_rgb = header.is_rgb;
+  CheckAspect(path, header.size, photo_size);
   return mask;
 }
 
-ClassImage ClassesOf(const DecodedMask& mask,
+ClassImage ClassesOf(const ClassImage& indices,
                      const std::vector<int32_t>& classes,
-                     const PhotoSize& photo_size,
                      int num_classes) {
-  ClassImage image(photo_size, num_classes);
-  std::vector<int64_t> columns(photo_size.width);
-  for (int64_t x = 0; x < photo_size.width; ++x) {
-    columns[x] = (2 * x + 1) * mask.size.width / (2 * photo_size.width);
-  }
-  size_t pixel = 0;
-  for (int64_t y = 0; y < photo_size.height; ++y) {
-    // The mask's pixel in which the centre of the photo's pixel falls: floor((y + 1/2) h' / h).
-    const int64_t mask_y = (2 * y + 1) * mask.size.height / (2 * photo_size.height);
-    const uint16_t* row = mask.pixels.data() + mask_y * mask.size.width;
-    for (const int64_t x : columns) image.Set(pixel++, classes[row[x]]);
-  }
+  ClassImage image(indices.NumPixels(), num_classes);
+  for (size_t i = 0; i < indices.NumPixels(); ++i) image.Set(i, classes[indices[i]]);
   return image;
-}
-
-MaskContents ContentsOf(const DecodedMask& mask) {
-  MaskContents contents;
-  contents.is_rgb = mask.is_rgb;
-  contents.ids = mask.ids;
-  contents.size = mask.size;
-  const auto zero = std::find(mask.ids.begin(), mask.ids.end(), 0u);
-  if (zero != mask.ids.end()) {
-    const auto index = static_cast<uint16_t>(zero - mask.ids.begin());
-    contents.num_zero = std::count(mask.pixels.begin(), mask.pixels.end(), index);
-  }
-  return contents;
 }
 
 DecodedMask DecodeMaskAgain(const fs::path& path,
                             const PhotoSize& photo_size,
                             const MaskContents& contents) {
   DecodedMask mask = DecodeMask(path, photo_size);
-  if (mask.ids == contents.ids) return mask;
+  if (mask.contents.ids == contents.ids) return mask;
   throw UserError(path.string(),
                   ": has changed its ids since it was first looked at; masks that stay as they are "
                   "would be right.");
@@ -329,27 +347,13 @@ std::string MaskSizeWarning(const MaskPairing& pairing,
          "; masks made of the undistorted photos would be right.";
 }
 
-namespace {
-
-std::vector<int32_t> ClassesOfIds(const MaskClasses& classes,
-                                  bool is_rgb,
-                                  const std::vector<uint32_t>& ids) {
+std::vector<int32_t> MaskClasses::Of(const MaskContents& mask) const {
   std::vector<int32_t> of_ids;
-  for (const uint32_t id : ids) {
-    const auto found = classes.class_of_id.find(is_rgb && classes.colors_are_grey ? id & 0xff : id);
-    of_ids.push_back(found == classes.class_of_id.end() ? kUnlabelled : found->second);
+  for (const uint32_t id : mask.ids) {
+    const auto found = class_of_id.find(mask.is_rgb && colors_are_grey ? id & 0xff : id);
+    of_ids.push_back(found == class_of_id.end() ? kUnlabelled : found->second);
   }
   return of_ids;
-}
-
-}  // namespace
-
-std::vector<int32_t> MaskClasses::Of(const DecodedMask& mask) const {
-  return ClassesOfIds(*this, mask.is_rgb, mask.ids);
-}
-
-std::vector<int32_t> MaskClasses::Of(const MaskContents& mask) const {
-  return ClassesOfIds(*this, mask.is_rgb, mask.ids);
 }
 
 MaskClasses NumberMasks(const std::vector<MaskContents>& contents,

@@ -55,9 +55,12 @@ class ClassImage {
  public:
   // An image without pixels: of a photo without a mask.
   ClassImage() = default;
-  ClassImage(PhotoSize size, int num_classes);
+  // All kUnlabelled.
+  ClassImage(PhotoSize size, int num_classes) : ClassImage(NumPixelsOf(size), num_classes) {}
+  ClassImage(size_t num_pixels, int num_classes);
 
-  bool Empty() const { return narrow_.empty() && wide_.empty(); }
+  bool Empty() const { return NumPixels() == 0; }
+  size_t NumPixels() const { return narrow_.empty() ? wide_.size() : narrow_.size(); }
 
   // The class at y * width + x, or kUnlabelled.
   int32_t operator[](size_t pixel) const {
@@ -66,10 +69,17 @@ class ClassImage {
   }
   void Set(size_t pixel, int32_t class_index);
 
+  // Makes room for more classes than the image was made for; pixels keep theirs.
+  void Widen(int num_classes);
+
   // Bytes for each pixel with this many classes.
   static int BytesPerPixel(int num_classes) { return num_classes <= kNarrowNone ? 1 : 2; }
 
  private:
+  static size_t NumPixelsOf(PhotoSize size) {
+    return static_cast<size_t>(size.width) * static_cast<size_t>(size.height);
+  }
+
   static constexpr uint8_t kNarrowNone = 0xff;
   static constexpr uint16_t kWideNone = 0xffff;
   std::vector<uint8_t> narrow_;
@@ -82,33 +92,32 @@ class ClassImage {
 // (kClass). kAuto: a class where at least a fifth of the masks' pixels are 0.
 enum class LabelZero { kIgnore, kClass, kAuto };
 
-// A mask by itself, at its own size: its ids, and which of them each pixel has. Two bytes a pixel.
-struct DecodedMask {
-  PhotoSize size;
-  bool is_rgb = false;
-  std::vector<uint32_t> ids;  // every value that occurs, in order of first occurrence
-  std::vector<uint16_t> pixels;
-};
-
-// Throws UserError, one sentence naming the file: a mask that is damaged or no PNG; one whose
-// aspect is not the photo's (to a pixel); one with more than 65535 ids.
-DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
-
-// The mask at the photo's size, read at the nearest pixel centre; `classes` [ids of the mask] are
-// less than `num_classes`, or kUnlabelled.
-ClassImage ClassesOf(const DecodedMask& mask,
-                     const std::vector<int32_t>& classes,
-                     const PhotoSize& photo_size,
-                     int num_classes);
-
 // What has to be known of each mask before any of them has classes.
 struct MaskContents {
   bool is_rgb = false;
-  std::vector<uint32_t> ids;  // as of DecodedMask
+  std::vector<uint32_t> ids;  // every value that occurs, in order of first occurrence
   int64_t num_zero = 0;       // pixels of id 0, at the mask's size
-  PhotoSize size;             // 0 x 0: there is no mask
+  PhotoSize size;             // of the file; 0 x 0: there is no mask
 };
-MaskContents ContentsOf(const DecodedMask& mask);
+
+// A mask by itself: its contents, and which of its ids each pixel of its photo has, read at the
+// nearest pixel centre. One byte a pixel of the photo up to 255 ids, else two, whatever the size of
+// the mask.
+struct DecodedMask {
+  MaskContents contents;
+  ClassImage indices;  // at the photo's size, into contents.ids; never kUnlabelled
+};
+
+// Takes, beside the result, the memory that MaskHeader::decoding_bytes tells. Throws UserError, one
+// sentence naming the file: a mask that is damaged or no PNG; one whose aspect is not the photo's
+// (to a pixel); one with more than 65535 ids; interlaced rows that there is not the memory for.
+DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
+
+// The classes of a DecodedMask's indices; `classes` [ids of the mask] are less than `num_classes`,
+// or kUnlabelled.
+ClassImage ClassesOf(const ClassImage& indices,
+                     const std::vector<int32_t>& classes,
+                     int num_classes);
 
 // DecodeMask for a mask that was looked at before, when it had these contents. Also throws
 // UserError where its ids are others now: what is known of them would be wrong.
@@ -132,11 +141,10 @@ struct MaskClasses {
   std::map<uint32_t, int32_t> class_of_id;
 
   // For ClassesOf: of each id of a mask.
-  std::vector<int32_t> Of(const DecodedMask& mask) const;
   std::vector<int32_t> Of(const MaskContents& mask) const;
 };
 
-// Numbers the ids of all masks as classes; `contents` [pairing.masks] are ContentsOf each.
+// Numbers the ids of all masks as classes; `contents` [pairing.masks] are of each.
 //
 // A pixel's id is: the value of a grey mask (1 to 16 bits); the index, never the colour, of a
 // palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set

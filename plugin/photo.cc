@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photo.h"
 
+#include "foam/available_memory.h"
 #include "foam/error.h"
 #include "foam/input_file.h"
+#include "foam/memory_plan.h"
 #include "foam/srgb.h"
 
 #include <algorithm>
@@ -58,22 +60,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   if (spec.get_int_attribute("oiio:Movie") != 0) {
     throw UserError(path.string(), ": is an animation, where one still picture would be right.");
   }
-  const uint64_t pixels = static_cast<uint64_t>(std::max(spec.width, 0)) *
-                          static_cast<uint64_t>(std::max(spec.height, 0));
-  // No compressed photo comes near this; a damaged header easily does.
-  constexpr uint64_t kPixelsPerByte = 20'000;
-  constexpr uint64_t kAlwaysPlausible = 1 << 24;
-  if (pixels == 0 || spec.depth > 1 ||
-      (pixels > kAlwaysPlausible && pixels / kPixelsPerByte > fs::file_size(path))) {
-    throw UserError(path.string(),
-                    ": claims ",
-                    spec.width,
-                    " x ",
-                    spec.height,
-                    " pixels in ",
-                    fs::file_size(path),
-                    " bytes; is it damaged?");
-  }
+  RequirePlausible(path, {spec.width, spec.height, spec.depth, spec.nchannels});
   return input;
 }
 
@@ -82,12 +69,138 @@ uint32_t BigEndian(const char* bytes) {
   return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | uint32_t{b[3]};
 }
 
+constexpr char kPngSignature[] = "\x89PNG\r\n\x1a\n";
+
+// The sum over the components of a JPEG of the pixels that each has (fewer where it is subsampled),
+// if its frame is progressive, whose coefficients libjpeg holds all at once; else 0.
+uint64_t ProgressiveJpegValues(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  uint8_t head[4];
+  const auto read = [&](uint8_t* bytes, std::streamsize count) {
+    return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes), count));
+  };
+  if (!read(head, 2) || head[0] != 0xff || head[1] != 0xd8) return 0;
+  while (read(head, 4) && head[0] == 0xff) {
+    const uint8_t marker = head[1];
+    const int length = head[2] << 8 | head[3];
+    // SOF0 to SOF15 without the markers of tables among them.
+    const bool is_frame =
+        (marker & 0xf0) == 0xc0 && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+    if (!is_frame) {
+      if (length < 2) return 0;
+      file.seekg(length - 2, std::ios::cur);
+      continue;
+    }
+    if ((marker & 3) != 2) return 0;
+    uint8_t frame[6 + 3 * 4];
+    if (!read(frame, 6) || frame[5] > 4 || !read(frame + 6, 3 * frame[5])) return 0;
+    const uint64_t height = frame[1] << 8 | frame[2], width = frame[3] << 8 | frame[4];
+    uint64_t most = 1, sum = 0;  // of the sampling factors' products
+    for (int c = 0; c < frame[5]; ++c) {
+      const uint8_t factors = frame[6 + 3 * c + 1];
+      const uint64_t product = uint64_t{factors} / 16 * (factors % 16);
+      most = std::max(most, product);
+      sum += product;
+    }
+    return width * height * sum / most;
+  }
+  return 0;
+}
+
+struct PngHeader {
+  uint64_t bits_per_pixel = 0;  // 0: the file is no PNG
+  bool is_interlaced = false;
+};
+
+PngHeader ReadPngHeader(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  char bytes[29];
+  if (!file.read(bytes, sizeof(bytes)) || std::memcmp(bytes, kPngSignature, 8) != 0) return {};
+  // By colour type: grey, -, RGB, palette, grey and alpha, -, RGB and alpha.
+  constexpr uint64_t kChannels[] = {1, 1, 3, 1, 2, 1, 4, 1};
+  return {static_cast<uint8_t>(bytes[24]) * kChannels[bytes[25] & 7], bytes[28] != 0};
+}
+
+// What ReadPhoto makes its result of: 8-bit values of all channels.
+bool IsResult(const OIIO::ImageSpec& spec) { return spec.nchannels == 3 && spec.alpha_channel < 0; }
+
+PhotoHeader HeaderOf(const fs::path& path, const OIIO::ImageInput& input) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const std::string_view format = input.format_name();
+  const uint64_t pixels = static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height);
+  // What the decoder holds beside the rows that it hands out.
+  uint64_t decoder = 0;
+  if (format == "jpeg") {
+    decoder = sizeof(int16_t) * ProgressiveJpegValues(path);
+  } else if (format == "png" ? ReadPngHeader(path).is_interlaced
+                             : format != "bmp" && format != "pnm") {
+    decoder = spec.image_bytes(/*native=*/true);
+  }
+  PhotoHeader header;
+  header.size = {spec.width, spec.height};
+  header.decoding_bytes = pixels * static_cast<uint64_t>(spec.nchannels) +
+                          std::max(decoder, IsResult(spec) ? 0 : 3 * pixels);
+  return header;
+}
+
 }  // namespace
+
+void RequirePlausible(const fs::path& path, const PictureClaim& claim) {
+  // No compressed photo comes near this; a damaged header easily does.
+  constexpr uint64_t kPixelsPerByte = 20'000;
+  constexpr uint64_t kAlwaysPlausible = 1 << 24;
+  const uint64_t pixels = static_cast<uint64_t>(std::max(claim.width, 0)) *
+                          static_cast<uint64_t>(std::max(claim.height, 0));
+  const uint64_t file_size = fs::file_size(path);
+  const uint64_t png_bits = ReadPngHeader(path).bits_per_pixel;
+  const bool fits = png_bits > 0
+                        ? pixels / 8 * png_bits / kMostPngExpansion <= file_size
+                        : pixels <= kAlwaysPlausible || pixels / kPixelsPerByte <= file_size;
+  if (pixels == 0 || claim.depth > 1 || !fits) {
+    throw UserError(path.string(),
+                    ": claims ",
+                    claim.width,
+                    " x ",
+                    claim.height,
+                    " pixels in ",
+                    file_size,
+                    " bytes; is it damaged?");
+  }
+  if (claim.channels > kMostChannels) {
+    throw UserError(path.string(),
+                    ": has ",
+                    claim.channels,
+                    " channels, where grey or colours, with or without alpha, would be right.");
+  }
+}
+
+void RequireDecodingMemory(const fs::path& path, const PhotoSize& size, uint64_t bytes) {
+  // So little is there, or the system will find it.
+  constexpr uint64_t kAlwaysThere = 32'000'000;
+  if (bytes > kAlwaysThere) RequireDecodingMemory(path, size, bytes, AvailableMemory());
+}
+
+void RequireDecodingMemory(const fs::path& path,
+                           const PhotoSize& size,
+                           uint64_t bytes,
+                           int64_t available) {
+  if (bytes <= static_cast<uint64_t>(std::max<int64_t>(0, available))) return;
+  throw UserError(path.string(),
+                  ": is ",
+                  size.width,
+                  " x ",
+                  size.height,
+                  " pixels, which take ",
+                  FormatBytes(static_cast<int64_t>(bytes)),
+                  " of memory to decode, and ",
+                  FormatBytes(available),
+                  " are available; a smaller picture would be right.");
+}
 
 void CheckPngChunks(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   char signature[8];
-  if (!file.read(signature, 8) || std::memcmp(signature, "\x89PNG\r\n\x1a\n", 8) != 0) return;
+  if (!file.read(signature, 8) || std::memcmp(signature, kPngSignature, 8) != 0) return;
   uint64_t left = fs::file_size(path) - 8;
   std::vector<char> chunk;
   for (;;) {
@@ -177,10 +290,9 @@ Image8 ReducePhoto(const Image8& photo, const PhotoSize& size) {
   return reduced;
 }
 
-PhotoSize ReadPhotoSize(const fs::path& path) {
-  const auto input = Open(path);
-  return {input->spec().width, input->spec().height};
-}
+PhotoHeader ReadPhotoHeader(const fs::path& path) { return HeaderOf(path, *Open(path)); }
+
+PhotoSize ReadPhotoSize(const fs::path& path) { return ReadPhotoHeader(path).size; }
 
 Image8 ReadPhoto(const fs::path& path) {
   RequireRegularFile(path, "a photo");
@@ -192,6 +304,8 @@ Image8 ReadPhoto(const fs::path& path) {
                     ": holds floating-point values, where the display values of a photo (8 or 16 "
                     "bits, such as a JPEG or PNG) would be right.");
   }
+  const PhotoHeader header = HeaderOf(path, *input);
+  RequireDecodingMemory(path, header.size, header.decoding_bytes);
   const int channels = spec.nchannels;
   const int alpha = spec.alpha_channel;
   const bool premultiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
@@ -204,7 +318,7 @@ Image8 ReadPhoto(const fs::path& path) {
   }
 
   Image8 image{spec.width, spec.height, {}};
-  if (channels == 3 && alpha < 0) {
+  if (IsResult(spec)) {
     image.data = std::move(raw);
     return image;
   }

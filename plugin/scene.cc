@@ -2,9 +2,10 @@
 #include "plugin/scene.h"
 
 #include "foam/error.h"
-#include "foam/parallel.h"
 #include "plugin/colmap_model.h"
 #include "plugin/files.h"
+#include "plugin/mask_evidence.h"
+#include "plugin/mask_png.h"
 #include "plugin/seeds.h"
 
 #include <algorithm>
@@ -119,24 +120,65 @@ uint64_t ScenePlan::TableBytes() const {
   return bytes;
 }
 
-uint64_t ScenePlan::DecodingBytes() const {
+namespace {
+
+// What decoding one photo and its mask takes, in bytes.
+struct ViewBytes {
+  uint64_t photo = 0;    // the decoded photo at its peak, reducing included
+  uint64_t mask = 0;     // decoding the mask at its peak, the indices included
+  uint64_t held = 0;     // of the photo while it is held
+  uint64_t classes = 0;  // of the mask while they are held; one image of a photo's size
+};
+
+ViewBytes BytesOf(const ScenePlan& plan, size_t view) {
+  const PhotoRecord& photo = plan.photos[view];
+  const uint64_t pixels = static_cast<uint64_t>(photo.width) * static_cast<uint64_t>(photo.height);
+  const bool is_reduced = PhotoSize{photo.width, photo.height} != plan.file_sizes[view];
+  ViewBytes bytes;
+  bytes.held = 3 * pixels;
+  bytes.photo = plan.photo_decoding[view] + (is_reduced ? bytes.held : 0);
+  if (plan.masks.masks[view].empty()) return bytes;
+  bytes.classes = 2 * pixels;
+  bytes.mask = plan.mask_decoding[view] + bytes.classes;
+  return bytes;
+}
+
+}  // namespace
+
+uint64_t ScenePlan::LoadingBytes() const {
   uint64_t most = 0;
   for (size_t i = 0; i < photos.size(); ++i) {
-    const uint64_t in_file =
-        static_cast<uint64_t>(file_sizes[i].width) * static_cast<uint64_t>(file_sizes[i].height);
-    const uint64_t trained =
-        static_cast<uint64_t>(photos[i].width) * static_cast<uint64_t>(photos[i].height);
-    // The classes come first, in two bytes a pixel at the most; a mask's values take seven.
-    const uint64_t photo = 3 * in_file + (trained != in_file ? 3 * trained : 0);
-    const bool has_mask = !masks.masks[i].empty();
-    most = std::max(most, has_mask ? std::max(photo + 2 * trained, 7 * in_file) : photo);
+    const ViewBytes bytes = BytesOf(*this, i);
+    const uint64_t held = bytes.held + bytes.classes;
+    // The photo is decoded first, then the mask; when all are, one more image of classes is made.
+    most = std::max({most,
+                     std::max(bytes.photo, held) - held,
+                     std::max(bytes.mask, bytes.classes) - bytes.classes,
+                     bytes.classes});
   }
   return most;
 }
 
-int LoadOptions::MostAtOnce(const ScenePlan& plan) const {
-  const auto fit = cache_bytes / static_cast<int64_t>(std::max<uint64_t>(1, plan.DecodingBytes()));
-  return static_cast<int>(std::clamp<int64_t>(fit, 1, NumThreads()));
+uint64_t ScenePlan::OpeningBytes() const {
+  uint64_t most = 0;
+  for (size_t i = 0; i < photos.size(); ++i) {
+    const ViewBytes bytes = BytesOf(*this, i);
+    // The mask's indices, classes and corrected classes; then the photo.
+    most = std::max({most, bytes.mask, 2 * bytes.classes, bytes.classes + bytes.photo});
+  }
+  return most;
+}
+
+uint64_t ScenePlan::CorrectionBytes() const {
+  // Each point is triangulated (memory_plan.cc has what that takes) and keeps its neighbours; each
+  // sighting becomes an observation, of which its region keeps a list.
+  constexpr uint64_t kBytesOfPoint = 1000;
+  constexpr uint64_t kBytesOfSighting = sizeof(Sighting) + sizeof(Observation) + sizeof(uint32_t);
+  uint64_t bytes = 0;
+  for (const Sightings& track : seed_sightings) {
+    if (!track.empty()) bytes += kBytesOfPoint + kBytesOfSighting * track.size();
+  }
+  return bytes;
 }
 
 ScenePlan PlanScene(const SceneOptions& options) {
@@ -167,6 +209,8 @@ ScenePlan PlanScene(const SceneOptions& options) {
   const size_t num_views = model.images.size();
   plan.photos.resize(num_views);
   plan.file_sizes.resize(num_views);
+  plan.photo_decoding.resize(num_views);
+  plan.mask_decoding.resize(num_views, 0);
   for (const Image& image : model.images) {
     plan.distortion = std::max(plan.distortion, DistortionAtCorners(*cameras.at(image.camera_id)));
     plan.files.push_back(options.image_path / image.name);
@@ -181,7 +225,9 @@ ScenePlan PlanScene(const SceneOptions& options) {
                       images_file.string(),
                       " has this image; is --image_path the folder that was given to COLMAP?");
     }
-    const PhotoSize size = ReadPhotoSize(file);
+    const PhotoHeader header = ReadPhotoHeader(file);
+    const PhotoSize size = header.size;
+    plan.photo_decoding[i] = header.decoding_bytes;
     const Camera& camera = *cameras.at(image.camera_id);
     const PhotoSize camera_size = {static_cast<int>(camera.width), static_cast<int>(camera.height)};
     if (!SameAspect(size, camera_size)) {
@@ -224,6 +270,10 @@ ScenePlan PlanScene(const SceneOptions& options) {
     plan.masks.masks.resize(num_views);
   } else {
     plan.masks = PairMasks(plan.mask_folder, names);
+    ForEachFile(static_cast<int64_t>(num_views), [&](int64_t i) {
+      const fs::path& mask = plan.masks.masks[i];
+      if (!mask.empty()) plan.mask_decoding[i] = ReadMaskHeader(mask).decoding_bytes;
+    });
   }
   plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
   if (options.use_masks && plan.mask_folder.empty() && plan.labels_are_given) {

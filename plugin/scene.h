@@ -51,6 +51,8 @@ struct ScenePlan {
                                              // the size that is trained on
   std::vector<std::filesystem::path> files;  // their photos
   std::vector<PhotoSize> file_sizes;         // of `files`
+  std::vector<uint64_t> photo_decoding;      // PhotoHeader::decoding_bytes of `files`
+  std::vector<uint64_t> mask_decoding;       // MaskHeader::decoding_bytes; 0 without a mask
   MaskPairing masks;                         // for `files`; all empty without masks
   std::filesystem::path mask_folder;         // empty: no masks
   std::filesystem::path labels_file;         // empty: no names
@@ -71,11 +73,16 @@ struct ScenePlan {
   std::vector<int> lenses;       // for `photos`, see LensOfPhotos
   double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
 
-  // Memory that all photos, masks and ray tables take at their peak, in bytes.
+  // Memory in bytes, at the most. Of all photos, masks and ray tables, where they are held.
   uint64_t MemoryBytes() const;
-  // Of these, the tables; and what one photo and its mask take while they are decoded, at the most.
+  // Of these, the tables.
   uint64_t TableBytes() const;
-  uint64_t DecodingBytes() const;
+  // What loading one more photo and mask at a time takes beside what is held.
+  uint64_t LoadingBytes() const;
+  // What opening a photo and its mask takes (TrainingScene::OpenView), where they are not held.
+  uint64_t OpeningBytes() const;
+  // What holding the masks against the tracks takes, before there is a foam.
+  uint64_t CorrectionBytes() const;
 };
 
 // How a planned scene is loaded.
@@ -83,11 +90,10 @@ struct LoadOptions {
   // Photos and masks stay in memory where ScenePlan::MemoryBytes is no more than this. Else none
   // does, and what is kept of them for training takes so much.
   int64_t cache_bytes = std::numeric_limits<int64_t>::max();
+  // How many photos and masks are decoded at a time; 0 = as many as there are threads.
+  int most_at_once = 0;
   // Called with how many of how many photos have been decoded; from any thread, one at a time.
   std::function<void(int done, int total)> report;
-
-  // How many photos are decoded at a time: as many as there are threads, and as fit into the cache.
-  int MostAtOnce(const ScenePlan& plan) const;
 };
 
 // Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.
@@ -100,7 +106,7 @@ struct LoadOptions {
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
 // image or has another aspect than its camera; a test_every that
 // holds out everything or is negative; a mask or label path that is given but missing; a label path
-// without masks.
+// without masks; what ReadPhotoHeader and ReadMaskHeader throw of the photos and masks.
 ScenePlan PlanScene(const SceneOptions& options);
 
 // The photos, their cameras and their labels, ready to train on and to compare with. Views are
@@ -181,8 +187,8 @@ class TrainingScene final : public TrainingViews {
   void LoadPhotosAndMasks(const LoadOptions& load);
   void PlaceCameras();
   Image8 DecodePhoto(int view) const;
-  // The classes that the corrected mask gives.
-  ClassImage ClassesOfMask(int view, const DecodedMask& mask) const;
+  // The classes that the corrected mask gives; `indices` as of DecodedMask.
+  ClassImage ClassesOfMask(int view, ClassImage indices) const;
   PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
 
   ScenePlan plan_;

@@ -2,6 +2,7 @@
 //
 // What of a TrainingScene decodes photos and masks, and what is made of their pixels.
 #include "foam/error.h"
+#include "foam/parallel.h"
 #include "plugin/files.h"
 #include "plugin/scene.h"
 
@@ -21,7 +22,7 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
       views_(plan_.photos.size()),
       holds_pixels_(plan_.MemoryBytes() <= static_cast<uint64_t>(load.cache_bytes)),
       cache_bytes_(load.cache_bytes),
-      most_open_views_(load.MostAtOnce(plan_)) {
+      most_open_views_(load.most_at_once > 0 ? load.most_at_once : NumThreads()) {
   const auto start = std::chrono::steady_clock::now();
   LoadPhotosAndMasks(load);
   const bool names_fit =
@@ -45,7 +46,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
       PlacesByView(plan_.seed_sightings, plan_.photos.size());
   surveys_.resize(num_views);
   mask_contents_.resize(num_views);
-  std::vector<DecodedMask> masks(num_views);
+  std::vector<ClassImage> indices(num_views);     // DecodedMask::indices of masks that stay
   std::vector<ViewEvidence> evidence(num_views);  // in indices of the mask's own ids
   std::mutex report_mutex;
   int num_done = 0;
@@ -57,9 +58,9 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
     const PhotoSize size = {Width(static_cast<int>(i)), Height(static_cast<int>(i))};
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
-      mask_contents_[i] = ContentsOf(mask);
-      if (is_judged) evidence[i] = LookAtMask(mask, plan_.photos[i], seed_places[i]);
-      if (holds_pixels_) masks[i] = std::move(mask);
+      mask_contents_[i] = std::move(mask.contents);
+      if (is_judged) evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
+      if (holds_pixels_) indices[i] = std::move(mask.indices);
     } else {
       evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
     }
@@ -86,10 +87,9 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
     if (mask_rewriter_) labels_ = mask_rewriter_->labels();
   }
   if (!holds_pixels_) return;
-  ForEachFile(num_views, [&](int64_t i) {
+  ForEachFile(num_views, most_open_views_, [&](int64_t i) {
     if (plan_.masks.masks[i].empty()) return;
-    views_[i].classes = ClassesOfMask(static_cast<int>(i), masks[i]);
-    masks[i] = DecodedMask();
+    views_[i].classes = ClassesOfMask(static_cast<int>(i), std::move(indices[i]));
   });
 }
 
@@ -104,10 +104,11 @@ Image8 TrainingScene::DecodePhoto(int view) const {
   return size == plan_.file_sizes[view] ? std::move(photo) : ReducePhoto(photo, size);
 }
 
-ClassImage TrainingScene::ClassesOfMask(int view, const DecodedMask& mask) const {
-  const PhotoSize size = {Width(view), Height(view)};
-  ClassImage classes =
-      ClassesOf(mask, mask_classes_.Of(mask), size, static_cast<int>(mask_classes_.labels.size()));
+ClassImage TrainingScene::ClassesOfMask(int view, ClassImage indices) const {
+  ClassImage classes = ClassesOf(indices,
+                                 mask_classes_.Of(mask_contents_[view]),
+                                 static_cast<int>(mask_classes_.labels.size()));
+  indices = {};
   return mask_rewriter_ ? mask_rewriter_->Rewrite(view, plan_.photos[view], classes)
                         : std::move(classes);
 }
@@ -136,12 +137,13 @@ std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
                         "that --image_cache_gb does not hold; files that stay until the end would "
                         "be right.");
       }
-      // The mask first: decoding it takes the most memory.
+      // The mask first: its classes are made in several steps, each with an image of its own.
       if (!mask_file.empty()) {
         classes_ = scene.ClassesOfMask(
             view,
             DecodeMaskAgain(
-                mask_file, {scene.Width(view), scene.Height(view)}, scene.mask_contents_[view]));
+                mask_file, {scene.Width(view), scene.Height(view)}, scene.mask_contents_[view])
+                .indices);
       }
       photo_ = scene.DecodePhoto(view);
     }

@@ -8,6 +8,7 @@
 #include "plugin/photo.h"
 #include "tools/exposure_fit.h"
 #include "tools/image_files.h"
+#include "tools/memory_task.h"
 #include "tools/view_images.h"
 
 #include <algorithm>
@@ -164,6 +165,7 @@ Scores ScoreModel(const Model& model,
                   const fs::path& truth_path,
                   bool fit_exposure,
                   const OnViewMaps& on_maps) {
+  const MemoryTask task("held-out views are rendered and scored", "smaller photos");
   const ViewRenderer renderer(model.foam);
   ObjectScorers objects(truth_path, model);
   Scores scores;

@@ -4,6 +4,7 @@
 #include "export/label_sidecar.h"
 #include "export/names.h"
 #include "foam/error.h"
+#include "tools/memory_task.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
 
@@ -354,6 +355,9 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
 void WriteVolumes(const ExportableScene& scene,
                   const std::filesystem::path& output_path,
                   const VolumeExportOptions& volume) {
+  const MemoryTask task("volumes are made",
+                        "a larger --VolumeExport.voxel_size or a smaller "
+                        "--VolumeExport.max_resolution");
   LOG(INFO) << "Writing volumes";
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();
@@ -382,6 +386,7 @@ void WriteMeshes(const ExportableScene& scene,
     LOG(WARNING) << "There is no object, so no meshes are written.";
     return;
   }
+  const MemoryTask task("meshes are made", "a foam of fewer objects (object_extractor)");
   surface.om = formats.count("om") != 0;
   surface.ply = formats.count("ply") != 0;
   surface.obj = formats.count("obj") != 0;

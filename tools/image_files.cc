@@ -3,6 +3,7 @@
 
 #include "foam/error.h"
 #include "foam/output_file.h"
+#include "plugin/photo.h"
 
 #include <algorithm>
 #include <memory>
@@ -144,7 +145,14 @@ Foreground ReadForeground(const fs::path& path) {
         path.string(), ": this mask cannot be read (", OIIO::geterror(), "); give a PNG.");
   }
   const OIIO::ImageSpec& spec = input->spec();
-  std::vector<uint16_t> pixels(size_t{1} * spec.width * spec.height * spec.nchannels);
+  RequirePlausible(path, {spec.width, spec.height, spec.depth, spec.nchannels});
+  const size_t num_pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+  // 16 bits of all channels, an id each, and what some decoders hold of their own.
+  RequireDecodingMemory(path,
+                        {spec.width, spec.height},
+                        num_pixels * (2 * static_cast<size_t>(spec.nchannels) + sizeof(int32_t)) +
+                            spec.image_bytes(true));
+  std::vector<uint16_t> pixels(num_pixels * spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT16, pixels.data())) {
     throw UserError(path.string(),
                     ": this mask cannot be read to its end (",
@@ -161,6 +169,7 @@ Foreground ReadForeground(const fs::path& path) {
   foreground.largest = largest / one;
   foreground.white = has_16_bits ? 65535 : 255;
   foreground.mask = {spec.width, spec.height, {}};
+  foreground.mask.data.reserve(num_pixels);
   for (size_t i = 0; i < pixels.size(); i += spec.nchannels) {
     foreground.mask.data.push_back(pixels[i] > threshold);
   }

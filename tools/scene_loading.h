@@ -13,12 +13,14 @@ namespace semfoam {
 struct ImageMemory {
   int64_t cache_bytes = 0;  // what --image_cache_gb gives, or chooses
   int64_t bytes = 0;        // of these and beside them, what photos and masks take of a run
+  int most_at_once = 1;     // photos and masks that are decoded at a time
   bool holds_all = true;    // all photos and masks stay in memory
 };
 
 // `image_cache_gb` as the option has it: 1e9 bytes each, or -1: three quarters of what the memory
 // that is available leaves beside the foam. `training` decides how many pixels a run draws; one
-// with a budget of seconds may draw any number.
+// with a budget of seconds may draw any number. Throws UserError, naming the file, where one photo
+// or mask alone takes more memory to decode than is available.
 ImageMemory PlanImageMemory(double image_cache_gb,
                             const ScenePlan& plan,
                             const TrainingOptions& training,

@@ -5,6 +5,7 @@
 #include "foam/scratch_folder.h"
 #include "tools/commands.h"
 #include "tools/logging.h"
+#include "tools/memory_task.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -112,7 +113,7 @@ int Main(int argc, char** argv) {
       return Fail(error.path1().string() + ": cannot be reached (" + error.code().message() +
                   "); may you read and enter its folders?");
     } catch (const std::bad_alloc&) {
-      return Fail("the memory is used up; choose a lower --quality or fewer sites.");
+      return Fail(MemoryUsedUp());
     } catch (const std::exception& error) {
       return Fail(std::string("something unexpected went wrong (") + error.what() + ").");
     }

@@ -10,6 +10,7 @@
 #include "foam/output_file.h"
 #include "foam/photo_name.h"
 #include "plugin/scene_checksums.h"
+#include "tools/memory_task.h"
 #include "tools/presets.h"
 #include "tools/progress.h"
 #include "tools/scene_loading.h"
@@ -137,6 +138,9 @@ TrainingSummary Train(const TrainingScene& scene,
                       const CheckpointTexts& texts,
                       std::unique_ptr<Checkpoint> checkpoint,
                       TrainingFolder* folder) {
+  const MemoryTask task("the foam is trained",
+                        "a smaller --FoamTraining.final_sites, --FoamTraining.rays_per_iteration "
+                        "or --image_cache_gb");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
   hooks.report = [&](const TrainingProgress& progress) {
@@ -281,14 +285,14 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
                     "COLMAP model too.");
   }
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
-  const bool has_semantics = plan.masks.NumPaired() > 0;
+  const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
   const int64_t available = AvailableMemory();
   const ImageMemory images =
       PlanImageMemory(run->image_cache_gb, plan, run->training, run->time_budget > 0, available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run->training, has_semantics, num_seeds, images.bytes).Report() << ", "
+            << PlanMemory(run->training, usual_classes, num_seeds, images.bytes).Report() << ", "
             << FormatBytes(available) << " available";
-  RequireMemory(run->training, has_semantics, num_seeds, images.bytes, available);
+  RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
   folder->SetIdentity(IdentityOf(options, *run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
@@ -313,6 +317,15 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
+  if (scene.NumClasses() > kUsualClasses) {
+    LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
+              << PlanMemory(run->training, scene.NumClasses(), num_seeds, images.bytes).Report();
+    RequireMemory(run->training,
+                  scene.NumClasses(),
+                  num_seeds,
+                  images.holds_all ? 0 : images.bytes,
+                  AvailableMemory());
+  }
   CheckpointTexts texts;
   texts["labels"] = LabelTexts(scene.Labels());
   if (run->time_budget > 0) {
@@ -322,7 +335,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     } else {
       FitToBudget(options, scene, begin, run);
       RequireMemory(run->training,
-                    has_semantics,
+                    scene.NumClasses(),
                     num_seeds,
                     images.holds_all ? 0 : images.bytes,
                     AvailableMemory());

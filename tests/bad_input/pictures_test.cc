@@ -4,6 +4,7 @@
 #include "plugin/mask_png.h"
 #include "plugin/masked_photos.h"
 #include "plugin/photo.h"
+#include "tools/image_files.h"
 
 #include <memory>
 
@@ -139,6 +140,20 @@ TEST(BadInput, Photos) {
       {"100000 pixels wide",
        Header("photo.png", 100'000, 100'000, 8, 2),
        "IN/photo.png: claims 100000 x 100000 pixels in 101 bytes; is it damaged?"},
+      {"16 bits a channel, more than deflate can pack",
+       Header("photo.png", 300, 200, 16, 6),
+       "IN/photo.png: claims 300 x 200 pixels in 101 bytes; is it damaged?"},
+      {"thousands of channels",
+       [](const fs::path& folder) {
+         fs::remove(folder / "photo.png");
+         const OIIO::ImageSpec spec(8, 6, 1000, OIIO::TypeDesc::UINT16);
+         const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("tiff");
+         const std::vector<uint16_t> pixels(48 * 1000);
+         ASSERT_TRUE(output->open((folder / "photo.png").string(), spec) &&
+                     output->write_image(OIIO::TypeDesc::UINT16, pixels.data()) && output->close());
+       },
+       "IN/photo.png: has 1000 channels, where grey or colours, with or without alpha, would be "
+       "right."},
       {"twice as high",
        Header("photo.png", 8, 12, 8, 2),
        "IN/photo.png: cannot be decoded completely (PNG read error: Not enough image data PNG "
@@ -303,6 +318,26 @@ TEST(BadInput, Masks) {
   ExpectSentences(folders, WritePictures, [](const fs::path& f) {
     PairMasks(f / "masks", {"a.jpg", "a.png"});
   });
+}
+
+// A mask for scoring (foam_evaluator --truth_path).
+TEST(BadInput, ForegroundMasks) {
+  const std::vector<BadInput> cases = {
+      {"100000 pixels wide",
+       Header("mask.png", 100'000, 100'000, 8, 0),
+       "IN/mask.png: claims 100000 x 100000 pixels in 86 bytes; is it damaged?"},
+  };
+  ExpectSentences(cases, WritePictures, [](const fs::path& f) { ReadForeground(f / "mask.png"); });
+}
+
+TEST(BadInput, PicturesThatTheMemoryCannotHold) {
+  const fs::path file = "a/b.png";
+  const PhotoSize size = {100'000, 75'000};
+  EXPECT_EQ(UserErrorOf([&] { RequireDecodingMemory(file, size, 30'000'000'000, 30'000'000'000); }),
+            "");
+  EXPECT_EQ(UserErrorOf([&] { RequireDecodingMemory(file, size, 30'000'000'000, 29'999'999'999); }),
+            "a/b.png: is 100000 x 75000 pixels, which take 30.00 GB of memory to decode, and 30.00 "
+            "GB are available; a smaller picture would be right.");
 }
 
 TEST(BadInput, NoPermission) {

@@ -3,6 +3,7 @@
 
 #include "foam/available_memory.h"
 #include "foam/error.h"
+#include "foam/parallel.h"
 
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 constexpr int64_t kPhotoBytes = 34'000'000;
+constexpr int kClasses = 13;
 
 TrainingOptions Options(int final_sites) {
   TrainingOptions options;
@@ -31,7 +33,7 @@ TrainingOptions Options(int final_sites) {
 
 std::string Complaint(const TrainingOptions& options, int64_t photo_bytes, int64_t available) {
   try {
-    RequireMemory(options, true, 5000, photo_bytes, available);
+    RequireMemory(options, kClasses, 5000, photo_bytes, available);
     return "";
   } catch (const UserError& error) {
     return error.what();
@@ -39,7 +41,7 @@ std::string Complaint(const TrainingOptions& options, int64_t photo_bytes, int64
 }
 
 TEST(MemoryPlan, AMillionSitesOfEverythingTakeLessThanThreeGigabytes) {
-  const MemoryPlan plan = PlanMemory(Options(1'000'000), true, 5000, kPhotoBytes);
+  const MemoryPlan plan = PlanMemory(Options(1'000'000), kClasses, 5000, kPhotoBytes);
   EXPECT_EQ(plan.sites, 1'000'000);
   EXPECT_LT(plan.Total(), 3'000'000'000);
   EXPECT_GT(plan.Total(), 2'000'000'000);
@@ -48,22 +50,27 @@ TEST(MemoryPlan, AMillionSitesOfEverythingTakeLessThanThreeGigabytes) {
 }
 
 TEST(MemoryPlan, GrowsWithAllThatTakesMemory) {
-  const MemoryPlan plan = PlanMemory(Options(100'000), true, 5000, kPhotoBytes);
-  TrainingOptions larger_batch = Options(100'000);
+  const MemoryPlan plan = PlanMemory(Options(100'000), kClasses, 5000, kPhotoBytes);
+  const MemoryPlan large = PlanMemory(Options(1'000'000), kClasses, 5000, kPhotoBytes);
+  TrainingOptions larger_batch = Options(1'000'000);
   larger_batch.rays_per_iteration *= 2;
-  EXPECT_EQ(PlanMemory(larger_batch, true, 5000, kPhotoBytes).batch, 2 * plan.batch);
-  EXPECT_EQ(PlanMemory(Options(100'000), true, 5000, 2 * kPhotoBytes).Total(),
+  EXPECT_GT(PlanMemory(larger_batch, kClasses, 5000, kPhotoBytes).batch, 1.8 * large.batch);
+  EXPECT_EQ(PlanMemory(Options(100'000), kClasses, 5000, 2 * kPhotoBytes).Total(),
             plan.Total() + kPhotoBytes);
-  EXPECT_LT(PlanMemory(Options(100'000), false, 5000, kPhotoBytes).parameters, plan.parameters);
+  EXPECT_LT(PlanMemory(Options(100'000), 0, 5000, kPhotoBytes).parameters, plan.parameters);
+  // The classifier with its moments, and the sums of its gradient: not one for each block of rays.
+  const MemoryPlan many = PlanMemory(Options(100'000), 65'535, 5000, kPhotoBytes);
+  EXPECT_GT(many.Total(), plan.Total() + 3 * 4 * 17 * 65'000);
+  EXPECT_LT(many.Total(), plan.Total() + 40'000'000 + NumThreads() * 10'000'000);
   // Points may begin a run with more sites than it is to end with.
   TrainingOptions all_points = Options(100'000);
   all_points.initial_sites = 1'000'000;
-  EXPECT_EQ(PlanMemory(all_points, true, 1'000'000, kPhotoBytes).sites, 112'500);
+  EXPECT_EQ(PlanMemory(all_points, kClasses, 1'000'000, kPhotoBytes).sites, 112'500);
 }
 
 TEST(MemoryPlan, SaysWhatIsNeededWhatThereIsAndWhatWouldFit) {
   const TrainingOptions options = Options(1'000'000);
-  const int64_t needed = PlanMemory(options, true, 5000, kPhotoBytes).Total();
+  const int64_t needed = PlanMemory(options, kClasses, 5000, kPhotoBytes).Total();
   EXPECT_EQ(Complaint(options, kPhotoBytes, needed), "");
   EXPECT_NE(Complaint(options, kPhotoBytes, needed - 1), "");
 

@@ -75,17 +75,17 @@ std::string Packed(std::string_view input) {
 
 void Read(const MemoryFile& file) {
   const MaskPng mask = ReadMaskPng(file.path());
-  const PhotoSize size = ReadMaskSize(file.path());
+  const PhotoSize size = ReadMaskHeader(file.path()).size;
   Require(size == PhotoSize{mask.width, mask.height}, "both readers tell the same size");
   Require(mask.values.size() == static_cast<size_t>(mask.width) * mask.height,
           "there are as many values as pixels");
   const MaskPairing pairing{{file.path()}, {}};
   const DecodedMask decoded = DecodeMask(file.path(), size);
   const MaskClasses classes =
-      NumberMasks({ContentsOf(decoded)}, pairing, "/proc/self/fd", LabelZero::kAuto);
+      NumberMasks({decoded.contents}, pairing, "/proc/self/fd", LabelZero::kAuto);
   const std::vector<Label>& labels = classes.labels;
   const ClassImage image =
-      ClassesOf(decoded, classes.Of(decoded), size, static_cast<int>(labels.size()));
+      ClassesOf(decoded.indices, classes.Of(decoded.contents), static_cast<int>(labels.size()));
   for (size_t i = 0; i < mask.values.size(); ++i) {
     const int32_t k = image[i];
     Require(k < static_cast<int32_t>(labels.size()), "a pixel's class is in the table");

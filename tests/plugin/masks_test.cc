@@ -56,14 +56,14 @@ LoadedMasks Load(const fs::path& folder,
   for (size_t i = 0; i < photos.size(); ++i) {
     if (pairing.masks[i].empty()) continue;
     masks[i] = DecodeMask(pairing.masks[i], size);
-    contents[i] = ContentsOf(masks[i]);
+    contents[i] = masks[i].contents;
   }
   const MaskClasses numbered = NumberMasks(contents, pairing, folder, label_zero);
   LoadedMasks loaded{numbered.labels, std::vector<ClassImage>(photos.size())};
   for (size_t i = 0; i < photos.size(); ++i) {
     if (pairing.masks[i].empty()) continue;
-    loaded.classes[i] =
-        ClassesOf(masks[i], numbered.Of(masks[i]), size, static_cast<int>(loaded.labels.size()));
+    loaded.classes[i] = ClassesOf(
+        masks[i].indices, numbered.Of(contents[i]), static_cast<int>(loaded.labels.size()));
   }
   return loaded;
 }

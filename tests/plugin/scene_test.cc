@@ -117,7 +117,9 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   EXPECT_EQ(plan.num_rescaled, 0);
   // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
   EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 5);
-  EXPECT_EQ(plan.DecodingBytes(), 320u * 240 * 7);
+  // A decoded photo and the classes of its mask; one more image of classes.
+  EXPECT_EQ(plan.OpeningBytes(), 320u * 240 * (3 + 2));
+  EXPECT_EQ(plan.LoadingBytes(), 320u * 240 * 2);
   const TrainingScene scene(std::move(plan));
   EXPECT_EQ(scene.NumViews(), 64);
   EXPECT_THAT(scene.MaskReport(),

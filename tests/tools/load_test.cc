@@ -2,7 +2,6 @@
 //
 // 2000 photos of 12 MP, which would take 84 GB with their masks, are trained on within 8 GB.
 #include <cstdio>
-#include <regex>
 
 #include "tests/tools/peak_memory.h"
 #include "tests/tools/program.h"
@@ -30,13 +29,6 @@ std::pair<double, double> FirstAndLastPsnr(const std::string& log) {
     if (first == 0) first = last;
   }
   return {first, last};
-}
-
-// "1.23 GB" or "456 MB" before `what`.
-double BytesBefore(const std::string& text, const std::string& what) {
-  std::smatch match;
-  if (!std::regex_search(text, match, std::regex("([0-9.]+) (GB|MB) " + what))) return -1;
-  return std::stod(match[1]) * (match[2] == "GB" ? 1e9 : 1e6);
 }
 
 TEST(Load, TwoThousandPhotosOf12MegapixelsTrainWithin8Gigabytes) {
@@ -68,7 +60,7 @@ TEST(Load, TwoThousandPhotosOf12MegapixelsTrainWithin8Gigabytes) {
   EXPECT_THAT(run.outcome.err, HasSubstr("checking photos "));
   EXPECT_THAT(run.outcome.err, HasSubstr("reading photos "));
   EXPECT_LT(run.peak_bytes, kLimit);
-  const double planned = BytesBefore(run.outcome.err, "in all");
+  const double planned = LastBytesBefore(run.outcome.err, "in all");
   EXPECT_NEAR(planned / static_cast<double>(run.peak_bytes), 1, 0.1);
   const auto [first, last] = FirstAndLastPsnr(ReadFile(folder / "out/training_log.csv"));
   std::printf("held-out PSNR %.2f dB at first, %.2f dB at last\n", first, last);

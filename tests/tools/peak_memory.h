@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,17 @@ inline MeasuredRun MeasureSemfoam(const std::vector<std::string>& arguments,
   run.outcome.err = ReadFile(err);
   run.peak_bytes = int64_t{1024} * usage.ru_maxrss;
   return run;
+}
+
+// The bytes that `text` says last before `what`, as in "1.23 GB in all" or "456 MB in all"; -1
+// where there are none.
+inline double LastBytesBefore(const std::string& text, const std::string& what) {
+  const std::regex pattern("([0-9.]+) (GB|MB) " + what);
+  double bytes = -1;
+  for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match) {
+    bytes = std::stod((*match)[1]) * ((*match)[2] == "GB" ? 1e9 : 1e6);
+  }
+  return bytes;
 }
 
 }  // namespace semfoam

@@ -45,6 +45,7 @@ struct Counts {
 LabelImage ReadIds(const fs::path& path) {
   const MaskPng png = ReadMaskPng(path);
   LabelImage mask{png.width, png.height, {}};
+  mask.data.reserve(png.values.size());
   for (const uint32_t value : png.values) {
     if (png.is_rgb || value > kLargestId) {
       throw UserError(path.string(),

@@ -400,7 +400,7 @@ TEST_F(MeshFiles, ExportCountsTheFacesThatADecimationMadeIntersect) {
   ASSERT_GT(crossing, 0u);
   EXPECT_THAT(ExportSurfaces(scene, folder_, options)[0].summary,
               ::testing::HasSubstr(" faces, " + std::to_string(crossing) +
-                                   " of which intersect, from the cells "));
+                                   " of which intersect, 1 shell, no cavities, genus "));
 }
 
 TEST_F(MeshFiles, OptionsOutOfRangeAreNamed) {

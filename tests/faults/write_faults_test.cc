@@ -87,8 +87,12 @@ const std::vector<Command>& Commands() {
 }
 
 std::string OldBytes(const std::string& file, const std::string& good) {
-  // What is read before it is replaced has to stay readable.
-  return file.ends_with(".json") ? good + " " : "an older " + file;
+  // What is read before it is replaced has to stay readable, images for the mark that they are
+  // ours.
+  for (const char* extension : {".json", ".png", ".exr"}) {
+    if (file.ends_with(extension)) return good + " ";
+  }
+  return "an older " + file;
 }
 
 struct Reference {

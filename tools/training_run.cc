@@ -194,7 +194,7 @@ void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* 
   RequireWorkspace(workspace);
   if (run->image_path.empty()) run->image_path = (workspace / "images").string();
   if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
-  if (run->masks.mask_path.empty()) run->masks.mask_path = FindMaskFolder(workspace).string();
+  run->scene.workspace_path = workspace;
 }
 
 void TakeSchedule(const OptionManager& options,
@@ -268,10 +268,16 @@ TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
   return LoadScene(std::move(plan), images);
 }
 
+void LogWarnings(const TrainingScene& scene) {
+  for (const std::string& warning : scene.Plan().warnings) LOG(WARNING) << warning;
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+}
+
 Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
+  for (const std::string& warning : plan.warnings) LOG(WARNING) << warning;
   for (const PhotoRecord& photo : plan.photos) {
     if (IsUtf8(photo.name)) continue;
     // Before the training, not at its end.
@@ -303,7 +309,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
-  if (const std::string warning = scene.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
   if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }
@@ -344,6 +350,10 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
+  if (run->scene.test_every == 0) {
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; --test_every 8 "
+                 "would hold out every 8th photo and measure it there.";
+  }
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;

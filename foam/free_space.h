@@ -49,7 +49,7 @@ class FreeSpace {
   // kMostConesBetween, they are farther apart.
   FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds);
 
-  static constexpr int64_t kMostSeedTests = int64_t{1} << 28;  // of the photos; as many in between
+  static constexpr int64_t kMostSeedTests = int64_t{1} << 27;  // of the photos; as many in between
   static constexpr int64_t kFewestSampledSeeds = 8192;
   static constexpr int64_t kMostConesBetween = 32768;
 

@@ -22,6 +22,11 @@ constexpr double kFirstScale = 0.1;
 // Gains and slopes of photos with no or hardly any samples stay near 0; and of all gains that fit
 // equally well (a factor can be moved from photos to points), those with the mean 0 are found.
 constexpr double kPriorWeight = 0.02;
+// Photos that share points with many others make a matrix that is hardly sparse, whose factors take
+// minutes for a thousand photos. With more than so many, its equations are solved by conjugate
+// gradients, to this share of the right-hand side.
+constexpr size_t kMostViewsToFactor = 400;
+constexpr double kLinearTolerance = 1e-3;
 
 // A photo's gain as one for all channels, and what red and green have beyond that; blue has less
 // what they have more. So the grey model is the colour model with two numbers held.
@@ -130,7 +135,14 @@ Solver::Solver(const std::vector<LightSample>& samples, const LightFit& fit, Par
   for (Eigen::Vector2d& falloff : parameters->falloff) {
     if (problem_.HasParameterBlock(falloff.data())) AddTerm(fit.model.falloff, falloff.data(), 2);
   }
-  options_.linear_solver_type = ceres::SPARSE_SCHUR;
+  if (parameters->gains.size() > kMostViewsToFactor) {
+    options_.linear_solver_type = ceres::ITERATIVE_SCHUR;
+    options_.preconditioner_type = ceres::SCHUR_JACOBI;
+    options_.max_linear_solver_iterations = 200;
+    options_.eta = kLinearTolerance;
+  } else {
+    options_.linear_solver_type = ceres::SPARSE_SCHUR;
+  }
   options_.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // knows no threads
   options_.num_threads = 1;
   options_.max_num_iterations = 4;             // the scale changes anyway

@@ -84,7 +84,7 @@ void FitToBudget(const OptionManager& options,
   run->training.seconds =
       std::max(left - model.ClosingSeconds(run->training), 0.05 * run->time_budget);
   LOG(INFO) << "Time budget of " << run->time_budget << " s: " << Seconds(before)
-            << " went into loading, " << Seconds(SecondsSince(begin) - before)
+            << " went into loading and probing, " << Seconds(SecondsSince(begin) - before)
             << " into measuring this machine; " << Seconds(run->training.seconds)
             << " of training follow";
 }
@@ -319,6 +319,9 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   CheckpointTexts texts;
   texts["labels"] = LabelTexts(scene.Labels());
+  // Before a budget is divided: this takes of it too.
+  SceneEffects effects = ProbeEffects(scene, run->effects);
+  scene.SetLights(effects.lights);
   if (run->time_budget > 0) {
     if (checkpoint != nullptr) {
       StateReader chosen("chosen_options", *checkpoint);
@@ -336,10 +339,9 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     run->training.Serialize(&chosen);
     texts.merge(contents.texts);
     run->effects.sh_degree = run->training.sh_degree;
+    ChooseShDegree(run->effects, &effects);
   }
-  const SceneEffects effects = ProbeEffects(scene, run->effects);
   for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
-  scene.SetLights(effects.lights);
   run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "

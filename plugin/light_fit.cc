@@ -197,6 +197,21 @@ void TakeOver(const Parameters& parameters, LightFit* fit) {
   }
 }
 
+// Moves the mean of the gains to the points, which changes no residual: the prior is so weak that
+// conjugate gradients leave some of it.
+void CenterGains(LightFit* fit) {
+  if (fit->model.gains == 0) return;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (size_t view = 0; view < fit->gains.size(); ++view) {
+    if (fit->is_seen[view]) mean += fit->gains[view];
+  }
+  mean /= std::max<double>(1, std::count(fit->is_seen.begin(), fit->is_seen.end(), 1));
+  for (size_t view = 0; view < fit->gains.size(); ++view) {
+    if (fit->is_seen[view]) fit->gains[view] -= mean;
+  }
+  for (Eigen::Vector3d& point : fit->points) point += mean;
+}
+
 Parameters Begin(const std::vector<LightSample>& samples,
                  const LightFit& fit,
                  const LightFit* simpler) {
@@ -377,6 +392,7 @@ LightFit FitLight(const LightSamples& samples, const LightModel& model, const Li
     fit.scale = NoiseScale(samples.all, fit, fit.scale);
     if (std::abs(fit.scale - old_scale) < kSettled * fit.scale) break;
   }
+  if (fit.gains.size() > kMostViewsToFactor) CenterGains(&fit);
   fit.bic = Bic(samples.all, fit);
   return fit;
 }

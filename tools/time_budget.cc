@@ -112,7 +112,10 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double growth = std::pow(options.final_sites, kSitesPower);
     learning_ = summary.last.seconds / double(summary.last.rays) / growth;
-    looking_ = (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth;
+    // Of few small views the rays cost less than what goes with them; a ray that is looked at costs
+    // less than one that is learned from.
+    looking_ = std::min(
+        learning_, (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth);
     const int64_t more = RaysOnPresetLine(seconds);
     if (rays != kPilotRays || more < 2 * kPilotRays) break;
     rays = more;

@@ -19,7 +19,7 @@ std::string LabelTableJson(const std::vector<Label>& labels);
 // "scene.glb", ...}; under "objects" every object of the scene with what ObjectInfo says of it and
 // its own "files": {"ply": "objects/7_mug.ply", ...}; and under "labels_left_out" the labels whose
 // objects are left out, with the reason, if any. An output is a valid input for labels.json:
-// readers look at "labels" alone. Throws UserError when the file cannot be written.
+// readers look at "labels" and "source_ids" alone. Throws UserError when the file cannot be written.
 void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,
                        const std::vector<WrittenFile>& files);

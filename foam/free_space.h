@@ -42,17 +42,31 @@ class FreeSpace {
  public:
   FreeSpace() = default;
   // Held-out views are not looked at. A view with fewer than 50 points says nothing.
+  //
+  // The work is bounded, for N views and any number of seeds. Of the seeds in and around a cone an
+  // even sample is looked at where there are more than kMostSeedTests / (number of cones), but at
+  // least kFewestSampledSeeds of them. Where the views in between would be more than
+  // kMostConesBetween, they are farther apart.
   FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds);
+
+  static constexpr int64_t kMostSeedTests = int64_t{1} << 27;  // of the photos; as many in between
+  static constexpr int64_t kFewestSampledSeeds = 8192;
+  static constexpr int64_t kMostConesBetween = 32768;
 
   bool Contains(const Eigen::Vector3f& x) const;
 
   const std::vector<ClearCone>& cones() const { return cones_; }
 
+  // How many times a seed, or a block of seeds, was held against a cone.
+  int64_t num_seed_tests() const { return num_seed_tests_; }
+
  private:
-  // A box of kGridSide^3 voxels around all cones, each with the cones that may hold a part of it.
+  // A box of kGridSide^3 voxels around all cones, each with the cones that may hold a part of it,
+  // but with an even choice of kMostCandidates of them where they are more.
   void BuildGrid();
 
   static constexpr int kGridSide = 32;
+  static constexpr size_t kMostCandidates = 1024;
 
   std::vector<ClearCone> cones_;
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
@@ -60,6 +74,7 @@ class FreeSpace {
   std::vector<uint8_t> is_clear_;     // [voxels] as a whole
   std::vector<uint32_t> begins_;      // [voxels + 1] into candidates_
   std::vector<uint32_t> candidates_;  // cones
+  int64_t num_seed_tests_ = 0;
 };
 
 }  // namespace semfoam

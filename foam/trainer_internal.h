@@ -81,6 +81,8 @@ class Trainer {
   // `start_cells_` with those of `views` as they are now.
   std::vector<uint32_t> StartCellsWith(const std::vector<int>& views) const;
 
+  // First of all: the seconds of a run are of all that it does.
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const TrainingViews& views_;
   const TrainingOptions& options_;
   const std::vector<int> views_to_train_on_;
@@ -120,8 +122,7 @@ class Trainer {
 
   TrainingSummary summary_;
   TrainingProgress progress_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  double last_report_ = 0;  // seconds since then
+  double last_report_ = 0;  // seconds since begin_
   RayLossTerms<double> loss_sum_;
   double tv_sum_ = 0;
   int64_t loss_count_ = 0, tv_count_ = 0;

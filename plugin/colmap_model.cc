@@ -9,6 +9,7 @@
 #include "plugin/rig_poses.h"
 
 #include <cmath>
+#include <fstream>
 #include <unordered_set>
 
 namespace semfoam {
@@ -225,6 +226,25 @@ Reconstruction ReadReconstruction(const fs::path& folder) {
   if (exists("frames")) result.frames = read("frames", ParseFramesBinary, ParseFramesText);
   CheckReconstruction(folder, format, result);
   return result;
+}
+
+int64_t CountImages(const fs::path& folder) {
+  const ModelFormat format = FindModelFormat(folder);
+  const fs::path path = folder / (std::string("images") + Extension(format));
+  const char* const what = "a COLMAP model's file";
+  if (format == ModelFormat::kText) {
+    return static_cast<int64_t>(ParseImagesText(path, ReadFileBytes(path, what)).size());
+  }
+  RequireRegularFile(path, what);
+  // An id, a pose, a camera, an empty name's end and a count of features.
+  constexpr uint64_t kLeastBytesOfImage = 4 + 7 * 8 + 4 + 1 + 8;
+  uint64_t count = 0;
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(&count), sizeof(count));
+  if (!file || count > fs::file_size(path) / kLeastBytesOfImage) {
+    throw UserError(path.string(), ": is cut or damaged; is the copy complete?");
+  }
+  return static_cast<int64_t>(count);
 }
 
 void WriteReconstruction(const fs::path& folder,

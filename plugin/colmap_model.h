@@ -118,6 +118,10 @@ std::filesystem::path FindModelFolder(const std::filesystem::path& path);
 // is only taken for records that are there.
 Reconstruction ReadReconstruction(const std::filesystem::path& folder);
 
+// How many registered images a model has. Of a binary one only the count is read, which is not
+// checked beyond the file's size. Throws UserError as ReadReconstruction does.
+int64_t CountImages(const std::filesystem::path& folder);
+
 // Which format ReadReconstruction would choose. Throws UserError when neither is complete.
 ModelFormat FindModelFormat(const std::filesystem::path& folder);
 

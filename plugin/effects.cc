@@ -318,7 +318,6 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
   const Samples samples = CollectSamples(scene);
   const Range range = RangeOf(options);
   SceneEffects result;
-  std::vector<ViewDependence> degrees;
   if (samples.training.all.size() < kFewestSamples) {
     for (const auto& [name, option] : {std::pair("exposure", options.exposure),
                                        std::pair("white_balance", options.white_balance),
@@ -350,13 +349,20 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
     if (choice.gains > 0 || choice.falloff > 0) {
       result.lights = chosen.Lights(plan.lenses, samples.held_out);
     }
-    degrees = FitViewDependence(samples.training.all, chosen);
+    result.view_dependence = FitViewDependence(samples.training.all, chosen);
   }
-  result.effects.push_back(ShDegreeEffect(degrees, options, &result.sh_degree));
+  result.effects.push_back(ShDegreeEffect(result.view_dependence, options, &result.sh_degree));
   result.effects.push_back(DistortionEffect(plan, options));
   result.effects.push_back(SemanticsEffect(plan, options));
   result.effects.push_back(BackgroundEffect(scene));
   return result;
+}
+
+void ChooseShDegree(const EffectsOptions& options, SceneEffects* effects) {
+  for (Effect& effect : effects->effects) {
+    if (effect.name != "sh_degree") continue;
+    effect = ShDegreeEffect(effects->view_dependence, options, &effects->sh_degree);
+  }
 }
 
 }  // namespace semfoam

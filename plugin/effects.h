@@ -3,6 +3,7 @@
 
 #include "plugin/photo_light.h"
 #include "plugin/scene.h"
+#include "plugin/view_dependence.h"
 
 #include <map>
 #include <string>
@@ -70,6 +71,7 @@ struct SceneEffects {
   // How each view's light differs from the reference exposure, in which the training photos' gains
   // have the geometric mean 1. Empty where neither exposure nor vignetting is on.
   std::vector<PhotoLight> lights;
+  std::vector<ViewDependence> view_dependence;  // behind sh_degree
 
   const Effect& Find(const std::string& name) const;  // CHECKs that there is one
 };
@@ -78,5 +80,8 @@ struct SceneEffects {
 // the same on any number of threads. Scenes without tracks get what needs none, and the SH degree
 // of the options.
 SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& options);
+
+// Chooses the SH degree again, of what was probed, where `sh_degree` of the options has changed.
+void ChooseShDegree(const EffectsOptions& options, SceneEffects* effects);
 
 }  // namespace semfoam

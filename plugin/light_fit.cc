@@ -22,6 +22,11 @@ constexpr double kFirstScale = 0.1;
 // Gains and slopes of photos with no or hardly any samples stay near 0; and of all gains that fit
 // equally well (a factor can be moved from photos to points), those with the mean 0 are found.
 constexpr double kPriorWeight = 0.02;
+// Photos that share points with many others make a matrix that is hardly sparse, whose factors take
+// minutes for a thousand photos. With more than so many, its equations are solved by conjugate
+// gradients, to this share of the right-hand side.
+constexpr size_t kMostViewsToFactor = 400;
+constexpr double kLinearTolerance = 1e-3;
 
 // A photo's gain as one for all channels, and what red and green have beyond that; blue has less
 // what they have more. So the grey model is the colour model with two numbers held.
@@ -130,7 +135,14 @@ Solver::Solver(const std::vector<LightSample>& samples, const LightFit& fit, Par
   for (Eigen::Vector2d& falloff : parameters->falloff) {
     if (problem_.HasParameterBlock(falloff.data())) AddTerm(fit.model.falloff, falloff.data(), 2);
   }
-  options_.linear_solver_type = ceres::SPARSE_SCHUR;
+  if (parameters->gains.size() > kMostViewsToFactor) {
+    options_.linear_solver_type = ceres::ITERATIVE_SCHUR;
+    options_.preconditioner_type = ceres::SCHUR_JACOBI;
+    options_.max_linear_solver_iterations = 200;
+    options_.eta = kLinearTolerance;
+  } else {
+    options_.linear_solver_type = ceres::SPARSE_SCHUR;
+  }
   options_.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // knows no threads
   options_.num_threads = 1;
   options_.max_num_iterations = 4;             // the scale changes anyway
@@ -183,6 +195,21 @@ void TakeOver(const Parameters& parameters, LightFit* fit) {
     fit->planes[view] = Eigen::Map<const Eigen::Matrix<double, 3, 2, Eigen::RowMajor>>(
         parameters.planes[view].data());
   }
+}
+
+// Moves the mean of the gains to the points, which changes no residual: the prior is so weak that
+// conjugate gradients leave some of it.
+void CenterGains(LightFit* fit) {
+  if (fit->model.gains == 0) return;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (size_t view = 0; view < fit->gains.size(); ++view) {
+    if (fit->is_seen[view]) mean += fit->gains[view];
+  }
+  mean /= std::max<double>(1, std::count(fit->is_seen.begin(), fit->is_seen.end(), 1));
+  for (size_t view = 0; view < fit->gains.size(); ++view) {
+    if (fit->is_seen[view]) fit->gains[view] -= mean;
+  }
+  for (Eigen::Vector3d& point : fit->points) point += mean;
 }
 
 Parameters Begin(const std::vector<LightSample>& samples,
@@ -365,6 +392,7 @@ LightFit FitLight(const LightSamples& samples, const LightModel& model, const Li
     fit.scale = NoiseScale(samples.all, fit, fit.scale);
     if (std::abs(fit.scale - old_scale) < kSettled * fit.scale) break;
   }
+  if (fit.gains.size() > kMostViewsToFactor) CenterGains(&fit);
   fit.bic = Bic(samples.all, fit);
   return fit;
 }

@@ -370,4 +370,21 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
   return correction;
 }
 
+std::string NameCorrectedLabels(const std::filesystem::path& labels_file,
+                                bool is_given,
+                                const MaskConsistencyReport& report,
+                                const std::vector<Label>& given,
+                                std::vector<Label>* labels) {
+  if (labels_file.empty()) return "";
+  const bool is_independent = report.used == MaskConsistency::kIndependent;
+  if (is_independent && !is_given) {
+    return labels_file.string() +
+           ": its names are not used, as the masks' ids mean nothing from photo to photo and the "
+           "labels were numbered anew; --labels_path with names for the new ids would be right.";
+  }
+  NameLabels(labels_file, labels);
+  // Labels that the tracks do not confirm are no mistake of the names.
+  return UnusedNamesWarning(labels_file, is_independent ? *labels : given);
+}
+
 }  // namespace semfoam

@@ -9,6 +9,7 @@
 #include "plugin/tracks.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -86,5 +87,15 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
                             MaskConsistency mode,
                             const std::vector<Label>& labels,
                             const std::vector<ViewEvidence>& views);
+
+// Names `labels`, which CorrectMasks left of `given` ones, the masks' own, from a labels.json that
+// the user named (`is_given`) or that lies beside the masks: see NameLabels. With kIndependent the
+// labels are new, and only a file that the user named can know them. Returns a sentence for the
+// user about names that are not used; empty where all are.
+std::string NameCorrectedLabels(const std::filesystem::path& labels_file,
+                                bool is_given,
+                                const MaskConsistencyReport& report,
+                                const std::vector<Label>& given,
+                                std::vector<Label>* labels);
 
 }  // namespace semfoam

@@ -6,7 +6,12 @@
 #include "foam/json_file.h"
 
 #include <charconv>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -25,6 +30,14 @@ const Json& ArrayOf(const std::filesystem::path& file, const Json& json, const c
                   key,
                   "\" where one belongs); annotations, each with segments_info, each with an id, "
                   "would be right.");
+}
+
+// The id that a key of a table is; none where it is none.
+std::optional<uint32_t> IdOf(std::string_view key) {
+  uint32_t id = 0;
+  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), id);
+  if (error != std::errc() || end != key.data() + key.size()) return std::nullopt;
+  return id;
 }
 
 }  // namespace
@@ -51,28 +64,51 @@ std::set<uint32_t> ReadPredictedIds(const std::filesystem::path& file) {
   return ids;
 }
 
-std::map<uint32_t, std::string> ReadLabelNames(const std::filesystem::path& file) {
+std::vector<LabelName> ReadLabelNames(const std::filesystem::path& file) {
   const Json json = ReadJsonFile(file);
   if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
     throw UserError(file.string(),
                     ": has no \"labels\"; {\"labels\": {\"7\": \"mug\"}} would be right.");
   }
-  std::map<uint32_t, std::string> names;
+  std::map<uint32_t, LabelName> names;
   for (const auto& [key, value] : json["labels"].items()) {
-    uint32_t id = 0;
-    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), id);
-    if (error != std::errc() || end != key.data() + key.size() || !value.is_string()) {
+    const std::optional<uint32_t> id = IdOf(key);
+    if (!id || !value.is_string()) {
       throw UserError(file.string(),
                       ": the label \"",
                       Shortened(key),
                       "\" is not as in {\"labels\": {\"7\": \"mug\"}}, an id with a name.");
     }
-    if (!names.emplace(id, value.get<std::string>()).second) {
+    if (!names.emplace(*id, LabelName{*id, *id, value.get<std::string>()}).second) {
       throw UserError(
-          file.string(), ": names the label ", id, " twice; one name for each id would be right.");
+          file.string(), ": names the label ", *id, " twice; one name for each id would be right.");
     }
   }
-  return names;
+  if (json.contains("source_ids")) {
+    const Json& source_ids = json["source_ids"];
+    if (!source_ids.is_object()) {
+      throw UserError(file.string(),
+                      ": its \"source_ids\" are not as in {\"source_ids\": {\"7\": 81234}}, ids of "
+                      "the masks for ids of its labels.");
+    }
+    for (const auto& [key, value] : source_ids.items()) {
+      const std::optional<uint32_t> id = IdOf(key);
+      const auto source_id = JsonInteger(value, 0, std::numeric_limits<uint32_t>::max());
+      if (!id || !source_id) {
+        throw UserError(file.string(),
+                        ": the source id of \"",
+                        Shortened(key),
+                        "\" is not as in {\"source_ids\": {\"7\": 81234}}, an id of the masks for "
+                        "an id of its labels.");
+      }
+      const auto name = names.find(*id);
+      if (name != names.end()) name->second.source_id = static_cast<uint32_t>(*source_id);
+    }
+  }
+  std::vector<LabelName> table;
+  table.reserve(names.size());
+  for (auto& [id, name] : names) table.push_back(std::move(name));
+  return table;
 }
 
 }  // namespace semfoam

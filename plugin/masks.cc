@@ -2,6 +2,7 @@
 #include "plugin/masks.h"
 
 #include "foam/error.h"
+#include "foam/input_file.h"
 #include "plugin/files.h"
 #include "plugin/mask_png.h"
 #include "plugin/mask_tables.h"
@@ -101,25 +102,6 @@ void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& p
                   "COLMAP undistorted it.");
 }
 
-std::string Lowercase(std::string text) {
-  for (char& c : text) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return text;
-}
-
-// All PNGs below the folder by their name in it, "/" between folders, with ".png" for ".PNG".
-std::map<std::string, fs::path> ListMasks(const fs::path& folder) {
-  std::map<std::string, fs::path> masks;
-  for (const fs::path& path : ListFiles(folder)) {
-    if (Lowercase(path.extension().string()) != ".png") continue;
-    fs::path name = path.lexically_relative(folder);
-    name.replace_extension(".png");
-    masks.emplace(name.generic_string(), path);
-  }
-  return masks;
-}
-
 // The names that a photo's mask may have, the most specific first.
 std::vector<std::string> MaskNames(const std::string& photo_name) {
   const fs::path photo = fs::path(photo_name).lexically_normal();
@@ -158,13 +140,6 @@ double ShareOfZero(const std::vector<MaskContents>& masks) {
 
 }  // namespace
 
-fs::path FindMaskFolder(const fs::path& workspace) {
-  for (const char* name : {"object_mask", "Annotations"}) {
-    if (fs::is_directory(workspace / name)) return workspace / name;
-  }
-  return {};
-}
-
 fs::path FindLabelsFile(const fs::path& labels_path, const fs::path& mask_folder) {
   if (labels_path.empty()) {
     const fs::path file = ParentFolder(mask_folder) / "labels.json";
@@ -186,6 +161,10 @@ fs::path FindPredictions(const fs::path& mask_folder) {
 int MaskPairing::NumPaired() const {
   return static_cast<int>(std::count_if(
       masks.begin(), masks.end(), [](const fs::path& mask) { return !mask.empty(); }));
+}
+
+void RequireMasks(const MaskPairing& pairing, const fs::path& mask_folder) {
+  if (pairing.NumPaired() == 0) throw UserError(NoMaskIn(mask_folder), ".");
 }
 
 MaskPairing PairMasks(const fs::path& mask_folder, const std::vector<std::string>& photo_names) {
@@ -396,11 +375,35 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
 }
 
 void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
-  const std::map<uint32_t, std::string> names = ReadLabelNames(labels_file);
+  std::multimap<uint32_t, LabelName> names;  // by the masks' ids
+  for (LabelName& name : ReadLabelNames(labels_file)) names.emplace(name.source_id, name);
   for (Label& label : *labels) {
-    const auto found = names.find(label.source_id);
-    if (found != names.end()) label.name = found->second;
+    const auto [begin, end] = names.equal_range(label.source_id);
+    if (begin == end) continue;
+    const auto same_id = std::find_if(begin, end, [&](const auto& entry) {
+      return entry.second.id == static_cast<uint32_t>(label.id);
+    });
+    label.name = (same_id != end ? same_id : begin)->second.name;
   }
+}
+
+std::string UnusedNamesWarning(const fs::path& labels_file, const std::vector<Label>& labels) {
+  constexpr size_t kMostNamed = 3;
+  std::set<uint32_t> ids = {0};
+  for (const Label& label : labels) ids.insert(label.source_id);
+  const std::vector<LabelName> names = ReadLabelNames(labels_file);
+  size_t unused = 0;
+  std::string first;
+  for (const LabelName& name : names) {
+    if (ids.contains(name.source_id)) continue;
+    if (++unused > kMostNamed) continue;
+    first += (unused == 1 ? "" : ", ") + std::to_string(name.source_id) + " (" +
+             Shortened(name.name) + ")";
+  }
+  if (unused == 0) return "";
+  return labels_file.string() + ": " + std::to_string(unused) + " of its " +
+         std::to_string(names.size()) + " names are of ids that no mask has: " + first +
+         (unused > kMostNamed ? ", ..." : "") + "; names of the masks' own ids would be right.";
 }
 
 }  // namespace semfoam

@@ -4,6 +4,7 @@
 #include "foam/metrics.h"
 #include "foam/model.h"
 #include "foam/training_views.h"
+#include "plugin/mask_folders.h"
 #include "plugin/photo.h"
 
 #include <cstdint>
@@ -15,10 +16,6 @@
 namespace semfoam {
 
 // Instance masks: one PNG per photo whose pixels hold the id of an object, such as DEVA writes.
-
-// The folder of the masks that `workspace` holds: object_mask/, then Annotations/; empty where it
-// has neither.
-std::filesystem::path FindMaskFolder(const std::filesystem::path& workspace);
 
 // The file of the labels' names: `labels_path` where it is given (throws UserError when there is no
 // such file), else labels.json beside `mask_folder`; empty where there is none.
@@ -35,6 +32,9 @@ struct MaskPairing {
 
   int NumPaired() const;
 };
+
+// Throws UserError, the sentence NoMaskIn, unless a photo has a mask.
+void RequireMasks(const MaskPairing& pairing, const std::filesystem::path& mask_folder);
 
 // Pairs the PNGs below `mask_folder` (sub-folders included, hidden files not) with the photos. The
 // mask of `a/b.c.jpg` is the first there is of `a/b.c.jpg.png` (COLMAP's way), `a/b.c.png`,
@@ -161,9 +161,15 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
                         const std::filesystem::path& mask_folder,
                         LabelZero label_zero);
 
-// Names the labels from a file {"labels": {"7": "mug"}}, whose keys are ids of the masks. Other
-// keys of the file and ids that no mask has are ignored, so what the exports write can be read
-// here. Throws UserError when the file cannot be read or is not of that form.
+// Names the labels from a labels.json: a name is for the label whose Label::source_id, the masks'
+// own id, is the name's by the table (LabelName). Where several names are (a foam that had an
+// object inserted has two labels of one source id), the one whose id is Label::id. Throws what
+// ReadLabelNames throws.
 void NameLabels(const std::filesystem::path& labels_file, std::vector<Label>* labels);
+
+// A sentence for the user about the file's names whose ids none of `labels` has, which name
+// nothing. Empty where there is none. A name of id 0, which need not be a class, is none of them.
+std::string UnusedNamesWarning(const std::filesystem::path& labels_file,
+                               const std::vector<Label>& labels);
 
 }  // namespace semfoam

@@ -6,6 +6,7 @@
 #include "plugin/files.h"
 #include "plugin/mask_evidence.h"
 #include "plugin/mask_png.h"
+#include "plugin/scene_warnings.h"
 #include "plugin/seeds.h"
 
 #include <algorithm>
@@ -24,10 +25,21 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxTableBytes = uint64_t{1} << 30;
 
+// Where masks are looked for that the user did not name.
+std::vector<fs::path> WorkspacesOf(const SceneOptions& options) {
+  std::vector<fs::path> workspaces;
+  if (!options.workspace_path.empty()) workspaces.push_back(options.workspace_path);
+  workspaces.push_back(ParentFolder(options.image_path));
+  return workspaces;
+}
+
 fs::path MaskFolderOf(const SceneOptions& options) {
   if (!options.use_masks) return {};
   if (!options.mask_path.empty()) return options.mask_path;
-  return FindMaskFolder(ParentFolder(options.image_path));
+  for (const fs::path& workspace : WorkspacesOf(options)) {
+    if (const fs::path folder = FindMaskFolder(workspace); !folder.empty()) return folder;
+  }
+  return {};
 }
 
 // Photos that the model does not have: those that the mapper did not register. Normal, and counted.
@@ -94,6 +106,13 @@ Camera SimulatedCamera(const Camera& camera, EffectSwitch distortion) {
   const bool off =
       distortion == EffectSwitch::kOff || DistortionAtCorners(camera) < kLeastDistortion;
   return off ? WithoutDistortion(camera) : camera;
+}
+
+// Those that say something.
+void AppendWarnings(std::vector<std::string> sentences, std::vector<std::string>* warnings) {
+  for (std::string& sentence : sentences) {
+    if (!sentence.empty()) warnings->push_back(std::move(sentence));
+  }
 }
 
 std::string Plural(int64_t count, const char* noun) {
@@ -275,12 +294,26 @@ ScenePlan PlanScene(const SceneOptions& options) {
       if (!mask.empty()) plan.mask_decoding[i] = ReadMaskHeader(mask).decoding_bytes;
     });
   }
+  plan.masks_are_given = options.use_masks && !options.mask_path.empty();
+  if (plan.masks_are_given) RequireMasks(plan.masks, plan.mask_folder);
   plan.labels_file = FindLabelsFile(options.labels_path, plan.mask_folder);
-  if (options.use_masks && plan.mask_folder.empty() && plan.labels_are_given) {
+  if (options.use_masks && plan.masks.NumPaired() == 0 && plan.labels_are_given) {
     throw UserError(options.labels_path.string(),
-                    ": names labels, while there are no masks: neither object_mask/ nor "
-                    "Annotations/ is beside the photos; --mask_path would name their folder.");
+                    ": names labels, while there are no masks: ",
+                    plan.mask_folder.empty() ? "neither object_mask/ nor Annotations/ is beside "
+                                               "the photos; --mask_path would name their folder"
+                                             : NoMaskIn(plan.mask_folder),
+                    ".");
   }
+  AppendWarnings(
+      {OtherModelsWarning(options.input_path, model_folder, static_cast<int64_t>(num_views)),
+       UnregisteredWarning(
+           options.image_path, plan.num_unregistered, static_cast<int64_t>(num_views)),
+       ReprojectionWarning(model_folder, model),
+       options.use_masks && plan.masks.NumPaired() == 0
+           ? NoMasksWarning(plan.mask_folder, WorkspacesOf(options))
+           : ""},
+      &plan.warnings);
   plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
   plan.lenses = LensOfPhotos(model, plan.photos);
@@ -325,11 +358,26 @@ std::string TrainingScene::MaskReport() const {
   return text.str();
 }
 
-std::string TrainingScene::MaskWarning() const {
+std::string TrainingScene::NoIdsSentence() const {
+  const std::vector<Label>& labels = mask_classes_.labels;
+  const bool has_ids = std::any_of(
+      labels.begin(), labels.end(), [](const Label& label) { return label.source_id != 0; });
+  const int paired = plan_.masks.NumPaired();
+  if (has_ids || paired == 0) return "";
+  return plan_.mask_folder.string() + ": its " + Plural(paired, "mask") +
+         (paired == 1 ? " has" : " have") +
+         " no id but 0, which is no object; an id for each object would be right.";
+}
+
+std::vector<std::string> TrainingScene::Warnings() const {
   std::vector<PhotoSize> mask_sizes;
   mask_sizes.reserve(mask_contents_.size());
   for (const MaskContents& mask : mask_contents_) mask_sizes.push_back(mask.size);
-  return MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes);
+  std::vector<std::string> warnings;
+  AppendWarnings(
+      {NoIdsSentence(), MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes), names_warning_},
+      &warnings);
+  return warnings;
 }
 
 std::string TrainingScene::PhotoReport() const {

@@ -29,9 +29,11 @@ namespace semfoam {
 enum class EffectSwitch { kAuto, kOn, kOff };
 
 struct SceneOptions {
-  std::filesystem::path image_path;   // the folder that image names are relative to
-  std::filesystem::path input_path;   // a COLMAP model, or a folder that FindModelFolder knows
-  std::filesystem::path mask_path;    // empty: object_mask or Annotations beside image_path, if any
+  std::filesystem::path image_path;  // the folder that image names are relative to
+  std::filesystem::path input_path;  // a COLMAP model, or a folder that FindModelFolder knows
+  std::filesystem::path mask_path;   // empty: what FindMaskFolder finds in workspace_path, then
+                                     // beside image_path, if anything
+  std::filesystem::path workspace_path;
   std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
   int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
   LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
@@ -56,6 +58,7 @@ struct ScenePlan {
   MaskPairing masks;                         // for `files`; all empty without masks
   std::filesystem::path mask_folder;         // empty: no masks
   std::filesystem::path labels_file;         // empty: no names
+  bool masks_are_given = false;              // mask_folder was named, not found
   bool labels_are_given = false;             // labels_file was named, not found
   LabelZero label_zero = LabelZero::kAuto;
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
@@ -72,6 +75,9 @@ struct ScenePlan {
   std::vector<Track> tracks;     // a sample, see SampleTracks
   std::vector<int> lenses;       // for `photos`, see LensOfPhotos
   double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
+  // Sentences for the user about the model and the masks that are found or not: scene_warnings.h,
+  // NoMasksWarning.
+  std::vector<std::string> warnings;
 
   // Memory in bytes, at the most. Of all photos, masks and ray tables, where they are held.
   uint64_t MemoryBytes() const;
@@ -105,8 +111,9 @@ struct LoadOptions {
 // Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
 // PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
 // image or has another aspect than its camera; a test_every that
-// holds out everything or is negative; a mask or label path that is given but missing; a label path
-// without masks; what ReadPhotoHeader and ReadMaskHeader throw of the photos and masks.
+// holds out everything or is negative; a mask or label path that is given but missing; a mask path
+// without a mask; a label path without masks; what ReadPhotoHeader and ReadMaskHeader throw of the
+// photos and masks.
 ScenePlan PlanScene(const SceneOptions& options);
 
 // The photos, their cameras and their labels, ready to train on and to compare with. Views are
@@ -119,8 +126,8 @@ class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
   // name, that is damaged, and whatever DecodeMask, NumberMasks, CorrectMasks and NameLabels throw.
-  // Labels that were matched from photo to photo have new ids, which only a labels file that the
-  // user named can know.
+  // Also where masks in a folder that the user named have no id but 0. Labels are named by
+  // NameCorrectedLabels.
   explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
 
   int NumViews() const override { return static_cast<int>(views_.size()); }
@@ -168,8 +175,8 @@ class TrainingScene final : public TrainingViews {
 
   // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
   std::string MaskReport() const;
-  // What MaskSizeWarning says of the masks.
-  std::string MaskWarning() const;
+  // Sentences for the user about the masks and their names, besides those of the plan.
+  std::vector<std::string> Warnings() const;
   // What holding the masks against the tracks has come to.
   const MaskConsistencyReport& Consistency() const { return consistency_; }
   // The photos, in one line: how many, how many held out, what was left out or rescaled.
@@ -185,6 +192,8 @@ class TrainingScene final : public TrainingViews {
   };
 
   void LoadPhotosAndMasks(const LoadOptions& load);
+  // Masks without an id but 0; empty where there are ids, or no masks.
+  std::string NoIdsSentence() const;
   void PlaceCameras();
   Image8 DecodePhoto(int view) const;
   // The classes that the corrected mask gives; `indices` as of DecodedMask.
@@ -203,6 +212,7 @@ class TrainingScene final : public TrainingViews {
   std::vector<PhotoLight> lights_;  // empty: none
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;
+  std::string names_warning_;
   double seconds_decoding_ = 0;
 };
 

@@ -25,9 +25,10 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
       most_open_views_(load.most_at_once > 0 ? load.most_at_once : NumThreads()) {
   const auto start = std::chrono::steady_clock::now();
   LoadPhotosAndMasks(load);
-  const bool names_fit =
-      consistency_.used != MaskConsistency::kIndependent || plan_.labels_are_given;
-  if (!plan_.labels_file.empty() && names_fit) NameLabels(plan_.labels_file, &labels_);
+  if (plan_.masks.NumPaired() > 0) {
+    names_warning_ = NameCorrectedLabels(
+        plan_.labels_file, plan_.labels_are_given, consistency_, mask_classes_.labels, &labels_);
+  }
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   PlaceCameras();
@@ -70,6 +71,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   });
   if (plan_.mask_folder.empty()) return;
   mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
+  if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
   labels_ = mask_classes_.labels;
   if (is_judged) {
     for (int64_t i = 0; i < num_views; ++i) {

@@ -97,10 +97,7 @@ MaskAnalysis AnalyzeMasks(const MaskedModelPaths& paths,
   names.reserve(photos.size());
   for (const PhotoRecord& photo : photos) names.push_back(photo.name);
   analysis.pairing = PairMasks(paths.mask_folder, names);
-  if (analysis.pairing.NumPaired() == 0) {
-    throw UserError(paths.mask_folder.string(),
-                    ": holds no mask, where a PNG for each photo would be right.");
-  }
+  RequireMasks(analysis.pairing, paths.mask_folder);
   analysis.files = SurveyMasks(analysis.pairing.masks);
   MaskPairing usable = analysis.pairing;
   std::vector<MaskFinding> findings = CheckFiles(&analysis, &photos, &usable);
@@ -111,11 +108,17 @@ MaskAnalysis AnalyzeMasks(const MaskedModelPaths& paths,
                                      paths.mask_folder,
                                      masks.Zero(),
                                      masks.Consistency());
-  if (!paths.labels_file.empty()) {
+  const bool names_are_given = !masks.labels_path.empty();
+  analysis.names_warning = NameCorrectedLabels(paths.labels_file,
+                                               names_are_given,
+                                               analysis.photos.consistency,
+                                               analysis.photos.given.labels,
+                                               &analysis.photos.labels);
+  // Names that the user gave for the new ids of independent masks are not those of the old ones.
+  const bool names_are_new =
+      names_are_given && analysis.photos.consistency.used == MaskConsistency::kIndependent;
+  if (!paths.labels_file.empty() && !names_are_new) {
     NameLabels(paths.labels_file, &analysis.photos.given.labels);
-    if (analysis.photos.consistency.used != MaskConsistency::kIndependent) {
-      NameLabels(paths.labels_file, &analysis.photos.labels);
-    }
   }
   analysis.coverage = SurveyCoverage(analysis.photos);
   const std::vector<MaskFinding> by_tracks =

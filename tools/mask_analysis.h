@@ -25,6 +25,7 @@ struct MaskAnalysis {
   MaskedPhotos photos;
   CoverageSurvey coverage;
   std::vector<SuspiciousPhoto> suspicious;
+  std::string names_warning;  // NameCorrectedLabels
 };
 
 // Photos are the model's registered ones; without a model, the files in `image_folder`; without

@@ -5,6 +5,8 @@
 #include "plugin/colmap_model.h"
 #include "plugin/files.h"
 
+#include <vector>
+
 namespace semfoam {
 namespace {
 
@@ -93,10 +95,13 @@ MaskedModelPaths FindMaskedModel(const std::string& workspace_path,
   }
   if (paths.mask_folder.empty()) {
     const fs::path searched = workspace.empty() ? paths.model_folder : workspace;
+    std::vector<fs::path> unused;
+    if (!searched.empty()) unused = UnusedMaskFolders(searched);
     throw UserError(searched.empty() ? "Failed to parse options" : searched.string(),
                     searched.empty() ? " - neither" : ": neither",
                     " object_mask/ nor Annotations/ is there; --mask_path would name the folder "
-                    "of the masks.");
+                    "of the masks",
+                    unused.empty() ? "." : ", perhaps " + unused[0].string() + ".");
   }
   paths.labels_file = FindLabelsFile(masks.labels_path, paths.mask_folder);
   return paths;

@@ -15,16 +15,16 @@
 namespace semfoam {
 namespace {
 
-constexpr double kSamplesAlongEdge = 96;
 constexpr int64_t kRaysPerBlock = 256;
 
 // The photo's camera with as many pixels as are looked at.
 Camera CoarseCamera(const PhotoRecord& photo, const std::filesystem::path& foam_path) {
   Camera camera = CameraOf(photo, foam_path);
   const double longer = std::max(photo.width, photo.height);
-  if (longer <= kSamplesAlongEdge) return camera;
+  if (longer <= kObjectSamplesAlongEdge) return camera;
   const auto reduced = [&](int size) {
-    return static_cast<uint64_t>(std::max(1L, std::lround(size * kSamplesAlongEdge / longer)));
+    return static_cast<uint64_t>(
+        std::max(1L, std::lround(size * kObjectSamplesAlongEdge / longer)));
   };
   return RescaledCamera(camera, reduced(photo.width), reduced(photo.height));
 }

@@ -8,6 +8,9 @@
 
 namespace semfoam {
 
+// Of the pixels that are looked at, so many lie along a photo's longer side.
+inline constexpr double kObjectSamplesAlongEdge = 96;
+
 // Finds the photos that show each object, and fills ObjectInfo::photos. `scene` must be made of
 // `model`, which was read from `foam_path`.
 //

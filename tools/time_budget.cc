@@ -2,6 +2,7 @@
 #include "tools/time_budget.h"
 
 #include "foam/training_schedule.h"
+#include "tools/object_photos.h"
 #include "tools/presets.h"
 
 #include <algorithm>
@@ -111,12 +112,20 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double growth = std::pow(options.final_sites, kSitesPower);
     learning_ = summary.last.seconds / double(summary.last.rays) / growth;
-    looking_ = (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth;
+    // Of few small views the rays cost less than what goes with them; a ray that is looked at costs
+    // less than one that is learned from.
+    looking_ = std::min(
+        learning_, (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth);
     const int64_t more = RaysOnPresetLine(seconds);
     if (rays != kPilotRays || more < 2 * kPilotRays) break;
     rays = more;
   }
   forward_rays_ = EvaluationRays(views) + StatisticsRays(views);
+  for (int view = 0; num_classes > 0 && view < views.NumViews(); ++view) {
+    const double width = views.Width(view), height = views.Height(view);
+    const double reduced = std::min(1.0, kObjectSamplesAlongEdge / std::max(width, height));
+    object_rays_ += reduced * width * reduced * height;
+  }
 }
 
 double TrainingTimeModel::TrainingSeconds(const TrainingOptions& options) const {
@@ -127,7 +136,8 @@ double TrainingTimeModel::TrainingSeconds(const TrainingOptions& options) const 
 }
 
 double TrainingTimeModel::ClosingSeconds(const TrainingOptions& options) const {
-  return learning_ * kClosedSite * std::pow(options.final_sites, 1 + kSitesPower);
+  return (learning_ * kClosedSite * options.final_sites + looking_ * object_rays_) *
+         std::pow(options.final_sites, kSitesPower);
 }
 
 int64_t TrainingTimeModel::RaysOnPresetLine(double seconds) const {

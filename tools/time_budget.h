@@ -29,7 +29,8 @@ class TrainingTimeModel {
 
   // Of TrainFoam.
   double TrainingSeconds(const TrainingOptions& options) const;
-  // From there to the labels that foam_trainer writes: topology, objects, files.
+  // From there to the labels that foam_trainer writes: topology, objects, the photos that show
+  // them, files.
   double ClosingSeconds(const TrainingOptions& options) const;
 
   // On the presets' line, the rays that TrainingSeconds and ClosingSeconds together fill `seconds`
@@ -38,6 +39,7 @@ class TrainingTimeModel {
 
  private:
   int64_t forward_rays_;
+  double object_rays_ = 0;  // with which photos are looked at for objects
   // Seconds a ray, in a foam that grows to one site.
   double learning_ = 0;
   double looking_ = 0;

@@ -85,7 +85,7 @@ void FitToBudget(const OptionManager& options,
   run->training.seconds =
       std::max(left - model.ClosingSeconds(run->training), 0.05 * run->time_budget);
   LOG(INFO) << "Time budget of " << run->time_budget << " s: " << Seconds(before)
-            << " went into loading, " << Seconds(SecondsSince(begin) - before)
+            << " went into loading and probing, " << Seconds(SecondsSince(begin) - before)
             << " into measuring this machine; " << Seconds(run->training.seconds)
             << " of training follow";
 }
@@ -198,7 +198,7 @@ void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* 
   RequireWorkspace(workspace);
   if (run->image_path.empty()) run->image_path = (workspace / "images").string();
   if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
-  if (run->masks.mask_path.empty()) run->masks.mask_path = FindMaskFolder(workspace).string();
+  run->scene.workspace_path = workspace;
 }
 
 void TakeSchedule(const OptionManager& options,
@@ -272,10 +272,16 @@ TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
   return LoadScene(std::move(plan), images);
 }
 
+void LogWarnings(const TrainingScene& scene) {
+  for (const std::string& warning : scene.Plan().warnings) LOG(WARNING) << warning;
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+}
+
 Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
+  for (const std::string& warning : plan.warnings) LOG(WARNING) << warning;
   if (run->when_planned) run->when_planned(plan);
   for (const PhotoRecord& photo : plan.photos) {
     if (IsUtf8(photo.name)) continue;
@@ -309,7 +315,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
   LOG(INFO) << scene.MaskReport();
-  if (const std::string warning = scene.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
   if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }
@@ -328,6 +334,9 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   }
   CheckpointTexts texts;
   texts["labels"] = LabelTexts(scene.Labels());
+  // Before a budget is divided: this takes of it too.
+  SceneEffects effects = ProbeEffects(scene, run->effects);
+  scene.SetLights(effects.lights);
   if (run->time_budget > 0) {
     if (checkpoint != nullptr) {
       StateReader chosen("chosen_options", *checkpoint);
@@ -345,10 +354,9 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
     run->training.Serialize(&chosen);
     texts.merge(contents.texts);
     run->effects.sh_degree = run->training.sh_degree;
+    ChooseShDegree(run->effects, &effects);
   }
-  const SceneEffects effects = ProbeEffects(scene, run->effects);
   for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
-  scene.SetLights(effects.lights);
   run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
@@ -359,6 +367,10 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
+  if (run->scene.test_every == 0) {
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; --test_every 8 "
+                 "would hold out every 8th photo and measure it there.";
+  }
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;

@@ -60,6 +60,9 @@ void FinishTrainingRun(const OptionManager& options, TrainingRun* run);
 // The scene that the options name, loaded within --image_cache_gb.
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 
+// Logs what a user should know of a scene: the warnings of its plan and its own.
+void LogWarnings(const TrainingScene& scene);
+
 // Loads the photos and masks, probes which effects they call for, says what was found and what is
 // going to be done, trains, and writes scene.foam, effects.json and training_log.csv and, with
 // held-out views, training_plot.svg and .png into `folder`, and checkpoints on the way. With

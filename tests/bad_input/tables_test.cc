@@ -172,6 +172,29 @@ TEST(BadInput, LabelNames) {
       {"id twice, with a zero",
        put("{\"labels\": {\"7\": \"mug\", \"07\": \"cup\"}}"),
        "IN/labels.json: names the label 7 twice; one name for each id would be right."},
+      {"source ids are a list",
+       put("{\"labels\": {\"7\": \"mug\"}, \"source_ids\": [7]}"),
+       "IN/labels.json: its \"source_ids\" are not as in {\"source_ids\": {\"7\": 81234}}, ids of "
+       "the masks for ids of its labels."},
+      {"source id of no id",
+       put("{\"labels\": {\"7\": \"mug\"}, \"source_ids\": {\"mug\": 7}}"),
+       "IN/labels.json: the source id of \"mug\" is not as in {\"source_ids\": {\"7\": 81234}}, an "
+       "id of the masks for an id of its labels."},
+      {"source id is a text",
+       put("{\"labels\": {\"7\": \"mug\"}, \"source_ids\": {\"7\": \"81234\"}}"),
+       "IN/labels.json: the source id of \"7\" is not as in {\"source_ids\": {\"7\": 81234}}, an "
+       "id "
+       "of the masks for an id of its labels."},
+      {"source id is negative",
+       put("{\"labels\": {\"7\": \"mug\"}, \"source_ids\": {\"7\": -1}}"),
+       "IN/labels.json: the source id of \"7\" is not as in {\"source_ids\": {\"7\": 81234}}, an "
+       "id "
+       "of the masks for an id of its labels."},
+      {"source id beyond 32 bits",
+       put("{\"labels\": {\"7\": \"mug\"}, \"source_ids\": {\"7\": 4294967296}}"),
+       "IN/labels.json: the source id of \"7\" is not as in {\"source_ids\": {\"7\": 81234}}, an "
+       "id "
+       "of the masks for an id of its labels."},
   };
   cases.insert(cases.end(), more.begin(), more.end());
   ExpectSentencesOf(cases, "labels.json", R"({"labels": {"7": "mug"}})", [](const fs::path& f) {

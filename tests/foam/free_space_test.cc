@@ -57,6 +57,65 @@ std::vector<SeedPoint> Ball(double radius, int count) {
   return seeds;
 }
 
+// Cameras in a square grid, `spacing` apart, that look the same way, as from the air.
+class Survey final : public TrainingViews {
+ public:
+  Survey(int side, double spacing) : side_(side), spacing_(spacing) {}
+
+  int NumViews() const override { return side_ * side_; }
+  int Width(int) const override { return 64; }
+  int Height(int) const override { return 64; }
+  bool IsHeldOut(int) const override { return false; }
+  Eigen::Vector3d Origin(int view) const override {
+    return {spacing_ * (view % side_), spacing_ * static_cast<double>(view / side_), 0};
+  }
+  bool Ray(int, int x, int y, TrainingRay* ray) const override {
+    ray->direction =
+        Eigen::Vector3f((x + 0.5f) / 64 - 0.5f, (y + 0.5f) / 64 - 0.5f, 1).normalized();
+    return true;
+  }
+
+  // Points of the ground below, 1 away, give or take a tenth.
+  std::vector<SeedPoint> Ground(int count) const {
+    std::vector<SeedPoint> seeds;
+    for (int i = 0; i < count; ++i) {
+      CounterRandom random(7, 2, i);
+      const Eigen::Vector3d unit = UniformVector(&random);
+      const double extent = spacing_ * side_;
+      seeds.push_back({Eigen::Vector3d(extent * unit.x(), extent * unit.y(), 0.9 + 0.2 * unit.z())
+                           .cast<float>(),
+                       Eigen::Vector3f::Ones()});
+    }
+    return seeds;
+  }
+
+ private:
+  int side_;
+  double spacing_;
+};
+
+// The radius of a photo's cone, found by looking at every seed.
+float RadiusOfAllSeeds(const ClearCone& cone, const std::vector<SeedPoint>& seeds) {
+  std::vector<float> distances;
+  for (const SeedPoint& seed : seeds) {
+    const Eigen::Vector3f offset = seed.position - cone.apex;
+    const float distance = offset.norm();
+    if (offset.dot(cone.axis) > cone.cosine * distance) distances.push_back(distance);
+  }
+  std::sort(distances.begin(), distances.end());
+  const float nearest = distances[distances.size() / 50];
+  const float median = distances[distances.size() / 2];
+  return std::clamp(nearest - 0.5f * (median - nearest), 0.3f * nearest, 0.95f * nearest);
+}
+
+// What the header promises of the work.
+int64_t MostTests(const FreeSpace& space, int num_views) {
+  constexpr int64_t kBlocks = 4096;
+  const auto cones = static_cast<int64_t>(space.cones().size());
+  return 2 * FreeSpace::kMostSeedTests +
+         (num_views + cones) * (kBlocks + FreeSpace::kFewestSampledSeeds);
+}
+
 // At `part` of the way from where view number `view` stands to the origin.
 Eigen::Vector3f Before(const Arc& arc, double view, double part) {
   return ((1 - part) * arc.At(view)).cast<float>();
@@ -105,6 +164,52 @@ TEST(FreeSpace, NeedsPoints) {
   EXPECT_TRUE(space.cones().empty());
   EXPECT_FALSE(space.Contains(Before(arc, 0, 0.1)));
   EXPECT_FALSE(FreeSpace().Contains(Eigen::Vector3f::Zero()));
+}
+
+TEST(FreeSpace, LooksAtEverySeedWhereTheyAreFew) {
+  const SyntheticViews room(24, 32, 24);
+  for (const int count : {60, 500, 30'000}) {
+    const std::vector<SeedPoint> seeds = room.Seeds(count);
+    const FreeSpace space(room, seeds);
+    for (size_t i = 0; i < std::min<size_t>(20, space.cones().size()); ++i) {
+      EXPECT_EQ(space.cones()[i].radius, RadiusOfAllSeeds(space.cones()[i], seeds)) << i;
+    }
+    EXPECT_LE(space.num_seed_tests(), MostTests(space, 24));
+  }
+}
+
+TEST(FreeSpace, LooksAtASampleWhereConesAndSeedsAreMany) {
+  constexpr int kViews = 2000, kSeeds = 300'000;
+  const Arc arc(kViews, 360.0 / kViews);
+  const std::vector<SeedPoint> seeds = Ball(0.4, kSeeds);
+  const FreeSpace space(arc, seeds);
+  ASSERT_GE(space.cones().size(), kViews - 1u);
+  EXPECT_LE(space.num_seed_tests(), MostTests(space, kViews));
+  EXPECT_LT(space.num_seed_tests(), int64_t{kViews} * kSeeds / 2);
+  for (size_t i = 0; i < kViews - 1; i += 97) {
+    const float exact = RadiusOfAllSeeds(space.cones()[i], seeds);
+    EXPECT_NEAR(space.cones()[i].radius, exact, 0.01 * exact) << i;
+  }
+}
+
+// Each photo sees some 400 of the seeds: an even sample of all would leave too few of them.
+TEST(FreeSpace, IsKnownToPhotosThatSeeASmallPartOfTheScene) {
+  constexpr int kSide = 64, kViews = kSide * kSide, kSeeds = 200'000;
+  const Survey survey(kSide, 0.35);
+  const std::vector<SeedPoint> seeds = survey.Ground(kSeeds);
+  const FreeSpace space(survey, seeds);
+  EXPECT_LE(space.num_seed_tests(), MostTests(space, kViews));
+  EXPECT_GT(space.cones().size(), kViews + FreeSpace::kMostConesBetween / 2);
+  EXPECT_LE(space.cones().size(), kViews + FreeSpace::kMostConesBetween);
+  for (size_t i = 0; i < kViews; i += 997) {
+    const float exact = RadiusOfAllSeeds(space.cones()[i], seeds);
+    EXPECT_NEAR(space.cones()[i].radius, exact, 0.01 * exact) << i;
+  }
+  for (int view = 0; view < kViews; view += 101) {
+    const Eigen::Vector3f origin = survey.Origin(view).cast<float>();
+    EXPECT_TRUE(space.Contains(origin + Eigen::Vector3f(0.05f, 0.05f, 0.5f))) << view;
+    EXPECT_FALSE(space.Contains(origin + Eigen::Vector3f(0.05f, 0.05f, 1))) << view;
+  }
 }
 
 // The grid only saves time.

@@ -146,6 +146,8 @@ void WriteTexts(const fs::path& folder) {
   const std::string nested(100'000, '[');
   WriteFile(folder / "label_names" / "seed",
             R"({"version": 1, "labels": {"7": "mug", "16777215": "großer Ball"}, "objects": []})");
+  WriteFile(folder / "label_names" / "source_ids",
+            R"({"labels": {"1": "mug", "2": "ball"}, "source_ids": {"1": 70000, "2": 8421504}})");
   WriteFile(folder / "label_names" / "deep", R"({"labels": )" + nested);
   WriteFile(folder / "label_names" / "twice", R"({"labels": {"7": "mug", "07": "cup"}})");
   WriteFile(folder / "predicted_ids" / "seed",

@@ -194,5 +194,26 @@ TEST(ViewDependence, ShortTracksTellNothing) {
   EXPECT_TRUE(FitViewDependence(pairs, fit).empty());
 }
 
+// More than 400 photos, of which most show nothing here, are fitted in another way.
+TEST(LightFit, IsTheSameByConjugateGradients) {
+  const Scene scene =
+      MakeScene({.gains = 0.3, .colors = 0.05, .falloff = -0.4, .planes = 0.1, .outliers = 0.05});
+  LightSamples many = scene.samples;
+  many.num_views = 500;
+  for (const bool planes : {false, true}) {
+    for (const int gains : {0, 1, 2}) {
+      const LightModel model = {gains, true, planes};
+      const LightFit exact = FitLight(scene.samples, model, nullptr);
+      const LightFit fit = FitLight(many, model, nullptr);
+      EXPECT_NEAR(fit.bic, exact.bic, 0.1) << gains << planes;
+      EXPECT_NEAR(fit.scale, exact.scale, 1e-4 * exact.scale) << gains << planes;
+      EXPECT_NEAR(fit.CornerLight(), exact.CornerLight(), 1e-3) << gains << planes;
+      for (int view = 0; view < kViews; ++view) {
+        EXPECT_LT((fit.gains[view] - exact.gains[view]).norm(), 1e-3) << gains << planes << view;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace semfoam

@@ -113,6 +113,7 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   SceneOptions options = TabletopOptions();
   options.test_every = 8;
   ScenePlan plan = PlanScene(options);
+  EXPECT_THAT(plan.warnings, testing::IsEmpty());
   EXPECT_EQ(plan.num_unregistered, 0);
   EXPECT_EQ(plan.num_rescaled, 0);
   // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
@@ -321,15 +322,17 @@ TEST(Scene, MasksOfPhotosBeforeUndistortionAreToldOf) {
     w.WritePhoto(image.name, 41, 30);
     w.WriteMask(image.name, image.name == "a.png" ? 41 : 40, 30);
   }
-  EXPECT_EQ(TrainingScene(PlanScene(w.Options())).MaskWarning(),
-            "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
-                (w.temp / "object_mask/b.png").string() +
-                ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
-                "would be right.");
+  EXPECT_THAT(
+      TrainingScene(PlanScene(w.Options())).Warnings(),
+      testing::ElementsAre(
+          "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
+          (w.temp / "object_mask/b.png").string() +
+          ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
+          "would be right."));
   for (const Image& image : w.model.images) w.WriteMask(image.name, 41, 30);
   SceneOptions reduced = w.Options();
   reduced.max_image_size = 40;
-  EXPECT_EQ(TrainingScene(PlanScene(reduced)).MaskWarning(), "");
+  EXPECT_THAT(TrainingScene(PlanScene(reduced)).Warnings(), testing::IsEmpty());
 }
 
 TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
@@ -411,6 +414,88 @@ TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
   EXPECT_EQ(track[1].pixel.x(), 4);
   options.mask_consistency = MaskConsistency::kOff;
   EXPECT_TRUE(PlanScene(options).seed_sightings.empty());
+}
+
+TEST(Scene, MaskFoldersThatYieldNothingAreToldOf) {
+  const SmallWorkspace w;
+  const std::string root = w.temp.path().string();
+  EXPECT_THAT(PlanScene(w.Options()).warnings, testing::IsEmpty());
+  SceneOptions given = w.Options();
+  given.mask_path = w.temp / "object_mask";
+
+  fs::rename(w.temp / "object_mask", w.temp / "Masks");
+  EXPECT_THAT(
+      PlanScene(w.Options()).warnings,
+      testing::ElementsAre(root + "/Masks holds 3 .png files and is not looked at, so there are no "
+                                  "labels; object_mask/ or Annotations/ would be looked at, and "
+                                  "--mask_path would take it."));
+  fs::create_directories(w.temp / "object_mask");
+  EXPECT_THAT(
+      PlanScene(w.Options()).warnings,
+      testing::ElementsAre(root +
+                           "/object_mask: is empty, where a PNG for each photo would be "
+                           "right, so there are no labels; " +
+                           root + "/Masks holds 3 .png files, and --mask_path would take it."));
+  EXPECT_EQ(SceneErrorOf(given),
+            root + "/object_mask: is empty, where a PNG for each photo would be right.");
+  fs::rename(w.temp / "Masks", w.temp / "elsewhere");
+  for (const char* file : {"a.jpg", "b.JPG", "sub/c.jpg", "pred.json", "README", "x.txt"}) {
+    WriteFile(w.temp / "object_mask" / file, "");
+  }
+  const std::string holds = root +
+                            "/object_mask: holds no mask but 3 .jpg files, 1 other file, 1 .json "
+                            "file and others, where a PNG for each photo would be right";
+  EXPECT_THAT(PlanScene(w.Options()).warnings,
+              testing::ElementsAre(holds + ", so there are no labels."));
+  EXPECT_EQ(SceneErrorOf(given), holds + ".");
+  SceneOptions with_names = w.Options();
+  with_names.labels_path = w.temp / "labels.json";
+  WriteFile(with_names.labels_path, R"({"labels": {"12": "ball"}})");
+  EXPECT_THAT(SceneErrorOf(with_names), HasSubstr("names labels, while there are no masks: "));
+  given.use_masks = false;
+  EXPECT_EQ(SceneErrorOf(given), "");
+  EXPECT_THAT(PlanScene(given).warnings, testing::IsEmpty());
+  // Where nothing looks like masks there is nothing to say: colour alone is wanted.
+  fs::remove_all(w.temp / "object_mask");
+  EXPECT_THAT(PlanScene(w.Options()).warnings, testing::IsEmpty());
+  // A workspace's masks come before those beside the photos.
+  fs::create_directories(w.temp / "work");
+  fs::rename(w.temp / "elsewhere", w.temp / "work/object_mask");
+  SceneOptions in_workspace = w.Options();
+  in_workspace.workspace_path = w.temp / "work";
+  EXPECT_EQ(PlanScene(in_workspace).masks.NumPaired(), 3);
+}
+
+TEST(Scene, MasksWithoutIdsAreToldOf) {
+  const SmallWorkspace w;
+  for (const Image& image : w.model.images) {
+    WritePng(w.temp / "object_mask" / image.name,
+             8,
+             6,
+             8,
+             PNG_COLOR_TYPE_GRAY,
+             std::vector<uint8_t>(48));
+  }
+  const std::string sentence = (w.temp / "object_mask").string() +
+                               ": its 3 masks have no id but 0, which is no object; an id for each "
+                               "object would be right.";
+  for (const LabelZero zero : {LabelZero::kAuto, LabelZero::kIgnore}) {
+    SceneOptions options = w.Options();
+    options.label_zero = zero;
+    EXPECT_THAT(TrainingScene(PlanScene(options)).Warnings(), testing::ElementsAre(sentence));
+    options.mask_path = w.temp / "object_mask";
+    EXPECT_EQ(SceneErrorOf(options), sentence);
+  }
+}
+
+TEST(Scene, NamesOfNoMaskAreToldOf) {
+  const SmallWorkspace w;
+  WriteFile(w.temp / "labels.json", R"({"labels": {"12": "ball", "112": "mug"}})");
+  EXPECT_THAT(
+      TrainingScene(PlanScene(w.Options())).Warnings(),
+      testing::ElementsAre((w.temp / "labels.json").string() +
+                           ": 1 of its 2 names are of ids that no mask has: 112 (mug); names "
+                           "of the masks' own ids would be right."));
 }
 
 TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {

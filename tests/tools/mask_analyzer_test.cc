@@ -324,7 +324,7 @@ TEST(MaskAnalyzer, SaysWhatIsWrongInOneSentence) {
       {{"--workspace_path", empty}, "empty: neither object_mask/ nor Annotations/ is there"},
       {{"--workspace_path", empty + "/x"}, "x: there is no such folder; --workspace_path takes"},
       {{"--mask_path", empty + "/x"}, "x: there is no such folder; it should hold a PNG mask"},
-      {{"--mask_path", empty}, "empty: holds no mask, where a PNG for each photo would be right"},
+      {{"--mask_path", empty}, "empty: is empty, where a PNG for each photo would be right"},
       {{"--workspace_path", kTabletop.string(), "--image_path", empty + "/x"},
        "x: there is no such folder; it should hold the photos"},
       {{"--workspace_path", kTabletop.string(), "--input_path", empty},

@@ -98,6 +98,14 @@ TEST(MaskCorrupter, SaysWhatIsWrong) {
                                       (folder / "out").string()});
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.err, HasSubstr("nowhere: there is no such folder"));
+  const Outcome photos = RunSemfoam({"mask_corrupter",
+                                     "--mask_path",
+                                     (kTabletop / "images").string(),
+                                     "--output_path",
+                                     (folder / "out").string()});
+  EXPECT_EQ(photos.exit_code, 1);
+  EXPECT_THAT(photos.err,
+              HasSubstr("images: holds no mask but 64 .jpg files, where a PNG for each"));
   EXPECT_FALSE(fs::exists(folder / "out"));
 }
 

@@ -27,6 +27,7 @@ inline constexpr int64_t kReservedBySanitizer = 0;
 struct MeasuredRun {
   Outcome outcome;
   int64_t peak_bytes = 0;  // resident, of the program alone
+  double cpu_seconds = 0;  // of all its threads
 };
 
 // Runs the program without a shell, so that its peak can be told from that of other runs. With
@@ -59,6 +60,9 @@ inline MeasuredRun MeasureSemfoam(const std::vector<std::string>& arguments,
   run.outcome.out = ReadFile(out);
   run.outcome.err = ReadFile(err);
   run.peak_bytes = int64_t{1024} * usage.ru_maxrss;
+  for (const timeval& time : {usage.ru_utime, usage.ru_stime}) {
+    run.cpu_seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  }
   return run;
 }
 

@@ -3,6 +3,8 @@
 // point_labeler on the tabletop scene: what it leaves is complete, right, and read by others.
 #include "export/names.h"
 #include "plugin/colmap_model.h"
+#include "plugin/mask_png.h"
+#include "tools/image_files.h"
 
 #include <cstring>
 #include <map>
@@ -21,6 +23,7 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 using testing::UnorderedElementsAre;
 
@@ -309,7 +312,7 @@ TEST(PointLabeler, SaysWhatIsWrongInOneSentence) {
         (folder / "empty").string(),
         "--output_path",
         out},
-       "empty: holds no mask, where a PNG for each photo would be right"},
+       "empty: is empty, where a PNG for each photo would be right"},
       {{"--workspace_path", workspace, "--mask_path", workspace + "/images2", "--output_path", out},
        "images2: there is no such folder; it should hold a PNG mask"},
       {{"--workspace_path",
@@ -360,6 +363,70 @@ TEST(PointLabeler, TakesItsOptionsFromAProjectFile) {
   EXPECT_THAT(FilesBelow(folder / "out"), SizeIs(5));
   EXPECT_THAT(outcome.err, testing::Not(HasSubstr("Masks held")));
   EXPECT_THAT(RunSemfoam({"point_labeler", "-h"}).out, HasSubstr("without training"));
+}
+
+// DEVA's masks of colours: ids of three bytes, which tables number anew. Such a table, edited,
+// names the same things again.
+TEST(PointLabeler, ReadsTheNamesOfItsOwnTableBack) {
+  const TempFolder folder;
+  const fs::path workspace = folder / "workspace";
+  CopyTabletop(workspace);
+  // By the masks' ids the order is another one, and one of them is the new id of another thing.
+  const auto source_id = [](uint32_t id) { return id <= 1 ? 5 * id : 0x20000 + 1000 * (20 - id); };
+  for (const auto& entry : fs::directory_iterator(kTabletop / "object_mask")) {
+    const MaskPng mask = ReadMaskPng(entry.path());
+    Image8 rgb{mask.width, mask.height, {}};
+    for (const uint32_t id : mask.values) {
+      for (int shift : {0, 8, 16}) rgb.data.push_back(source_id(id) >> shift & 0xff);
+    }
+    WriteRgbPng(workspace / "object_mask" / entry.path().filename(), rgb);
+  }
+  const json given = json::parse(ReadFile(kTabletop / "labels.json"));
+  json names;
+  for (const auto& [id, name] : given["labels"].items()) {
+    names["labels"][std::to_string(source_id(std::stoul(id)))] = name;
+  }
+  WriteFile(workspace / "labels.json", names.dump());
+  const auto label = [&](const std::string& output, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"point_labeler",
+                                          "--workspace_path",
+                                          workspace.string(),
+                                          "--output_path",
+                                          (folder / output).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = RunSemfoam(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, Not(HasSubstr("WARNING")));
+    return json::parse(ReadFile(folder / output / "points_labels.json"));
+  };
+
+  json table = label("first", {});
+  EXPECT_EQ(table["labels"]["1"], "floor");
+  EXPECT_EQ(table["source_ids"]["1"], 5);
+  EXPECT_EQ(table["labels"]["2"], "stool");
+  EXPECT_EQ(table["labels"]["5"], "knot");
+  for (auto& [id, name] : table["labels"].items()) name = name.get<std::string>() + ", edited";
+  WriteFile(folder / "edited.json", table.dump());
+  const json again = label("again", {"--labels_path", (folder / "edited.json").string()});
+  EXPECT_EQ(again["labels"], table["labels"]);
+  EXPECT_EQ(again["source_ids"], table["source_ids"]);
+}
+
+TEST(PointLabeler, TellsOfNamesThatItCannotUse) {
+  const TempFolder folder;
+  WriteFile(folder / "names.json",
+            R"({"labels": {"6": "cup", "101": "a", "102": "b", "103": "c", "104": "d"}})");
+  const std::string sentence = (folder / "names.json").string() +
+                               ": 4 of its 5 names are of ids that no mask has: 101 (a), 102 (b), "
+                               "103 (c), ...; names of the "
+                               "masks' own ids would be right.";
+  const std::vector<std::string> given = {"--labels_path", (folder / "names.json").string()};
+  EXPECT_THAT(LabelTabletop(folder / "out", given).err, HasSubstr(sentence));
+  EXPECT_EQ(json::parse(ReadFile(folder / "out/points_labels.json"))["labels"]["6"], "cup");
+  // The names that lie beside masks whose ids mean nothing.
+  EXPECT_THAT(
+      LabelTabletop(folder / "independent", {"--Masks.consistency", "independent"}).err,
+      HasSubstr("tabletop/labels.json: its names are not used, as the masks' ids mean nothing"));
 }
 
 }  // namespace

@@ -26,8 +26,12 @@ class RingCapture {
   static constexpr int kTurns = 50;
 
   // num_photos is a multiple of kTurns.
-  RingCapture(const std::filesystem::path& workspace, int num_photos, int width, int height)
-      : width_(width), height_(height) {
+  RingCapture(const std::filesystem::path& workspace,
+              int num_photos,
+              int width,
+              int height,
+              int num_points = 6000)
+      : width_(width), height_(height), num_points_(num_points) {
     std::filesystem::create_directories(workspace / "images");
     std::filesystem::create_directories(workspace / "object_mask");
     const int pictures = num_photos / kTurns;
@@ -123,7 +127,7 @@ class RingCapture {
 
   // Points of the ball and the room, each seen by up to kSightings cameras.
   void WriteModel(const std::filesystem::path& folder, int pictures) const {
-    constexpr int kPoints = 6000, kSightings = 6;
+    constexpr int kSightings = 6;
     Reconstruction model;
     Camera camera;
     camera.id = 1;
@@ -145,9 +149,9 @@ class RingCapture {
         model.images.push_back(image);
       }
     }
-    for (int i = 0; i < kPoints; ++i) {
+    for (int i = 0; i < num_points_; ++i) {
       // A spiral over the sphere, two thirds of it on the ball.
-      const double z = 1 - (2 * i + 1.0) / kPoints, angle = 2.399963 * i;
+      const double z = 1 - (2 * i + 1.0) / num_points_, angle = 2.399963 * i;
       const Eigen::Vector3d unit(
           std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
       const bool on_ball = i % 3 != 0;
@@ -182,7 +186,7 @@ class RingCapture {
     WriteReconstruction(folder, model, ModelFormat::kBinary);
   }
 
-  const int width_, height_;
+  const int width_, height_, num_points_;
 };
 
 }  // namespace semfoam

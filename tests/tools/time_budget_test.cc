@@ -7,7 +7,9 @@
 #include <sstream>
 
 #include "tests/foam/synthetic_views.h"
+#include "tests/tools/peak_memory.h"
 #include "tests/tools/program.h"
+#include "tests/tools/ring_capture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -80,6 +82,26 @@ TEST(TimeBudget, ItsScheduleCanBeRepeated) {
   const Outcome repeated = RunSemfoam(again);
   ASSERT_EQ(repeated.exit_code, 0) << repeated.err;
   EXPECT_EQ(ReadFile(folder / "budget" / "scene.foam"), ReadFile(folder / "again" / "scene.foam"));
+}
+
+// What comes before and after the iterations is within the budget too. Time of the processor, on
+// one thread: on a busy machine that is less than the budget's seconds, never more.
+TEST(TimeBudget, HoldsWithManyPhotosAndPoints) {
+  const TempFolder folder;
+  const RingCapture capture(folder / "workspace", 1000, 32, 24, /*num_points=*/300'000);
+  const MeasuredRun run = MeasureSemfoam({"foam_trainer",
+                                          "--image_path",
+                                          (folder / "workspace/images").string(),
+                                          "--input_path",
+                                          (folder / "workspace/sparse/0").string(),
+                                          "--output_path",
+                                          (folder / "out").string(),
+                                          "--num_threads",
+                                          "1",
+                                          "--FoamTraining.time_budget",
+                                          "8"});
+  ASSERT_EQ(run.outcome.exit_code, 0) << run.outcome.err;
+  EXPECT_LT(run.cpu_seconds, 12) << run.outcome.err;
 }
 
 TEST(TimeBudget, IsNotGivenTogetherWithANumberOfRays) {

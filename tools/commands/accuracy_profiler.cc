@@ -70,7 +70,7 @@ class Study {
                                   scene_.WorldFromNormalized());
     LOG(INFO) << scene_.PhotoReport();
     LOG(INFO) << scene_.MaskReport();
-    if (const std::string warning = scene_.MaskWarning(); !warning.empty()) LOG(WARNING) << warning;
+    LogWarnings(scene_);
     fits_exposure_ = BringToReferenceExposure(&scene_);
   }
 

@@ -140,7 +140,9 @@ void RunMaskAnalyzer(int argc, char** argv) {
   if (!output_path.empty()) lock.emplace(output_path);
   const MaskAnalysis analysis =
       AnalyzeMasks(paths, FindImages(image_path, workspace_path, paths.mask_folder), masks);
-  if (!analysis.photos.size_warning.empty()) LOG(WARNING) << analysis.photos.size_warning;
+  for (const std::string& warning : {analysis.photos.size_warning, analysis.names_warning}) {
+    if (!warning.empty()) LOG(WARNING) << warning;
+  }
   const std::string report = MaskReportJson(analysis);
   if (!output_path.empty()) {
     WriteTextFile(fs::path(output_path) / "masks.json", report);

@@ -2,6 +2,7 @@
 #include "foam/error.h"
 #include "foam/random.h"
 #include "plugin/files.h"
+#include "plugin/mask_folders.h"
 #include "plugin/mask_png.h"
 #include "tools/commands.h"
 #include "tools/image_files.h"
@@ -156,6 +157,7 @@ void RunMaskCorrupter(int argc, char** argv) {
   for (const fs::path& path : ListFiles(mask_path)) {
     if (path.extension() == ".png") masks.push_back(path);
   }
+  if (masks.empty()) throw UserError(NoMaskIn(mask_path), ".");
   std::vector<fs::path> targets;
   targets.reserve(masks.size());
   for (const fs::path& mask : masks) {

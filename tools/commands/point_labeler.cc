@@ -124,10 +124,7 @@ void RunPointLabeler(int argc, char** argv) {
   names.reserve(records.size());
   for (const PhotoRecord& record : records) names.push_back(record.name);
   const MaskPairing pairing = PairMasks(paths.mask_folder, names);
-  if (pairing.NumPaired() == 0) {
-    throw UserError(paths.mask_folder.string(),
-                    ": holds no mask, where a PNG for each photo would be right.");
-  }
+  RequireMasks(pairing, paths.mask_folder);
   const MaskedPhotos photos = LoadMaskedPhotos(
       &model, std::move(records), pairing, paths.mask_folder, masks.Zero(), masks.Consistency());
   LOG(INFO) << pairing.NumPaired() << " of " << photos.photos.size() << " photos have a mask, "
@@ -135,9 +132,12 @@ void RunPointLabeler(int argc, char** argv) {
   if (!photos.size_warning.empty()) LOG(WARNING) << photos.size_warning;
   if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
   std::vector<Label> labels = photos.labels;
-  const bool names_fit =
-      photos.consistency.used != MaskConsistency::kIndependent || options.IsGiven("labels_path");
-  if (!paths.labels_file.empty() && names_fit) NameLabels(paths.labels_file, &labels);
+  const std::string names_warning = NameCorrectedLabels(paths.labels_file,
+                                                        options.IsGiven("labels_path"),
+                                                        photos.consistency,
+                                                        photos.given.labels,
+                                                        &labels);
+  if (!names_warning.empty()) LOG(WARNING) << names_warning;
 
   const std::vector<PointLabel> points = LabelPoints(photos);
   const double seconds =

@@ -25,6 +25,7 @@ void RunSceneAnalyzer(int argc, char** argv) {
 
   const OutputLock lock(output_path);
   const TrainingScene scene = LoadScene(run, run.scene);
+  LogWarnings(scene);
   const SceneEffects effects = ProbeEffects(scene, run.effects);
   for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
   WriteEffects(std::filesystem::path(output_path) / "effects.json", effects, scene.Photos());

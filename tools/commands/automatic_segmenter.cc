@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/commands.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/training_folder.h"
 #include "tools/training_run.h"
 
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <glog/logging.h>
 
@@ -50,16 +53,24 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   TrainingFolder folder(output_path, checkpoints, options);
-  if (folder.IsFinished()) return;
-  RequireOwnLabels(output_path);
-  const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
-  const ExportableScene scene =
-      PrepareExport(TrainAndWrite(options, &folder, &run), foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, wanted);
-  volume.source_checksum = ModelChecksum(foam_path);
-  if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
-  if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted, surface);
-  WriteLabels(scene, output_path);
+  if (folder.IsFinished()) {
+    WarnOfOtherNames(output_path, run.masks.labels_path);
+    return;
+  }
+  folder.RequireReplaceable();
+  const std::filesystem::path foam_path = folder.path() / "scene.foam";
+  Model model = TrainAndWrite(options, &folder, &run);
+  TakeLabelNames(foam_path, {}, {}, &model);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
+  FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
+  RequireOneFrame(scene.transform, output_path, wanted, finished.foam_checksum);
+  volume.source_checksum = surface.source_checksum = finished.foam_checksum;
+  if (wanted.count("vdb") != 0) finished.files = WriteVolumes(scene, output_path, volume);
+  if (wanted != std::set<std::string>{"vdb"}) {
+    const std::vector<WrittenFile> meshes = WriteMeshes(scene, output_path, wanted, surface);
+    finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
+  }
+  WriteLabels(scene, output_path, finished);
   folder.Finish();
   LOG(INFO) << scene.objects.size() << (scene.objects.size() == 1 ? " object" : " objects")
             << ", everything is in " << output_path;

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/output_lock.h"
 
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
 void RunVolumeExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
+  std::string labels_path;
   VolumeExportOptions volume;
   PieceOptions pieces;
   ExportTransformOptions frame;
@@ -19,6 +22,7 @@ void RunVolumeExporter(int argc, char** argv) {
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
       "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
+  AddLabelNamesOption(&options, &labels_path);
   AddVolumeExportOptions(&options, &volume);
   AddPieceOptions(&options, &pieces);
   AddFrameOptions(&options, &frame);
@@ -30,11 +34,13 @@ void RunVolumeExporter(int argc, char** argv) {
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, {"vdb"});
   volume.source_checksum = ModelChecksum(foam_path);
-  WriteVolumes(scene, output_path, volume);
-  WriteLabels(scene, output_path);
+  RequireSameFoam(output_path, volume.source_checksum);
+  const ExportableScene scene = PrepareExport(
+      ReadNamedModel(foam_path, output_path, labels_path), foam_path, transform, pieces);
+  RequireOneFrame(scene.transform, output_path, {"vdb"}, volume.source_checksum);
+  const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);
+  WriteLabels(scene, output_path, {volume.source_checksum, files});
 }
 
 }  // namespace semfoam

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json LabelTable(const std::vector<Label>& labels) {
-  Json table = {{"version", 1}, {"labels", Json::object()}};
+  Json table = {{"version", kLabelSidecarVersion}, {"labels", Json::object()}};
   Json source_ids = Json::object();
   for (const Label& label : labels) {
     if (label.id == 0) continue;
@@ -66,8 +66,10 @@ std::string LabelTableJson(const std::vector<Label>& labels) {
 
 void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,
-                       const std::vector<WrittenFile>& files) {
+                       const std::vector<WrittenFile>& files,
+                       const std::string& source_checksum) {
   Json sidecar = LabelTable(scene.label_table);
+  if (!source_checksum.empty()) sidecar[kSourceModelKey] = source_checksum;
   sidecar["frame"] = Json::parse(ExportTransformJson(scene.transform));
   sidecar["files"] = FilesOf(0, files);
   Json objects = Json::array();

@@ -302,7 +302,7 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
     if (scene_usda) {
       std::vector<VolumeField> volume_fields;
       try {
-        volume_fields = ReadVolumeFields(output_path / (stem + ".vdb"));
+        volume_fields = ReadVolumeFields(output_path / (stem + ".vdb"), options.source_checksum);
       } catch (const UserError& error) {
         // The surfaces are no worse for it.
         usda_warning += (usda_warning.empty() ? "does without " : " ") + std::string(error.what());

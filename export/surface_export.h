@@ -88,6 +88,9 @@ struct SurfaceExportOptions {
 
   // The "creator" that glTF and USD name: program and version.
   std::string creator = "Semantic Foam";
+  // As VolumeExportOptions::source_checksum: the stage names no volume of another model. Empty =
+  // not known.
+  std::string source_checksum;
 
   // Returns an empty string, or one sentence that names the option out of range.
   std::string Check() const;

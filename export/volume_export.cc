@@ -240,7 +240,7 @@ class VolumeMaker {
     add_text("frame", scene_.transform.IsIdentity() ? "COLMAP" : "transformed");
     add_text("transform", ExportTransformJson(scene_.transform));
     if (!options_.source_checksum.empty()) {
-      add_text("source_model_xxh64", options_.source_checksum);
+      add_text(kSourceModelKey, options_.source_checksum);
     }
     metadata.insertMeta("voxel_size", openvdb::DoubleMetadata(VoxelSize(volume)));
     metadata.insertMeta("world_from_normalized_scale", openvdb::DoubleMetadata(similarity.scale));

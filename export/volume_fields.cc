@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/volume_fields.h"
 
+#include "export/label_sidecar.h"
 #include "export/vdb_grids.h"
 #include "foam/error.h"
 
@@ -8,7 +9,8 @@
 
 namespace semfoam {
 
-std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path) {
+std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path,
+                                          const std::string& source_checksum) {
   std::vector<VolumeField> fields;
   if (!std::filesystem::exists(path)) return fields;
   InitializeOpenVdb();
@@ -18,6 +20,8 @@ std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path) {
     file.open(/*delayLoad=*/false);
     const openvdb::GridPtrVecPtr grids = file.readAllGridMetadata();
     for (const openvdb::GridBase::Ptr& grid : *grids) {
+      const auto source = grid->getMetadata<openvdb::StringMetadata>(kSourceModelKey);
+      if (!source_checksum.empty() && source && source->value() != source_checksum) return {};
       const auto quantity = grid->getMetadata<openvdb::StringMetadata>(kQuantityKey);
       // Volumes of before there was the key may have names of their own, and tell nothing then.
       name_of[quantity ? quantity->value() : grid->getName()] = grid->getName();

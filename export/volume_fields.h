@@ -14,9 +14,11 @@ struct VolumeField {
 };
 
 // The fields of the .vdb at `path`, in the order of the quantities above: what its grids' metadata
-// say (kQuantityKey), no voxel is loaded. Nothing where there is no file. Throws UserError when the
-// file is no volume that can be read.
-std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path);
+// say (kQuantityKey), no voxel is loaded. Nothing where there is no file, or where they name
+// another model's checksum (kSourceModelKey) than `source_checksum`, unless that is empty. Throws
+// UserError when the file is no volume that can be read.
+std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path,
+                                          const std::string& source_checksum = {});
 
 // The key under which a grid's metadata keep what it holds.
 inline constexpr char kQuantityKey[] = "quantity";

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/checkpoint.h"
 
+#include "foam/input_file.h"
+#include "foam/output_file.h"
+
 #include <bit>
 #include <cstring>
 #include <fstream>
-#include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #define XXH_INLINE_ALL
-#include "foam/error.h"
-#include "foam/output_file.h"
-
 #include <xxhash.h>
 
 namespace semfoam {
@@ -24,8 +23,8 @@ using Json = nlohmann::json;
 
 constexpr char kMagic[8] = {'S', 'E', 'M', 'F', 'C', 'K', 'P', '\n'};
 constexpr char kEndMagic[8] = {'S', 'E', 'M', 'F', 'E', 'N', 'D', '\n'};
-constexpr uint32_t kVersion = 1;
-constexpr size_t kPreambleBytes = 24;  // magic, version, reserved, header length
+constexpr size_t kVersionedBytes = 12;  // magic, version: the same in all versions
+constexpr size_t kPreambleBytes = 24;   // and reserved, header length
 constexpr size_t kHashBytes = 8;
 constexpr size_t kFooterBytes = 16;
 
@@ -47,10 +46,7 @@ void Write(std::ofstream* out, std::span<const std::byte> bytes) {
 }
 
 // The next bytes of the file; false where there are not so many.
-bool ReadBytes(std::ifstream* in, void* bytes, size_t count) {
-  in->read(static_cast<char*>(bytes), static_cast<std::streamsize>(count));
-  return in->gcount() == static_cast<std::streamsize>(count);
-}
+bool Reads(InputFile* in, void* bytes, size_t count) { return in->Read(bytes, count) == count; }
 
 }  // namespace
 
@@ -71,7 +67,7 @@ void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents
                     ": cannot be written because a label's name is not UTF-8; rename it.");
   }
   std::string head(kMagic, sizeof(kMagic));
-  Append(&head, kVersion);
+  Append(&head, kCheckpointVersion);
   Append(&head, uint32_t{0});
   Append(&head, static_cast<uint64_t>(text.size()));
   head += text;
@@ -99,38 +95,34 @@ void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents
 }
 
 Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
-  if (!std::filesystem::is_regular_file(path)) {
-    throw UserError(path.string(), ": there is no such checkpoint.");
-  }
-  std::error_code error;
-  const uint64_t size = std::filesystem::file_size(path, error);
-  std::ifstream in(path, std::ios::binary);
-  if (error || !in) throw UserError(path.string(), ": this checkpoint cannot be read.");
-
+  InputFile in(path, "a checkpoint");
   char preamble[kPreambleBytes];
-  if (size < kPreambleBytes + kHashBytes + kFooterBytes ||
-      !ReadBytes(&in, preamble, sizeof(preamble)) ||
+  if (!Reads(&in, preamble, kVersionedBytes) ||
       std::memcmp(preamble, kMagic, sizeof(kMagic)) != 0) {
-    throw UserError(path.string(),
-                    ": this is no checkpoint, or only the beginning of one; foam_trainer writes "
-                    "them into its output folder.");
+    ThrowNoCheckpoint();
   }
-  if (const auto version = Value<uint32_t>(preamble + 8); version != kVersion) {
+  if (const auto version = Value<uint32_t>(preamble + sizeof(kMagic));
+      version != kCheckpointVersion) {
     throw UserError(path.string(),
                     ": this checkpoint has format version ",
                     version,
                     ", and this program reads version ",
-                    kVersion,
-                    "; the program version that wrote it would be right.");
+                    kCheckpointVersion,
+                    "; the program version that wrote it, or --resume 0 to train from the "
+                    "beginning, would be right.");
+  }
+  if (in.size() < kPreambleBytes + kHashBytes + kFooterBytes ||
+      !Reads(&in, preamble + kVersionedBytes, kPreambleBytes - kVersionedBytes)) {
+    ThrowNoCheckpoint();
   }
   // What arrays and their checksums may take, once the header is known.
-  uint64_t left = size - kPreambleBytes - kHashBytes - kFooterBytes;
+  uint64_t left = in.size() - kPreambleBytes - kHashBytes - kFooterBytes;
   const auto header_bytes = Value<uint64_t>(preamble + 16);
   if (header_bytes > left) ThrowDamaged("its header is longer than the file");
   left -= header_bytes;
   std::string header(header_bytes, '\0');
   uint64_t hash = 0;
-  if (!ReadBytes(&in, header.data(), header.size()) || !ReadBytes(&in, &hash, sizeof(hash))) {
+  if (!Reads(&in, header.data(), header.size()) || !Reads(&in, &hash, sizeof(hash))) {
     ThrowDamaged("its header is cut");
   }
   XXH64_state_t state;
@@ -163,7 +155,7 @@ Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
     Bytes& bytes = entry->second;
     bytes.data.reset(new std::byte[count]);
     bytes.size = count;
-    if (!ReadBytes(&in, bytes.data.get(), count) || !ReadBytes(&in, &hash, sizeof(hash))) {
+    if (!Reads(&in, bytes.data.get(), count) || !Reads(&in, &hash, sizeof(hash))) {
       ThrowDamaged("the file ends within its array '" + name + "'");
     }
     if (XXH64(bytes.data.get(), count, 0) != hash) {
@@ -171,9 +163,9 @@ Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
     }
   }
   char footer[kFooterBytes];
-  if (!ReadBytes(&in, footer, sizeof(footer)) ||
+  if (!Reads(&in, footer, sizeof(footer)) ||
       std::memcmp(footer, kEndMagic, sizeof(kEndMagic)) != 0 ||
-      Value<uint64_t>(footer + 8) != size) {
+      Value<uint64_t>(footer + 8) != in.size()) {
     ThrowDamaged("its end is not there");
   }
 }
@@ -190,11 +182,18 @@ std::span<const std::byte> Checkpoint::Array(const std::string& name) const {
   return {found->second.data.get(), found->second.size};
 }
 
+void Checkpoint::ThrowNoCheckpoint() const {
+  throw DamagedCheckpoint(
+      path_.string(),
+      ": this is no checkpoint, or only the beginning of one; foam_trainer writes them into its "
+      "output folder.");
+}
+
 void Checkpoint::ThrowDamaged(const std::string& what) const {
-  throw UserError(path_.string(),
-                  ": this checkpoint is cut or damaged (",
-                  what,
-                  "); an older one, or training from the beginning, would be right.");
+  throw DamagedCheckpoint(path_.string(),
+                          ": this checkpoint is cut or damaged (",
+                          what,
+                          "); an older one, or training from the beginning, would be right.");
 }
 
 }  // namespace semfoam

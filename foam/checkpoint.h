@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/error.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -18,7 +20,9 @@ namespace semfoam {
 // Little-endian: 8 bytes magic "SEMFCKP\n", u32 version, u32 reserved (0), u64 length of the JSON
 // header; the header, {"arrays": [{"name", "bytes"}, ...], "texts": {group: {name: text}}}; an
 // XXH64 of all that; then the bytes of each array, each followed by their XXH64; at the end 8 bytes
-// "SEMFEND\n" and the u64 length of the whole file.
+// "SEMFEND\n" and the u64 length of the whole file. Magic and version stay where they are in every
+// version of the format.
+inline constexpr uint32_t kCheckpointVersion = 1;
 
 // Texts by name, in groups. Numbers are texts too (number_text.h), so that NaN and infinity are
 // numbers like others.
@@ -38,11 +42,19 @@ struct CheckpointContents {
 // UserError where that is not possible (disk full).
 void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents& contents);
 
+// The file does not hold a whole checkpoint: it is cut, damaged, or something else.
+class DamagedCheckpoint : public UserError {
+ public:
+  using UserError::UserError;
+};
+
 // A checkpoint in memory.
 class Checkpoint {
  public:
-  // Reads and verifies the whole file. Throws UserError with one sentence when it is missing, no
-  // checkpoint, of another version, cut or damaged. Every length in the file is checked against the
+  // Reads and verifies the whole file. Throws, with one sentence that names it: DamagedCheckpoint;
+  // or UserError where the file says nothing about what it holds, because it is missing, cannot be
+  // read (permission, a failing disk), or is of another version of the format, older or newer,
+  // which is judged by the version number alone. Every length in the file is checked against the
   // bytes that are there before it is used.
   explicit Checkpoint(const std::filesystem::path& path);
 
@@ -52,13 +64,15 @@ class Checkpoint {
   const std::map<std::string, std::string>& Texts(const std::string& group) const;
 
   bool HasArray(const std::string& name) const { return arrays_.count(name) != 0; }
-  // Throws UserError where there is none of that name.
+  // Throws DamagedCheckpoint where there is none of that name.
   std::span<const std::byte> Array(const std::string& name) const;
 
-  // A UserError that names the file, for what is wrong with the texts or arrays themselves.
+  // A DamagedCheckpoint that names the file, for what is wrong with the texts or arrays themselves.
   [[noreturn]] void ThrowDamaged(const std::string& what) const;
 
  private:
+  [[noreturn]] void ThrowNoCheckpoint() const;
+
   struct Bytes {
     std::unique_ptr<std::byte[]> data;
     size_t size = 0;

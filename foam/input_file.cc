@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -38,14 +39,6 @@ void CheckMode(const fs::path& path, const std::string& what, mode_t mode) {
   throw UserError(path.string(), ": is ", kind, ", where ", what, " should be.");
 }
 
-// Closes at the end of its scope.
-struct Descriptor {
-  int number;
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
-  }
-};
-
 }  // namespace
 
 void RequireRegularFile(const fs::path& path, const std::string& what) {
@@ -55,22 +48,45 @@ void RequireRegularFile(const fs::path& path, const std::string& what) {
   if (::faccessat(AT_FDCWD, path.c_str(), R_OK, AT_EACCESS) != 0) FailUnreadable(path, what, errno);
 }
 
-std::string ReadFileBytes(const fs::path& path, const std::string& what) {
-  // A pipe that nobody writes to would keep open() waiting.
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+InputFile::InputFile(fs::path path, std::string what)
+    : path_(std::move(path)),
+      what_(std::move(what)),
+      // A pipe that nobody writes to would keep open() waiting.
+      descriptor_(::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   struct stat status;
-  if (file.number < 0 || ::fstat(file.number, &status) != 0) FailUnreadable(path, what, errno);
-  CheckMode(path, what, status.st_mode);
-  // One byte more, so that the last read sees the end; and files of /proc say that they have none.
-  std::string bytes(static_cast<size_t>(status.st_size) + 1, '\0');
+  if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
+    const int error = errno;
+    if (descriptor_ >= 0) ::close(descriptor_);
+    FailUnreadable(path_, what_, error);
+  }
+  if (!S_ISREG(status.st_mode)) ::close(descriptor_);
+  CheckMode(path_, what_, status.st_mode);
+  size_ = static_cast<uint64_t>(status.st_size);
+}
+
+InputFile::~InputFile() { ::close(descriptor_); }
+
+size_t InputFile::Read(void* bytes, size_t count) {
   size_t size = 0;
-  for (;;) {
-    const ssize_t got = ::read(file.number, bytes.data() + size, bytes.size() - size);
+  while (size < count) {
+    const ssize_t got = ::read(descriptor_, static_cast<char*>(bytes) + size, count - size);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) FailUnreadable(path, what, errno);
+    if (got < 0) FailUnreadable(path_, what_, errno);
     if (got == 0) break;
     size += static_cast<size_t>(got);
-    if (size == bytes.size()) bytes.resize(2 * size);
+  }
+  return size;
+}
+
+std::string ReadFileBytes(const fs::path& path, const std::string& what) {
+  InputFile file(path, what);
+  // One byte more, so that the last read sees the end; and files of /proc say that they have none.
+  std::string bytes(file.size() + 1, '\0');
+  size_t size = 0;
+  for (;;) {
+    size += file.Read(bytes.data() + size, bytes.size() - size);
+    if (size < bytes.size()) break;
+    bytes.resize(2 * size);
   }
   bytes.resize(size);
   return bytes;

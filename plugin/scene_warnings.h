@@ -13,10 +13,10 @@ namespace semfoam {
 // empty string where there is nothing to say.
 
 // COLMAP's mapper writes a model for each group of photos that it could not connect: 0, 1, 2, ...
-// beside each other. Says which others there are, and with how many photos, where `model_folder` was
-// found below `input_path` rather than named. Where it was named and is 0, which may be habit, only
-// those with as many photos as it has (`num_images`) or more. Models that cannot be read are left
-// out.
+// beside each other. Says which others there are, and with how many photos, where `model_folder`
+// was found below `input_path` rather than named. Where it was named and is 0, which may be habit,
+// only those with as many photos as it has (`num_images`) or more. Models that cannot be read are
+// left out.
 std::string OtherModelsWarning(const std::filesystem::path& input_path,
                                const std::filesystem::path& model_folder,
                                int64_t num_images);

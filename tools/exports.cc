@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/exports.h"
 
-#include "export/label_sidecar.h"
 #include "export/names.h"
 #include "foam/error.h"
+#include "tools/export_record.h"
 #include "tools/memory_task.h"
 #include "tools/object_photos.h"
 #include "tools/progress.h"
@@ -20,13 +20,10 @@
 #include <vector>
 
 #include <glog/logging.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 namespace semfoam {
 namespace {
-
-using Json = nlohmann::json;
 
 // "3 pieces of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
 std::string Describe(const LeftOutPieces& left_out) {
@@ -45,35 +42,6 @@ std::string Describe(const LeftOutPieces& left_out) {
 void SayWritten(const WrittenFile& file) {
   LOG(INFO) << "  " << file.path << ": " << file.summary;
   if (!file.warning.empty()) LOG(WARNING) << file.path << ": " << file.warning;
-}
-
-// The labels.json of an export into `output_path` before this one; null where there is none.
-Json OwnLabels(const std::filesystem::path& output_path) {
-  const std::filesystem::path sidecar = output_path / "labels.json";
-  if (std::filesystem::is_directory(sidecar)) {
-    throw UserError(sidecar.string(),
-                    ": is a folder, in the way of the file of that name; choose another "
-                    "--output_path.");
-  }
-  if (!std::filesystem::is_regular_file(sidecar)) return nullptr;
-  std::ifstream file(sidecar);
-  Json there = Json::parse(file, nullptr, /*allow_exceptions=*/false);
-  // Every one of ours tells of a frame and objects; the names that a user wrote do not.
-  if (!there.is_object() || !there.contains("frame") || !there.contains("objects")) {
-    throw UserError(sidecar.string(),
-                    ": was not written by an export and would be lost; choose another "
-                    "--output_path.");
-  }
-  return there;
-}
-
-// Whether two frames of labels.json put everything in the same place; older files do not hold the
-// tilt.
-bool SameFrame(Json a, Json b) {
-  for (Json* frame : {&a, &b}) {
-    if (frame->is_object()) frame->erase("up_tilt_degrees");
-  }
-  return a == b;
 }
 
 // What a turn by multiples of 90 degrees leaves.
@@ -258,28 +226,21 @@ std::set<std::string> ParseFormats(const std::string& formats, const std::string
   return parsed;
 }
 
-void RequireOwnLabels(const std::filesystem::path& output_path) { OwnLabels(output_path); }
-
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
-                     const std::set<std::string>& formats) {
-  const Json there = OwnLabels(output_path);
-  if (there.is_null()) return;
-  if (SameFrame(there["frame"], Json::parse(ExportTransformJson(transform)))) return;
-  Json lists = Json::array({there.value("files", Json::object())});
-  for (const Json& object : there["objects"]) {
-    if (object.is_object()) lists.push_back(object.value("files", Json::object()));
-  }
-  for (const Json& list : lists) {
-    for (const auto& [format, path] : list.items()) {
-      const std::string writer = format == "mtl" ? "obj" : format;
-      if (formats.count(writer) != 0 || !path.is_string()) continue;
-      if (!std::filesystem::exists(output_path / path.get<std::string>())) continue;
-      throw UserError((output_path / path.get<std::string>()).string(),
-                      ": is in another frame than this export and would stay; choose another "
-                      "--output_path, or the --transform, --up_axis, --scale and --units that "
-                      "labels.json there tells of.");
-    }
+                     const std::set<std::string>& formats,
+                     const std::string& foam_checksum) {
+  const std::optional<ExportRecord> record = ReadExportRecord(output_path);
+  if (!record || IsInFrame(*record, transform)) return;
+  // Those of another foam go.
+  if (!record->foam_checksum.empty() && record->foam_checksum != foam_checksum) return;
+  for (const ExportRecord::File& file : record->files) {
+    const std::string writer = file.format == "mtl" ? "obj" : file.format;
+    if (formats.count(writer) != 0) continue;
+    throw UserError((output_path / file.path).string(),
+                    ": is in another frame than this export and would stay; choose another "
+                    "--output_path, or the --transform, --up_axis, --scale and --units that "
+                    "labels.json there tells of.");
   }
 }
 
@@ -352,16 +313,16 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
                   "scene.");
 }
 
-void WriteVolumes(const ExportableScene& scene,
-                  const std::filesystem::path& output_path,
-                  const VolumeExportOptions& volume) {
+std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
+                                      const std::filesystem::path& output_path,
+                                      const VolumeExportOptions& volume) {
   const MemoryTask task("volumes are made",
                         "a larger --VolumeExport.voxel_size or a smaller "
                         "--VolumeExport.max_resolution");
   LOG(INFO) << "Writing volumes";
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();
-  ExportVolumes(
+  return ExportVolumes(
       scene,
       output_path,
       volume,
@@ -378,13 +339,13 @@ void WriteVolumes(const ExportableScene& scene,
       });
 }
 
-void WriteMeshes(const ExportableScene& scene,
-                 const std::filesystem::path& output_path,
-                 const std::set<std::string>& formats,
-                 SurfaceExportOptions surface) {
+std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
+                                     const std::filesystem::path& output_path,
+                                     const std::set<std::string>& formats,
+                                     SurfaceExportOptions surface) {
   if (scene.objects.empty()) {
     LOG(WARNING) << "There is no object, so no meshes are written.";
-    return;
+    return {};
   }
   const MemoryTask task("meshes are made", "a foam of fewer objects (object_extractor)");
   surface.om = formats.count("om") != 0;
@@ -394,7 +355,7 @@ void WriteMeshes(const ExportableScene& scene,
   surface.usda = formats.count("usda") != 0;
   surface.creator = "semfoam " SEMFOAM_VERSION;
   LOG(INFO) << "Writing meshes";
-  const std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);
+  std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);
   // The formats of one object hold the same surface: one line for all of them.
   for (size_t i = 0; i < files.size();) {
     WrittenFile line = files[i];
@@ -403,25 +364,7 @@ void WriteMeshes(const ExportableScene& scene,
     }
     SayWritten(line);
   }
-}
-
-void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path) {
-  std::vector<WrittenFile> files;
-  const auto add = [&](int32_t object_id, const std::string& format, const std::string& path) {
-    if (std::filesystem::exists(output_path / path)) files.push_back({object_id, format, path, ""});
-  };
-  add(0, "vdb", "scene.vdb");
-  add(0, "nvdb", "scene.nvdb");
-  add(0, "vdb_labels_int32", "scene_labels_int32.vdb");
-  add(0, "vdb_points", "scene_points.vdb");
-  add(0, "glb", "scene.glb");
-  add(0, "usda", "scene.usda");
-  for (const ObjectInfo& object : scene.objects) {
-    for (const std::string format : {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"}) {
-      add(object.id, format, "objects/" + object.file_stem + "." + format);
-    }
-  }
-  WriteLabelSidecar(output_path / "labels.json", scene, files);
+  return files;
 }
 
 }  // namespace semfoam

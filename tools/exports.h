@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
@@ -57,15 +58,13 @@ void RequireEffects(const OptionManager& options,
 // The formats of a comma list, each of which `allowed` must have.
 std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
 
-// Throws UserError when `output_path` holds a labels.json that is no export's, such as the names
-// that a workspace gives its masks.
-void RequireOwnLabels(const std::filesystem::path& output_path);
-
-// The same, and when `output_path` holds exports in another frame of which `formats` would not
-// replace all: labels.json could not be true of both.
+// Throws UserError when `output_path` holds exports of this foam in another frame of which
+// `formats` would not replace all: labels.json could not be true of both. What is there of another
+// foam goes (WriteLabels in export_record.h).
 void RequireOneFrame(const ExportTransform& transform,
                      const std::filesystem::path& output_path,
-                     const std::set<std::string>& formats);
+                     const std::set<std::string>& formats,
+                     const std::string& foam_checksum);
 
 // Finds the model's objects and the photos that show them, and says what is left out of them, and
 // which labels have none. Turns `transform` upright where it asks for that. `foam_path` is where
@@ -79,16 +78,13 @@ ExportableScene PrepareExport(const Model& model,
 // writes objects and nothing else. To be called before anything is written.
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path);
 
-// Write the files and say what was written. `surface` says all but the formats.
-void WriteVolumes(const ExportableScene& scene,
-                  const std::filesystem::path& output_path,
-                  const VolumeExportOptions& volume);
-void WriteMeshes(const ExportableScene& scene,
-                 const std::filesystem::path& output_path,
-                 const std::set<std::string>& formats,
-                 SurfaceExportOptions surface = {});
-
-// Writes labels.json; its "files" are those that lie under their names in `output_path`.
-void WriteLabels(const ExportableScene& scene, const std::filesystem::path& output_path);
+// Write the files, say what was written, and return it. `surface` says all but the formats.
+std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
+                                      const std::filesystem::path& output_path,
+                                      const VolumeExportOptions& volume);
+std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
+                                     const std::filesystem::path& output_path,
+                                     const std::set<std::string>& formats,
+                                     SurfaceExportOptions surface = {});
 
 }  // namespace semfoam

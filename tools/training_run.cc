@@ -161,7 +161,7 @@ TrainingSummary Train(const TrainingScene& scene,
     save(&contents);
     folder->Write(iteration, std::move(contents));
     if (signal == 0) return;
-    folder->SayStopped("after iteration " + FormatValue(iteration));
+    folder->SayStopped(iteration);
     throw Interruption(signal);
   };
   hooks.resume_from = std::move(checkpoint);
@@ -412,10 +412,13 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   // Without held-out views there is no quality to show.
   if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
     WritePlot(output_path / "training_plot", plot);
+  } else {
+    for (const char* file : {"training_plot.svg", "training_plot.png"})
+      folder->RemoveReplaced(file);
   }
   folder->EndTraining();
   if (const int signal = InterruptionRequested()) {
-    folder->SayStopped("after training");
+    folder->SayStoppedAfterTraining();
     throw Interruption(signal);
   }
   return model;

@@ -71,6 +71,14 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
                   {"volume", 0.25},
                   {"largest", {{"cells", 4}, {"volume", 0.125}, {"center", {1.0, 2.0, 3.0}}}}}));
   EXPECT_FALSE(sidecar.contains("labels_left_out"));
+  EXPECT_FALSE(sidecar.contains("source_model_xxh64"));
+}
+
+TEST_F(LabelSidecar, SaysOfWhichModelTheFilesAre) {
+  const ExportableScene scene = MakeExportableScene(TouchingBalls(200));
+  WriteLabelSidecar(folder_ / "labels.json", scene, {}, "0123456789abcdef");
+  const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
+  EXPECT_EQ(sidecar["source_model_xxh64"], "0123456789abcdef");
 }
 
 TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {

@@ -113,7 +113,9 @@ inline std::vector<std::string> TinyTrainingCommand(const std::filesystem::path&
           "--FoamTraining.final_sites",
           "2000",
           "--FoamTraining.max_image_size",
-          "80"};
+          "80",
+          "--overwrite",  // these tests run it again and again
+          "1"};
 }
 
 }  // namespace semfoam

@@ -48,10 +48,15 @@ class CheckpointTest : public testing::Test {
   // What reading these bytes as a checkpoint is refused with; empty where it is not.
   std::string Refusal(const std::string& bytes) const {
     Overwrite(bytes);
+    return Refusal();
+  }
+  std::string Refusal() const {
     try {
       const Checkpoint checkpoint(path_);
-    } catch (const UserError& error) {
+    } catch (const DamagedCheckpoint& error) {
       return error.what();
+    } catch (const UserError& error) {
+      return std::string("not damaged: ") + error.what();
     }
     return "";
   }
@@ -135,6 +140,7 @@ TEST_F(CheckpointTest, RefusesEveryCut) {
   for (size_t length = 0; length < file_.size(); ++length) {
     const std::string text = Refusal(file_.substr(0, length));
     ASSERT_NE(text.find("12.ckpt: this "), std::string::npos) << length << ": " << text;
+    ASSERT_EQ(text.find("not damaged"), std::string::npos) << length << ": " << text;
   }
   EXPECT_NE(Refusal(file_ + '\0').find("longer than its arrays"), std::string::npos);
   EXPECT_EQ(Refusal(file_), "");
@@ -144,8 +150,45 @@ TEST_F(CheckpointTest, RefusesEveryChangedByte) {
   for (size_t i = 0; i < file_.size(); ++i) {
     std::string bytes = file_;
     bytes[i] ^= 0x10;
-    ASSERT_NE(Refusal(bytes), "") << "byte " << i;
+    const std::string text = Refusal(bytes);
+    ASSERT_NE(text, "") << "byte " << i;
+    // A version is believed: what is of another one may be whole.
+    const bool is_version = i >= 8 && i < 12;
+    ASSERT_EQ(text.find("not damaged") != std::string::npos, is_version) << i << ": " << text;
   }
+}
+
+// Of another version nothing but the number is known: neither where its checksums lie nor how long
+// its header is.
+TEST_F(CheckpointTest, AnotherVersionIsNotDamaged) {
+  for (const uint32_t version : {0u, kCheckpointVersion + 1, 0xffffffffu}) {
+    std::string bytes = file_;
+    std::memcpy(&bytes[8], &version, sizeof(version));
+    const std::string sentence =
+        "not damaged: " + path_.string() + ": this checkpoint has format version " +
+        std::to_string(version) +
+        ", and this program reads version 1; the program version that wrote it, or --resume 0 to "
+        "train from the beginning, would be right.";
+    EXPECT_EQ(Refusal(bytes), sentence);
+    EXPECT_EQ(Refusal(bytes.substr(0, 12)), sentence);
+    EXPECT_EQ(Refusal(bytes.substr(0, 12) + std::string(1000, '\xff')), sentence);
+  }
+}
+
+// A file that cannot be read may be whole, too.
+TEST_F(CheckpointTest, AFailedReadIsNoDamage) {
+  std::filesystem::remove(path_);
+  EXPECT_NE(Refusal().find("not damaged: " + path_.string() + ": there is no such file"),
+            std::string::npos);
+  // Nothing lies at its beginning, where the kernel gives EIO, as for a block that a disk has lost.
+  std::filesystem::create_symlink("/proc/self/mem", path_);
+  EXPECT_NE(
+      Refusal().find("not damaged: " + path_.string() + ": cannot be read (Input/output error)"),
+      std::string::npos)
+      << Refusal();
+  std::filesystem::remove(path_);
+  std::filesystem::create_directory(path_);
+  EXPECT_NE(Refusal().find("not damaged: " + path_.string() + ": is a folder"), std::string::npos);
 }
 
 TEST_F(CheckpointTest, SaysWhatIsWrong) {

@@ -433,7 +433,7 @@ TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {
   // All of it anew is another matter.
   EXPECT_EQ(Run("mesh_exporter", "out", {"--scale", "2", "--formats", "ply,obj"}).exit_code, 0);
   EXPECT_EQ(Labels("out")["frame"]["file_from_colmap"][0], 2);
-  // Nor may a training, whose labels.json is of the COLMAP frame, go there.
+  // Nor may a training go there.
   const Outcome training = RunSemfoam(TinyTraining({"foam_trainer",
                                                     "--image_path",
                                                     (kTabletop / "images").string(),
@@ -443,7 +443,7 @@ TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {
                                                     (folder_ / "out").string()}));
   EXPECT_EQ(training.exit_code, 1);
   ASSERT_THAT(training.Errors(), SizeIs(1)) << training.err;
-  EXPECT_THAT(training.Errors()[0], HasSubstr("is in another frame than this export"));
+  EXPECT_THAT(training.Errors()[0], HasSubstr("is of another foam, as labels.json there says"));
   EXPECT_FALSE(fs::exists(folder_ / "out/scene.foam"));
 }
 

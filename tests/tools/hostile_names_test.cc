@@ -78,7 +78,9 @@ class HostileNames : public ::testing::Test {
                        "--FoamTraining.final_sites",
                        "2000",
                        "--FoamTraining.max_image_size",
-                       "80"});
+                       "80",
+                       "--overwrite",
+                       "1"});
   }
 
   fs::path Scene() const { return folder_ / "box" / "scene"; }

@@ -42,6 +42,8 @@ class ImageCacheTest : public testing::Test {
                          "100000",
                          "--FoamTraining.final_sites",
                          "2000",
+                         "--overwrite",
+                         "1",
                          "--image_cache_gb",
                          cache_gb});
   }

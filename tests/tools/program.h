@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -31,6 +33,16 @@ inline void WriteFile(const std::filesystem::path& path, const std::string& byte
   std::ofstream file(path, std::ios::binary);
   file << bytes;
   EXPECT_TRUE(file.good()) << path;
+}
+
+// As labels.json and the metadata of volumes name a model: the checksum that ends its file.
+inline std::string ChecksumOf(const std::filesystem::path& foam_path) {
+  const std::string foam = ReadFile(foam_path);
+  uint64_t checksum = 0;
+  foam.copy(reinterpret_cast<char*>(&checksum), sizeof(checksum), foam.size() - sizeof(checksum));
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(checksum));
+  return text;
 }
 
 struct Outcome {

@@ -15,6 +15,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -44,6 +45,15 @@ class Running {
   }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
+
+  // What it has written to stderr so far.
+  std::string Log() const { return ReadFile(folder_ / "err"); }
+
+  // From now on no file that it writes can be larger, as on a full disk.
+  void LimitFileSize(rlim_t bytes) const {
+    const rlimit limit{bytes, bytes};
+    EXPECT_EQ(::prlimit(process_, RLIMIT_FSIZE, &limit, nullptr), 0);
+  }
 
   // False where it ended before that was so. However long it takes: how slow a machine is, and what
   // a sanitizer adds, is no test's business, and ctest ends what hangs.

@@ -4,8 +4,6 @@
 // hold is tested with the library.
 #include "foam/model.h"
 
-#include <cstdint>
-#include <cstdio>
 #include <set>
 
 #include "tests/export/test_foams.h"
@@ -128,14 +126,9 @@ TEST_F(VolumeExporter, WritesWhatIsAskedFor) {
 
 TEST_F(VolumeExporter, TheMetadataNameTheModel) {
   ASSERT_EQ(Run("out", {"--max_resolution", "40"}).exit_code, 0);
-  const std::string foam = ReadFile(foam_);
-  uint64_t checksum = 0;
-  foam.copy(reinterpret_cast<char*>(&checksum), sizeof(checksum), foam.size() - sizeof(checksum));
-  char text[17];
-  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(checksum));
   for (const char* file : {"out/scene.vdb", "out/objects/8_label_8.vdb"}) {
     const std::string metadata = Print("-m", file);
-    EXPECT_THAT(metadata, HasSubstr(std::string("source_model_xxh64: ") + text)) << file;
+    EXPECT_THAT(metadata, HasSubstr("source_model_xxh64: " + ChecksumOf(foam_))) << file;
     EXPECT_THAT(metadata, HasSubstr("creator: semfoam "));
     EXPECT_THAT(metadata, HasSubstr("frame: COLMAP"));
   }

@@ -2,7 +2,9 @@
 #include "export/object_selection.h"
 #include "tools/commands.h"
 #include "tools/export_choice.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/training_folder.h"
 #include "tools/training_run.h"
 
@@ -62,17 +64,26 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   };
 
   TrainingFolder folder(output_path, checkpoints, options);
-  if (folder.IsFinished()) return;
-  RequireOwnLabels(output_path);
-  const std::filesystem::path foam_path = std::filesystem::path(output_path) / "scene.foam";
-  const ExportableScene scene =
-      PrepareExport(TrainAndWrite(options, &folder, &run), foam_path, transform, pieces);
+  if (folder.IsFinished()) {
+    WarnOfOtherNames(output_path, run.masks.labels_path);
+    return;
+  }
+  folder.RequireReplaceable();
+  const std::filesystem::path foam_path = folder.path() / "scene.foam";
+  Model model = TrainAndWrite(options, &folder, &run);
+  TakeLabelNames(foam_path, {}, {}, &model);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
   std::vector<std::string> without_object;
   volume.objects = surface.objects = FilterObjects(scene, choice, &without_object);
-  volume.source_checksum = ModelChecksum(foam_path);
-  if (wanted.count("vdb") != 0) WriteVolumes(scene, output_path, volume);
-  if (wanted != std::set<std::string>{"vdb"}) WriteMeshes(scene, output_path, wanted, surface);
-  WriteLabels(scene, output_path);
+  FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
+  RequireOneFrame(scene.transform, output_path, wanted, finished.foam_checksum);
+  volume.source_checksum = surface.source_checksum = finished.foam_checksum;
+  if (wanted.count("vdb") != 0) finished.files = WriteVolumes(scene, output_path, volume);
+  if (wanted != std::set<std::string>{"vdb"}) {
+    const std::vector<WrittenFile> meshes = WriteMeshes(scene, output_path, wanted, surface);
+    finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
+  }
+  WriteLabels(scene, output_path, finished);
   folder.Finish();
   for (const std::string& label : without_object) {
     LOG(WARNING) << "No files for " << label

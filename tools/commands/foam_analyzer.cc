@@ -4,6 +4,7 @@
 #include "foam/model.h"
 #include "tools/commands.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/option_manager.h"
 
 #include <algorithm>
@@ -121,7 +122,7 @@ void RunFoamAnalyzer(int argc, char** argv) {
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   if (!options.Parse(argc, argv)) return;
 
-  const Model model = ReadModel(foam_path);
+  const Model model = ReadNamedModel(foam_path);
   PrintModel(model);
   PrintPhotos(model.photos);
   PrintObjects(PrepareExport(model, foam_path));

@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/export_choice.h"
 #include "tools/input_protection.h"
+#include "tools/label_names.h"
 #include "tools/option_manager.h"
 
 #include <cmath>
@@ -32,7 +33,7 @@ Model ReadInput(const std::string& input_path, uint64_t random_seed) {
     return UntrainedModel(ReadReconstruction(folder), folder, random_seed);
   }
   if (fs::path(input_path).extension() == ".ply") return ReadRadiantFoamPly(input_path);
-  return ReadModel(input_path);
+  return ReadNamedModel(input_path);
 }
 
 // "auto": what the file's name says.

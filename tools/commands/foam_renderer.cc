@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/image_files.h"
 #include "tools/input_protection.h"
+#include "tools/label_names.h"
 #include "tools/object_choice.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
@@ -288,7 +289,7 @@ void RunFoamRenderer(int argc, char** argv) {
   }
 
   const OutputLock lock(output_path);
-  Model model = ReadModel(foam_path);
+  Model model = ReadNamedModel(foam_path);
   std::optional<Eigen::AlignedBox3d> box;
   if (!object.empty()) box = ShowAlone(object, &model);
   std::vector<View> chosen;

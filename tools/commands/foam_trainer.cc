@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/commands.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/training_folder.h"
 #include "tools/training_run.h"
 
@@ -27,10 +29,17 @@ void RunFoamTrainer(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   TrainingFolder folder(output_path, checkpoints, options);
-  if (folder.IsFinished()) return;
-  RequireOneFrame({}, output_path, {});
-  const Model model = TrainAndWrite(options, &folder, &run);
-  WriteLabels(PrepareExport(model, std::filesystem::path(output_path) / "scene.foam"), output_path);
+  if (folder.IsFinished()) {
+    WarnOfOtherNames(output_path, run.masks.labels_path);
+    return;
+  }
+  folder.RequireReplaceable();
+  const std::filesystem::path foam_path = folder.path() / "scene.foam";
+  Model model = TrainAndWrite(options, &folder, &run);
+  TakeLabelNames(foam_path, {}, {}, &model);
+  WriteLabels(PrepareExport(model, foam_path),
+              output_path,
+              {ModelChecksum(foam_path), {}, /*is_new_foam=*/true});
   folder.Finish();
 }
 

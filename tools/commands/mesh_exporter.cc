@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/object_selection.h"
-#include "foam/model.h"
 #include "tools/commands.h"
 #include "tools/export_choice.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/output_lock.h"
 
 #include <set>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
 void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
+  std::string labels_path;
   std::string formats = kMeshFormats;
   LabelChoice choice;
   PieceOptions pieces;
@@ -25,6 +28,7 @@ void RunMeshExporter(int argc, char** argv) {
       "output_path",
       &output_path,
       "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
+  AddLabelNamesOption(&options, &labels_path);
   AddFormatsOption(&options, &formats);
   AddLabelOptions(&options, &choice);
   AddPieceOptions(&options, &pieces);
@@ -38,12 +42,15 @@ void RunMeshExporter(int argc, char** argv) {
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, wanted);
+  surface.source_checksum = ModelChecksum(foam_path);
+  RequireSameFoam(output_path, surface.source_checksum);
+  const ExportableScene scene = PrepareExport(
+      ReadNamedModel(foam_path, output_path, labels_path), foam_path, transform, pieces);
+  RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
   RequireObjects(scene, foam_path);
   surface.objects = FilterObjects(scene, choice);
-  WriteMeshes(scene, output_path, wanted, surface);
-  WriteLabels(scene, output_path);
+  const std::vector<WrittenFile> files = WriteMeshes(scene, output_path, wanted, surface);
+  WriteLabels(scene, output_path, {surface.source_checksum, files});
 }
 
 }  // namespace semfoam

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/export_record.h"
+#include "tools/label_names.h"
 #include "tools/object_choice.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
@@ -27,11 +29,12 @@ void RunObjectExtractor(int argc, char** argv) {
   RequireValid(selection);
 
   const OutputLock lock(output_path);
-  const Model model = ReadModel(foam_path);
+  const Model model = ReadNamedModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
   const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
   const ExtractedObjects extracted = ExtractObjects(model, chosen.delaunay, chosen.objects);
   WriteModel(target, extracted.model);
+  WarnOfOtherExports(output_path);
   LOG(INFO) << "Extracted " << Joined(chosen.names) << ": " << chosen.num_cells << " cells and "
             << extracted.model.foam.NumSites() - chosen.num_cells << " empty ones around them, in "
             << target.string();

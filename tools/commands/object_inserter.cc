@@ -3,6 +3,8 @@
 #include "foam/object_insertion.h"
 #include "tools/commands.h"
 #include "tools/export_choice.h"
+#include "tools/export_record.h"
+#include "tools/label_names.h"
 #include "tools/object_choice.h"
 #include "tools/object_placement_options.h"
 #include "tools/option_manager.h"
@@ -36,8 +38,8 @@ void RunObjectInserter(int argc, char** argv) {
   const ParsedPlacement parsed = ParsePlacement(placement_options);
 
   const OutputLock lock(output_path);
-  const Model scene = ReadModel(foam_path);
-  const Model source = ReadModel(object_path);
+  const Model scene = ReadNamedModel(foam_path);
+  const Model source = ReadNamedModel(object_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path, object_path});
   const ChosenObjects chosen = ChooseObjects(source, choice, object_path);
   const ExtractedObjects objects = ExtractObjects(source, chosen.delaunay, chosen.objects);
@@ -53,6 +55,7 @@ void RunObjectInserter(int argc, char** argv) {
   const Insertion insertion =
       InsertObjects(scene, renderer.delaunay(), PlaceObjects(objects, placement, scene));
   WriteModel(target, insertion.model);
+  WarnOfOtherExports(output_path);
   std::vector<std::string> names;
   for (size_t k = 0; k < chosen.names.size(); ++k) {
     names.push_back(chosen.names[k]);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model.h"
 #include "tools/commands.h"
+#include "tools/export_record.h"
+#include "tools/label_names.h"
 #include "tools/object_choice.h"
 #include "tools/option_manager.h"
 #include "tools/output_lock.h"
@@ -28,12 +30,13 @@ void RunObjectRemover(int argc, char** argv) {
   RequireValid(selection);
 
   const OutputLock lock(output_path);
-  const Model model = ReadModel(foam_path);
+  const Model model = ReadNamedModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
   const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
   const Model edited = RemoveObjects(
       model, chosen.delaunay, chosen.cell_labels, chosen.is_in_object, chosen.objects);
   WriteModel(target, edited);
+  WarnOfOtherExports(output_path);
   const size_t num_gone = model.foam.NumSites() - edited.foam.NumSites();
   LOG(INFO) << "Removed " << Joined(chosen.names) << ": " << chosen.num_cells << " cells, "
             << chosen.num_cells - num_gone << " of which stay as empty guards, in "

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/object_selection.h"
-#include "foam/model.h"
 #include "tools/commands.h"
 #include "tools/export_choice.h"
+#include "tools/export_record.h"
 #include "tools/exports.h"
+#include "tools/label_names.h"
 #include "tools/output_lock.h"
 
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
 void RunVolumeExporter(int argc, char** argv) {
   std::string foam_path;
   std::string output_path;
+  std::string labels_path;
   VolumeExportOptions volume;
   LabelChoice choice;
   PieceOptions pieces;
@@ -24,6 +27,7 @@ void RunVolumeExporter(int argc, char** argv) {
       "output_path", &output_path, "folder for scene*.vdb, objects/*.vdb and labels.json");
   AddLabelOptions(&options, &choice);
   AddVolumeLabelsName(&options);
+  AddLabelNamesOption(&options, &labels_path);
   AddVolumeExportOptions(&options, &volume);
   AddPieceOptions(&options, &pieces);
   AddFrameOptions(&options, &frame);
@@ -35,12 +39,14 @@ void RunVolumeExporter(int argc, char** argv) {
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
-  const ExportableScene scene = PrepareExport(ReadModel(foam_path), foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, {"vdb"});
-  volume.objects = FilterObjects(scene, choice);
   volume.source_checksum = ModelChecksum(foam_path);
-  WriteVolumes(scene, output_path, volume);
-  WriteLabels(scene, output_path);
+  RequireSameFoam(output_path, volume.source_checksum);
+  const ExportableScene scene = PrepareExport(
+      ReadNamedModel(foam_path, output_path, labels_path), foam_path, transform, pieces);
+  RequireOneFrame(scene.transform, output_path, {"vdb"}, volume.source_checksum);
+  volume.objects = FilterObjects(scene, choice);
+  const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);
+  WriteLabels(scene, output_path, {volume.source_checksum, files});
 }
 
 }  // namespace semfoam

@@ -58,12 +58,12 @@ int DecimalsFor(const ObjectInfo& object) {
 // One row for each object, 130 columns wide for names and numbers of common length.
 void PrintObjects(const ExportableScene& scene) {
   std::printf("Objects (lengths of the COLMAP model)\n");
-  std::printf("  %5s  %-14s %7s %6s %8s %5s %8s %8s %5s %6s  %-22s  %s\n",
+  std::printf("  %5s  %-14s %6s %6s %4s %5s %8s %8s %5s %6s  %-22s  %s\n",
               "id",
               "name",
               "cells",
               "pieces",
-              "cavities",
+              "cav.",
               "genus",
               "volume",
               "area",
@@ -86,7 +86,7 @@ void PrintObjects(const ExportableScene& scene) {
                   decimals,
                   at.z());
     std::printf(
-        "  %5d  %-14s %7zu %6d %8lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
+        "  %5d  %-14s %6zu %6d %4lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
         object.id,
         OneLine(object.name).c_str(),
         object.cells.size(),

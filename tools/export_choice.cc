@@ -22,7 +22,11 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
         "there will be none; leave them out, or give the masks with --mask_path.");
   }
   std::map<uint32_t, std::string> names;
-  if (!plan.labels_file.empty()) names = ReadLabelNames(plan.labels_file);
+  if (!plan.labels_file.empty()) {
+    for (const LabelName& label : ReadLabelNames(plan.labels_file)) {
+      names.emplace(label.id, label.name);
+    }
+  }
   RequirePossible(choice,
                   names,
                   plan.labels_file.empty()

@@ -189,7 +189,7 @@ TEST(BadInput, Options) {
        "Failed to parse options - --views has no effect with --trajectory; give one of the two."},
       {"render",
        "--object|nobody|--trajectory|orbit",
-       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "The labels name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"render",
        "--preview|1|--input_path|TABLETOP/sparse",
@@ -231,7 +231,7 @@ TEST(BadInput, Options) {
        "Failed to parse options - --labels chooses splats and points; text takes the whole foam."},
       {"convert",
        "--labels|nobody|--output_type|splats",
-       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "The labels name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"convert",
        "--input_path|IN/none.foam",
@@ -252,14 +252,14 @@ TEST(BadInput, Options) {
        "(IMAGE,x,y)."},
       {"extract",
        "--labels|nobody",
-       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "The labels name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"extract",
        "--labels|,",
-       "The labels to export name '', which is no object; the scene has 7 (mug), 8 (label_8)."},
+       "The labels name '', which is no object; the scene has 7 (mug), 8 (label_8)."},
       {"extract",
        "--labels|4294967297",
-       "The labels to export name '4294967297', which is no object; the scene has 7 (mug), 8 "
+       "The labels name '4294967297', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"extract",
        "--pick|a.jpg",
@@ -272,10 +272,10 @@ TEST(BadInput, Options) {
        "--pick (IMAGE,x,y)."},
       {"remove",
        "--labels|-1",
-       "The labels to export name '-1', which is no object; the scene has 7 (mug), 8 (label_8)."},
+       "The labels name '-1', which is no object; the scene has 7 (mug), 8 (label_8)."},
       {"insert",
        "--labels|nobody",
-       "The labels to export name 'nobody', which is no object; the scene has 7 (mug), 8 "
+       "The labels name 'nobody', which is no object; the scene has 7 (mug), 8 "
        "(label_8)."},
       {"insert",
        "--scale|0",

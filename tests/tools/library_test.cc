@@ -57,7 +57,7 @@ TEST(Library, IsFoundByOtherProjectsAndTrainsAndExports) {
                             "objects/5_table.glb"}));
   const Outcome wrong = RunProgram(program, {kTabletop.string(), output, "spoon"});
   EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.err, HasSubstr("ERROR: The labels to export name 'spoon'"));
+  EXPECT_THAT(wrong.err, HasSubstr("ERROR: The labels name 'spoon'"));
 }
 
 }  // namespace

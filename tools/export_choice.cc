@@ -85,7 +85,6 @@ void RequirePossible(const PlannedExport& planned, const ScenePlan& plan) {
   RequireLabels(planned.choice, plan);
   ExportTransform transform = planned.transform;
   TurnUpright(plan.photos, &transform);
-  RequireOneFrame(transform, planned.output_path, planned.formats, /*foam_checksum=*/"");
   RequireFreePlaces(planned.output_path, planned.formats);
   RequireVoxels(planned, plan);
 }

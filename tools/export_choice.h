@@ -34,8 +34,8 @@ struct PlannedExport {
 
 // With the scene that is planned, no photo of which is read yet: throws UserError where `choice`
 // names what no mask can make a label, or there are no masks; where the photos do not tell what is
-// up; where files in another frame are in the way, or a folder where a file is to be written or the
-// other way round; and where voxels certainly do not fit (VoxelsThatCannotFit).
+// up; where a folder is in the way of a file or the other way round; and where voxels certainly do
+// not fit (VoxelsThatCannotFit).
 void RequirePossible(const PlannedExport& planned, const ScenePlan& plan);
 
 // With the labels of the decoded masks: throws UserError where `choice` names none of them or is

@@ -126,7 +126,12 @@ void TakeLabelNames(const fs::path& foam_path,
   for (Label& label : model->labels) {
     if (const auto name = names.find(label.id); name != names.end()) label.name = name->second;
   }
-  if (!labels_path.empty()) NameLabels(FindLabelsFile(labels_path, {}), &model->labels);
+  if (labels_path.empty()) return;
+  const fs::path file = FindLabelsFile(labels_path, {});
+  NameLabels(file, &model->labels);
+  if (const std::string warning = UnusedNamesWarning(file, model->labels); !warning.empty()) {
+    LOG(WARNING) << warning;
+  }
 }
 
 Model ReadNamedModel(const fs::path& foam_path,

@@ -76,7 +76,7 @@ TEST_F(ExportChoice, WhatCannotBeExportedIsRefusedBeforeAPhotoIsRead) {
     EXPECT_THAT(outcome.err, Not(HasSubstr("Loading"))) << says;
     EXPECT_THAT(FilesBelow(Out()), IsEmpty()) << says;
   }
-  // Files in another frame, and folders in the way of files.
+  // Folders in the way of files.
   fs::create_directories(Out() / "scene.vdb");
   const Outcome folder = Segment({});
   EXPECT_EQ(folder.exit_code, 1);

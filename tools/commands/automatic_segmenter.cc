@@ -76,7 +76,6 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   std::vector<std::string> without_object;
   volume.objects = surface.objects = FilterObjects(scene, choice, &without_object);
   FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
-  RequireOneFrame(scene.transform, output_path, wanted, finished.foam_checksum);
   volume.source_checksum = surface.source_checksum = finished.foam_checksum;
   if (wanted.count("vdb") != 0) finished.files = WriteVolumes(scene, output_path, volume);
   if (wanted != std::set<std::string>{"vdb"}) {

@@ -75,21 +75,6 @@ bool LockOwn(const fs::path& folder, int* lock) {
   return false;
 }
 
-// Removes what killed processes left in `parent`. The lock decides, not the number in the name,
-// which may be that of a process in another container or on another machine.
-void Sweep(const fs::path& parent) {
-  std::error_code error;
-  fs::directory_iterator entry(parent.empty() ? fs::path(".") : parent, error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    if (!IsScratchName(entry->path().filename().native())) continue;
-    const int lock = OpenAndLock(entry->path());
-    if (lock < 0) continue;
-    std::error_code ignored;
-    fs::remove_all(entry->path(), ignored);
-    ::close(lock);
-  }
-}
-
 void MakeParents(const fs::path& folder) {
   if (folder.empty()) return;
   std::error_code error;
@@ -104,17 +89,32 @@ void MakeParents(const fs::path& folder) {
 
 }  // namespace
 
+void RemoveAbandonedScratchFolders(const fs::path& parent) {
+  // The lock decides, not the number in the name, which may be that of a process in another
+  // container or on another machine.
+  std::error_code error;
+  fs::directory_iterator entry(parent.empty() ? fs::path(".") : parent, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    if (!IsScratchName(entry->path().filename().native())) continue;
+    const int lock = OpenAndLock(entry->path());
+    if (lock < 0) continue;
+    std::error_code ignored;
+    fs::remove_all(entry->path(), ignored);
+    ::close(lock);
+  }
+}
+
 ScratchFolder::ScratchFolder(const fs::path& parent, const fs::path& result) {
   MakeParents(parent);
   Registry& registry = TheRegistry();
   const std::lock_guard guard(registry.mutex);
-  if (registry.swept_parents.insert(parent).second) Sweep(parent);
+  if (registry.swept_parents.insert(parent).second) RemoveAbandonedScratchFolders(parent);
   int error = EEXIST;
   while (error == EEXIST) {
     path_ = parent / (std::string(kPrefix) + std::to_string(::getpid()) + "-" +
                       std::to_string(registry.num_made++));
     error = ::mkdir(path_.c_str(), 0755) == 0 ? 0 : errno;
-    // Another process' Sweep that came before our lock has taken it for left behind.
+    // Another process that swept before our lock has taken it for abandoned.
     if (error == 0 && !LockOwn(path_, &lock_)) error = EEXIST;
   }
   if (error != 0) {

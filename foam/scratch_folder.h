@@ -26,6 +26,10 @@ class ScratchFolder {
   int lock_ = -1;
 };
 
+// Removes the ScratchFolders in `parent` whose processes were killed; those of live processes,
+// which hold a lock on theirs, stay. Does nothing where `parent` cannot be read.
+void RemoveAbandonedScratchFolders(const std::filesystem::path& parent);
+
 // rename(2) out of a ScratchFolder, which a process that is told to end has done or has not.
 // Returns 0 or the errno.
 int MoveOutOfScratch(const std::filesystem::path& from, const std::filesystem::path& to);

@@ -4,6 +4,7 @@
 #include "foam/device.h"
 #include "foam/error.h"
 #include "foam/number_text.h"
+#include "foam/scratch_folder.h"
 #include "foam/trainer.h"
 #include "tools/export_record.h"
 #include "tools/exports.h"
@@ -332,6 +333,8 @@ void TrainingFolder::Finish() {
       if (!error) LOG(INFO) << "Removed the older checkpoints in " << path.string();
     }
   }
+  // A run killed while it wrote a checkpoint leaves one, which would keep the folder.
+  RemoveAbandonedScratchFolders(folder_);
   // The last, for until then --resume 1 goes on from it.
   fs::remove(folder_ / kTrained, error);
   fs::remove(folder_, error);

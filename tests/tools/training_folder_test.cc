@@ -277,6 +277,30 @@ TEST_F(TrainingFolder, LeavesFilesThatAreNoneOfItsOwn) {
               ::testing::UnorderedElementsAre("notes.txt", "007.ckpt"));
 }
 
+// What a run leaves that is killed between the renaming of trained.ckpt and the removal of the
+// folder that it was written in.
+TEST_F(TrainingFolder, FinishesDespiteTheScratchFolderOfAKilledRun) {
+  const TempFolder folder;
+  const fs::path output = folder / "out";
+  std::vector<std::string> segmenter =
+      Trainer(Workspace(), output, {"--formats", "ply", "--workspace_path", Workspace().string()});
+  segmenter[0] = "automatic_segmenter";
+  {
+    Running running(segmenter);
+    ASSERT_TRUE(running.WaitUntil([&] { return fs::exists(output / "checkpoints/trained.ckpt"); }));
+    running.End(SIGKILL);
+  }
+  ASSERT_TRUE(fs::exists(output / "checkpoints/trained.ckpt")) << "too late to be a test";
+  const fs::path scratch = output / "checkpoints/.semfoam-tmp-1-0";
+  fs::create_directories(scratch);
+  WriteFile(scratch / "trained.ckpt", "half");
+  segmenter.insert(segmenter.end(), {"--resume", "1"});
+  const Outcome outcome = RunSemfoam(segmenter);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("Training is done already"));
+  EXPECT_FALSE(fs::exists(output / "checkpoints")) << outcome.err;
+}
+
 // What a stopped run says that it can be gone on from is there.
 TEST_F(TrainingFolder, SaysWhichCheckpointCouldBeWritten) {
   const TempFolder folder;

@@ -42,10 +42,11 @@ void RunMeshExporter(int argc, char** argv) {
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
+  // First, as its reader says what is wrong with a file that is no foam.
+  const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   surface.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, surface.source_checksum);
-  const ExportableScene scene = PrepareExport(
-      ReadNamedModel(foam_path, output_path, labels_path), foam_path, transform, pieces);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
   RequireObjects(scene, foam_path);
   surface.objects = FilterObjects(scene, choice);

@@ -39,10 +39,11 @@ void RunVolumeExporter(int argc, char** argv) {
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
+  // First, as its reader says what is wrong with a file that is no foam.
+  const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   volume.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, volume.source_checksum);
-  const ExportableScene scene = PrepareExport(
-      ReadNamedModel(foam_path, output_path, labels_path), foam_path, transform, pieces);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
   RequireOneFrame(scene.transform, output_path, {"vdb"}, volume.source_checksum);
   volume.objects = FilterObjects(scene, choice);
   const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);

@@ -288,17 +288,17 @@ TEST_F(ColmapPipelineTest, MasksMadeBeforeUndistortionAreToldOf) {
            {"point_labeler", "--workspace_path"},
        }) {
     SCOPED_TRACE(command[0]);
-    const auto run_on = [&](const fs::path& folder) {
+    const auto run_on = [&](const fs::path& folder, const std::string& output) {
       std::vector<std::string> arguments = command;
       const auto place = std::find(arguments.begin(), arguments.end(), "--workspace_path");
       arguments.insert(place + 1, folder.string());
-      arguments.insert(arguments.end(), {"--output_path", Out(command[0]).string()});
+      arguments.insert(arguments.end(), {"--output_path", Out(output).string()});
       return RunSemfoam(arguments);
     };
-    const Outcome run = run_on(workspace);
+    const Outcome run = run_on(workspace, command[0]);
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(run.err, ContainsRegex(warning));
-    const Outcome as_made = run_on(Workspace());
+    const Outcome as_made = run_on(Workspace(), command[0] + "_as_made");
     ASSERT_EQ(as_made.exit_code, 0) << as_made.err;
     EXPECT_THAT(as_made.err, Not(HasSubstr("undistorted")));
   }

@@ -142,7 +142,8 @@ void LeaveOutFragments(ExportableScene* scene) {
       for (const Piece& piece : pieces) largest = std::max(largest, piece.cells.size());
     }
     const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
-    const bool is_fragment = !pieces.empty() && (is_unsure || largest < kFewestCells);
+    const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
+    const bool is_fragment = !pieces.empty() && (is_unsure || is_strewn);
     const int32_t owner = is_fragment ? -1 : static_cast<int32_t>(kept_objects.size());
     for (const uint32_t cell : object.cells) scene->object_of_cell[cell] = owner;
     if (!is_fragment) {

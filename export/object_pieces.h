@@ -24,10 +24,11 @@ void KeepPieces(const PieceOptions& options, ExportableScene* scene);
 // masks gave to parts of other things by mistake in a few photos. A fragment has both
 // - less than a thousandth of the cells of all objects together, and
 // - either a mean confidence (of the cells of its own class) below 0.85 times that of all objects,
-//   because other photos say otherwise of its cells; or no connected piece of 10 cells, so no
-//   shape.
-// Both are independent of the number of cells, the unit of length and the length of the training;
-// a small thing that photos agree about is no fragment. Expects the pieces of KeepPieces.
+//   because other photos say otherwise of its cells; or cells strewn over the scene: no connected
+//   piece holds 10 of them, nor half of them.
+// Both are independent of the unit of length and the length of the training. A small thing that
+// photos agree about and whose cells hang together is no fragment, not even with 3 cells: in a foam
+// of few cells that is all that a small object gets. Expects the pieces of KeepPieces.
 void LeaveOutFragments(ExportableScene* scene);
 
 }  // namespace semfoam

@@ -198,6 +198,7 @@ TEST(ObjectPieces, FragmentsAreNoObjects) {
   EXPECT_THAT(left_out(WithAFragment(12, false, kSure), false, 1), IsEmpty());
   // A small thing that the photos agree about is none, nor is a thing of some size.
   EXPECT_THAT(left_out(WithAFragment(12, true, kSure)), IsEmpty());
+  EXPECT_THAT(left_out(WithAFragment(3, true, kSure)), IsEmpty());
   EXPECT_THAT(left_out(WithAFragment(40, true, kUnsure)), IsEmpty());
   EXPECT_THAT(left_out(WithAFragment(40, false, kSure)), IsEmpty());
 }

@@ -119,6 +119,21 @@ TEST_F(InputProtectionTest, AFoamIsNotConvertedIntoItself) {
                 kIsRead);
 }
 
+TEST_F(InputProtectionTest, TheEffectsOfATrainingAreNotReplaced) {
+  WriteFile(W() / "effects.json", "{}");
+  ExpectRefusal(
+      {"scene_analyzer",
+       "--image_path",
+       (W() / "rgb").string(),
+       "--input_path",
+       (W() / "sparse/0").string(),
+       "--output_path",
+       W().string()},
+      W() / "effects.json",
+      " belongs to the trained foam in its folder; another --output_path would be right.");
+  fs::remove(W() / "effects.json");
+}
+
 TEST_F(InputProtectionTest, PhotosAndMasksAreNotRenderedOver) {
   const std::vector<std::string> render = {"foam_renderer",
                                            "--foam_path",

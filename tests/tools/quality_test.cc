@@ -142,7 +142,7 @@ TEST(Quality, OfAFixedBudgetIsWhatItWas) {
                 {21.95, 0.770});
 }
 
-// README's table of what accuracy costs: the row of the preset low.
+// README's tour: the preset low.
 TEST(Quality, OfLowIsThatOfTheReadme) {
   if (std::getenv("SEMFOAM_SLOW_QUALITY") == nullptr) {
     GTEST_SKIP() << "takes more than two minutes of one core; tests/run --slow runs it";

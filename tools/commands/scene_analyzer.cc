@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/error.h"
 #include "tools/commands.h"
 #include "tools/effects_options.h"
 #include "tools/output_lock.h"
@@ -24,11 +25,18 @@ void RunSceneAnalyzer(int argc, char** argv) {
   FinishTrainingRun(options, &run);
 
   const OutputLock lock(output_path);
+  const std::filesystem::path effects_path = std::filesystem::path(output_path) / "effects.json";
+  if (std::filesystem::exists(std::filesystem::path(output_path) / "scene.foam") &&
+      std::filesystem::exists(effects_path)) {
+    throw UserError(effects_path.string(),
+                    ": belongs to the trained foam in its folder; another --output_path would be "
+                    "right.");
+  }
   const TrainingScene scene = LoadScene(run, run.scene);
   LogWarnings(scene);
   const SceneEffects effects = ProbeEffects(scene, run.effects);
   for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
-  WriteEffects(std::filesystem::path(output_path) / "effects.json", effects, scene.Photos());
+  WriteEffects(effects_path, effects, scene.Photos());
 }
 
 }  // namespace semfoam

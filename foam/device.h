@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device_kind.h"
+
 #include <optional>
 #include <string>
 
@@ -9,9 +11,6 @@
 // What works there is made by device_factory.h.
 
 namespace semfoam {
-
-// Runs on devices of one kind have the same bytes.
-enum class DeviceKind { kCores, kCard };
 
 // "cpu"; "cuda:N", the N-th card; "auto": the first card that is there, else the cores. Until it is
 // called the cores are in use. Throws UserError, one sentence, where there is no such device or

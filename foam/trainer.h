@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/checkpoint.h"
+#include "foam/device_kind.h"
 #include "foam/foam.h"
 #include "foam/training_options.h"
 #include "foam/training_views.h"
@@ -16,7 +17,6 @@
 namespace semfoam {
 
 class TrainingDevice;
-enum class DeviceKind;
 struct TrainingState;
 
 // Where a run is. NaN = not known.

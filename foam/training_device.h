@@ -2,7 +2,7 @@
 #pragma once
 
 #include "foam/densification.h"
-#include "foam/device.h"
+#include "foam/device_kind.h"
 #include "foam/foam.h"
 #include "foam/optimizer.h"
 #include "foam/ray_batch.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/metrics.h"
 #include "foam/model.h"
 #include "foam/training_views.h"
 #include "plugin/mask_folders.h"

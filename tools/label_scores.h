@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/metrics.h"
+#include "foam/image.h"
 
 #include <cstdint>
 #include <optional>

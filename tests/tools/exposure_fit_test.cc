@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/exposure_fit.h"
 
+#include "foam/metrics.h"
 #include "foam/srgb.h"
 
 #include <algorithm>

@@ -11,6 +11,9 @@
 
 namespace semfoam {
 
+// The class of what no mask has labelled.
+inline constexpr int32_t kUnlabelled = -1;
+
 // The one linear layer from identity to classes (Semantic Foam, section 3): logits[k] = weight[k] .
 // identity + bias[k]. `weight` is [num_classes][kIdentityDim].
 template <typename T>

@@ -4,7 +4,6 @@
 #include "foam/classifier.h"
 #include "foam/compositing.h"
 #include "foam/host_device.h"
-#include "foam/training_views.h"
 
 #include <cmath>
 #include <cstdint>

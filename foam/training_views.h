@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/classifier.h"
+
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -9,8 +11,6 @@
 #include <Eigen/Core>
 
 namespace semfoam {
-
-inline constexpr int32_t kUnlabelled = -1;
 
 // One pixel of a photo as a ray with its targets.
 struct TrainingRay {

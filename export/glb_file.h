@@ -2,7 +2,7 @@
 #pragma once
 
 #include "export/local_mesh.h"
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 
 #include <cstdint>
 #include <filesystem>

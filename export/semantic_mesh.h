@@ -3,7 +3,7 @@
 
 // The one header of export/ that includes OpenMesh: for code that works on the meshes themselves.
 
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 
 #include <filesystem>
 #include <string>

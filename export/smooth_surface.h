@@ -2,7 +2,7 @@
 #pragma once
 
 #include "export/exportable_scene.h"
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 
 namespace semfoam {
 

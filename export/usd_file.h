@@ -3,7 +3,7 @@
 
 #include "export/byte_writer.h"
 #include "export/local_mesh.h"
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 #include "export/volume_fields.h"
 
 #include <filesystem>

@@ -3,6 +3,7 @@
 // A reader that is not ours, and that many programs are built on, finds in our files what we put
 // in.
 #include "export/names.h"
+#include "export/object_surface.h"
 #include "export/surface_export.h"
 
 #include <array>

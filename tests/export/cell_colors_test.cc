@@ -4,6 +4,7 @@
 #include "export/cell_colors.h"
 
 #include "export/local_mesh.h"
+#include "export/object_surface.h"
 #include "export/semantic_mesh.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"

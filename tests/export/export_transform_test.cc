@@ -2,7 +2,7 @@
 #include "export/export_transform.h"
 
 #include "export/exportable_scene.h"
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 #include "foam/error.h"
 
 #include "tests/export/test_foams.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/glb_file.h"
 
+#include "export/object_surface.h"
 #include "export/surface_export.h"
 #include "foam/error.h"
 

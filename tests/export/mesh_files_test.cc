@@ -4,6 +4,7 @@
 #include "export/semantic_mesh.h"
 #include "export/smooth_surface.h"
 #include "export/surface_decimation.h"
+#include "export/surface_export.h"
 #include "export/surface_geometry.h"
 #include "foam/error.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/object_description.h"
 
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 
 #include "tests/export/test_foams.h"
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 
 #include <cstdint>
 #include <map>

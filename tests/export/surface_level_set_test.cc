@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/surface_export.h"
+#include "export/object_surface.h"
 #include "export/vdb_grids.h"
 #include "export/volume_export.h"
 

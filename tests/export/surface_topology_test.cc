@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface_topology.h"
 
+#include "export/object_surface.h"
 #include "export/smooth_surface.h"
 #include "export/surface_decimation.h"
-#include "export/surface_export.h"
 
 #include <cmath>
 #include <functional>

@@ -2,6 +2,7 @@
 #include "export/usd_file.h"
 
 #include "export/object_selection.h"
+#include "export/object_surface.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/srgb.h"

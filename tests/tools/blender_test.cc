@@ -2,6 +2,7 @@
 //
 // Blender, where it is installed, imports what we export: names, places, colours and grids are
 // ours. The picture that it renders is kept beside the test program, to be looked at.
+#include "export/object_surface.h"
 #include "export/surface_export.h"
 #include "export/volume_export.h"
 #include "foam/srgb.h"

@@ -15,6 +15,7 @@ if(SEMFOAM_CUDA)
     # The tree is C++20, which nvcc knows from version 12 on.
     if(NOT CMAKE_CUDA_COMPILER_ID STREQUAL "NVIDIA" OR CMAKE_CUDA_COMPILER_VERSION VERSION_LESS 12)
       set(reason
+
           "${CMAKE_CUDA_COMPILER_ID}'s compiler ${CMAKE_CUDA_COMPILER_VERSION} is not nvcc 12 or later, the first with C++20")
     else()
       set(SEMFOAM_HAS_CUDA ON)

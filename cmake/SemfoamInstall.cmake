@@ -2,7 +2,7 @@
 # find_package(SemanticFoam) in other projects.
 include(CMakePackageConfigHelpers)
 
-# Headers are included as in this tree, "foam/trainer.h", below a folder of our own.
+# Headers are included as in this tree, "foam/train/trainer.h", below a folder of our own.
 set(SEMFOAM_INSTALL_INCLUDE ${CMAKE_INSTALL_INCLUDEDIR}/SemanticFoam)
 
 function(semfoam_install)

@@ -44,13 +44,16 @@ if(SEMFOAM_SANITIZE)
   set(SEMFOAM_TEST_TIMEOUT 7200)
 endif()
 
-# semfoam_test(foam walk_test LINK semfoam_foam ...) builds tests/foam/walk_test.cc and names its test foam/walk_test. The
-# tests' own code is at -O1, which compiles a fifth sooner; what they test, as everywhere.
-function(semfoam_test FOLDER NAME)
+# semfoam_test(foam/render/walk_test LINK semfoam_foam ...) builds tests/foam/render/walk_test.cc as the target
+# foam_render_walk_test and names its test foam/render/walk_test, with the label foam. The tests' own code is at -O1, which
+# compiles a fifth sooner; what they test, as everywhere.
+function(semfoam_test NAME)
   cmake_parse_arguments(ARG "" "" "LINK;LABELS" ${ARGN})
-  add_executable(${FOLDER}_${NAME} ${PROJECT_SOURCE_DIR}/tests/${FOLDER}/${NAME}.cc)
-  target_link_libraries(${FOLDER}_${NAME} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
-  target_compile_options(${FOLDER}_${NAME} PRIVATE $<$<CONFIG:Release>:-O1>)
-  add_test(NAME ${FOLDER}/${NAME} COMMAND ${FOLDER}_${NAME})
-  set_tests_properties(${FOLDER}/${NAME} PROPERTIES LABELS "${FOLDER};${ARG_LABELS}" TIMEOUT ${SEMFOAM_TEST_TIMEOUT})
+  string(REPLACE / _ target ${NAME})
+  string(REGEX REPLACE "/.*" "" folder ${NAME})
+  add_executable(${target} ${PROJECT_SOURCE_DIR}/tests/${NAME}.cc)
+  target_link_libraries(${target} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  add_test(NAME ${NAME} COMMAND ${target})
+  set_tests_properties(${NAME} PROPERTIES LABELS "${folder};${ARG_LABELS}" TIMEOUT ${SEMFOAM_TEST_TIMEOUT})
 endfunction()

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "export/byte_writer.h"
-#include "foam/model.h"
+#include "export/io/byte_writer.h"
+#include "foam/model/model.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/names.h"
-#include "foam/error.h"
-#include "foam/interruption.h"
-#include "foam/scratch_folder.h"
-#include "tools/commands.h"
-#include "tools/logging.h"
-#include "tools/memory_task.h"
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "foam/util/interruption.h"
+#include "foam/util/scratch_folder.h"
+#include "tools/cli/logging.h"
+#include "tools/cli/memory_task.h"
+#include "tools/commands/commands.h"
 
 #include <cstdio>
 #include <cstdlib>

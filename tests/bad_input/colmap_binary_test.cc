@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad COLMAP models in binary.
-#include "plugin/colmap_model_formats.h"
+#include "plugin/colmap/colmap_model_formats.h"
 
 #include <cmath>
 #include <limits>
 
 #include "tests/bad_input/bad_input.h"
-#include "tests/plugin/small_model.h"
+#include "tests/plugin/colmap/small_model.h"
 
 namespace semfoam {
 namespace {

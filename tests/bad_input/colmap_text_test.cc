@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad COLMAP models as text.
-#include "plugin/colmap_model.h"
+#include "plugin/colmap/colmap_model.h"
 
 #include "tests/bad_input/bad_input.h"
 

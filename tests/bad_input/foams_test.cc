@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad scene.foam.
-#include "export/byte_writer.h"
-#include "foam/model.h"
+#include "export/io/byte_writer.h"
+#include "foam/model/model.h"
 
 #include <cstring>
 #include <limits>

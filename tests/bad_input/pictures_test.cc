@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad photos and masks.
-#include "plugin/mask_png.h"
-#include "plugin/masked_photos.h"
-#include "plugin/photo.h"
-#include "tools/image_files.h"
+#include "plugin/mask/mask_png.h"
+#include "plugin/mask/masked_photos.h"
+#include "plugin/photo/photo.h"
+#include "tools/images/image_files.h"
 
 #include <memory>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad PLY of Radiant Foam, meshes and lists of points.
-#include "export/radiant_foam_ply.h"
-#include "tools/mesh_distance.h"
+#include "export/io/radiant_foam_ply.h"
+#include "tools/evaluation/mesh_distance.h"
 
 #include <cstring>
 #include <limits>

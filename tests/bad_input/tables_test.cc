@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad JSON: names of labels, DEVA's list of ids.
-#include "plugin/mask_tables.h"
+#include "plugin/mask/mask_tables.h"
 
 #include "tests/bad_input/bad_input.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad JSON: trajectories, the manifest of a film.
-#include "tools/commands.h"
-#include "tools/trajectory.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/trajectory.h"
 
 #include "tests/bad_input/bad_input.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "export/exportable_scene.h"
-#include "foam/activation.h"
-#include "foam/model.h"
+#include "export/scene/exportable_scene.h"
+#include "foam/model/activation.h"
+#include "foam/model/model.h"
 
 #include <cmath>
 #include <cstdint>

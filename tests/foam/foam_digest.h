@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/trainer.h"
+#include "foam/train/trainer.h"
 
 #include <cstdint>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/delaunay.h"
-#include "foam/guard_sites.h"
-#include "foam/random.h"
-#include "foam/walk.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/render/walk.h"
+#include "foam/util/random.h"
 
 #include <vector>
 

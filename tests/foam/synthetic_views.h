@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/random.h"
-#include "foam/training_views.h"
-#include "foam/view_renderer.h"
+#include "foam/data/training_views.h"
+#include "foam/util/random.h"
+#include "foam/view/view_renderer.h"
 
 #include <cmath>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/checkpoint.h"
+#include "foam/train/checkpoint.h"
 
 #include <string>
 

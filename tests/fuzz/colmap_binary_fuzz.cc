@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/colmap_model_formats.h"
+#include "plugin/colmap/colmap_model_formats.h"
 
 #include <string>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/colmap_input.h"
 
-#include "plugin/camera_rays.h"
-#include "plugin/seeds.h"
-#include "plugin/tracks.h"
+#include "plugin/colmap/camera_rays.h"
+#include "plugin/colmap/seeds.h"
+#include "plugin/colmap/tracks.h"
 
 #include <string>
 #include <unordered_map>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "plugin/colmap_model.h"
+#include "plugin/colmap/colmap_model.h"
 
 #include <filesystem>
 #include <optional>

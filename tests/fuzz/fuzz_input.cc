@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/fuzz_input.h"
 
-#include "foam/error.h"
+#include "foam/util/error.h"
 
 #include <cstdio>
 #include <cstdlib>

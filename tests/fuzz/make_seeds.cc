@@ -2,8 +2,8 @@
 //
 // Writes the hand-made part of the corpora: small valid inputs that reach far into each reader, and
 // the headers that promise 2^60 of what follows. fuzz_seeds FOLDER (tests/fuzz/corpus).
-#include "foam/model.h"
-#include "plugin/colmap_model_formats.h"
+#include "foam/model/model.h"
+#include "plugin/colmap/colmap_model_formats.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/plugin/small_model.h"
+#include "tests/plugin/colmap/small_model.h"
 #include "tests/plugin/test_util.h"
 #include "tests/small_files.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/mask_png.h"
-#include "plugin/masks.h"
+#include "plugin/mask/mask_png.h"
+#include "plugin/mask/masks.h"
 
 #include <string>
 #include <vector>

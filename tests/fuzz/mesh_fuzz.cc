@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/mesh_distance.h"
+#include "tools/evaluation/mesh_distance.h"
 
 #include <map>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/model.h"
-#include "plugin/camera_rays.h"
+#include "foam/model/model.h"
+#include "plugin/colmap/camera_rays.h"
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/option_manager.h"
+#include "tools/cli/option_manager.h"
 
 #include <cmath>
 #include <iostream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/mask_tables.h"
+#include "plugin/mask/mask_tables.h"
 
 #include "tests/fuzz/fuzz_input.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/radiant_foam_ply.h"
+#include "export/io/radiant_foam_ply.h"
 
 #include "tests/fuzz/fuzz_input.h"
 

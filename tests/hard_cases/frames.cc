@@ -3,9 +3,9 @@
 // Hard frames: scenes of extreme size and place, scenes without points, and cameras where none
 // should be. What the user has is in the world frame, in double; what is traced is in the
 // normalised frame, in float.
-#include "foam/guard_sites.h"
-#include "foam/initialization.h"
-#include "plugin/normalized_frame.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/optim/initialization.h"
+#include "plugin/colmap/normalized_frame.h"
 
 #include <algorithm>
 #include <cmath>

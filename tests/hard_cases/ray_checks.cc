@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/hard_cases/ray_checks.h"
 
-#include "foam/cpu_device.h"
-#include "foam/cuda/card_caster.h"
-#include "foam/cuda/host_machine.h"
-#include "foam/cuda/piece_pool.h"
-#include "foam/delaunay.h"
-#include "foam/device.h"
-#include "foam/device_factory.h"
-#include "foam/guard_sites.h"
-#include "foam/parallel.h"
-#include "foam/ray_tracer.h"
-#include "foam/spherical_harmonics.h"
-#include "foam/walk.h"
+#include "foam/device/cpu_device.h"
+#include "foam/device/cuda/card_caster.h"
+#include "foam/device/cuda/host_machine.h"
+#include "foam/device/cuda/piece_pool.h"
+#include "foam/device/device.h"
+#include "foam/device/device_factory.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/spherical_harmonics.h"
+#include "foam/render/ray_tracer.h"
+#include "foam/render/walk.h"
+#include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <cmath>

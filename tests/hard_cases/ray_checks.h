@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/compositing.h"
-#include "foam/ray_loss.h"
-#include "foam/ray_record.h"
+#include "foam/render/compositing.h"
+#include "foam/render/ray_loss.h"
+#include "foam/render/ray_record.h"
 
 #include <cstdint>
 #include <functional>
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "tests/foam/random_cells.h"
-#include "tests/foam/ray_replay.h"
+#include "tests/foam/render/ray_replay.h"
 
 namespace semfoam {
 

@@ -2,7 +2,7 @@
 //
 // Hard ways for a ray to meet cells: ties at every turn, faces that it runs in, and cells without
 // end.
-#include "foam/voronoi.h"
+#include "foam/geometry/voronoi.h"
 
 #include <algorithm>
 #include <cmath>

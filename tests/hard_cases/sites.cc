@@ -2,7 +2,7 @@
 //
 // Hard places for sites: where Delaunay is not unique, where there is none, and where a float
 // hardly tells two sites apart.
-#include "foam/guard_sites.h"
+#include "foam/geometry/guard_sites.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,10 +4,10 @@
 // learning rates a thousand times too high. Each stops with one sentence that names the iteration
 // and the quantity, or ends with a foam of finite numbers that is worth something, and says what it
 // left out.
-#include "foam/error.h"
-#include "foam/guard_sites.h"
-#include "foam/trainer.h"
-#include "foam/training_guard.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/train/trainer.h"
+#include "foam/train/training_guard.h"
+#include "foam/util/error.h"
 
 #include <cmath>
 #include <functional>

@@ -2,9 +2,9 @@
 //
 // Hard values: densities, depths, quantiles, logits and features at the ends of their ranges, faces
 // without area, and sites that have moved far from where they were triangulated.
-#include "foam/activation.h"
-#include "foam/total_variation.h"
-#include "foam/voronoi.h"
+#include "foam/geometry/voronoi.h"
+#include "foam/model/activation.h"
+#include "foam/render/total_variation.h"
 
 #include <algorithm>
 #include <cmath>

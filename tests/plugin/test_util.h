@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/error.h"
+#include "foam/util/error.h"
 
 #include <cstdint>
 #include <cstdlib>

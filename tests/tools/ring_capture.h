@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/parallel.h"
-#include "plugin/colmap_model.h"
+#include "foam/util/parallel.h"
+#include "plugin/colmap/colmap_model.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/delaunay.h"
-#include "foam/foam.h"
-#include "foam/walk.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/model/foam.h"
+#include "foam/render/walk.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/delaunay.h"
-#include "foam/guard_sites.h"
-#include "foam/parallel.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/util/parallel.h"
 #include "tools/benchmark/bytes.h"
 #include "tools/benchmark/case.h"
 #include "tools/benchmark/cases.h"

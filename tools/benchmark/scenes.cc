@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/benchmark/scenes.h"
 
-#include "foam/activation.h"
-#include "foam/delaunay.h"
-#include "foam/error.h"
-#include "foam/model.h"
-#include "foam/parallel.h"
-#include "foam/random.h"
-#include "plugin/camera_rays.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/model/activation.h"
+#include "foam/model/model.h"
+#include "foam/util/error.h"
+#include "foam/util/parallel.h"
+#include "foam/util/random.h"
+#include "plugin/colmap/camera_rays.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/foam.h"
-#include "foam/ray_batch.h"
-#include "foam/ray_tracer.h"
-#include "foam/view_renderer.h"
+#include "foam/model/foam.h"
+#include "foam/render/ray_batch.h"
+#include "foam/render/ray_tracer.h"
+#include "foam/view/view_renderer.h"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/error.h"
-#include "foam/ray_tracer.h"
+#include "foam/render/ray_tracer.h"
+#include "foam/util/error.h"
 #include "tools/benchmark/cases.h"
 #include "tools/benchmark/report.h"
 #include "tools/benchmark/scenes.h"

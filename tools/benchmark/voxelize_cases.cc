@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/volume_export.h"
-#include "foam/model.h"
-#include "foam/parallel.h"
+#include "export/io/volume_export.h"
+#include "foam/model/model.h"
+#include "foam/util/parallel.h"
 #include "tools/benchmark/case.h"
 #include "tools/benchmark/cases.h"
 #include "tools/benchmark/peak_memory.h"

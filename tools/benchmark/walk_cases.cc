@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/walk.h"
+#include "foam/render/walk.h"
 #include "tools/benchmark/bytes.h"
 #include "tools/benchmark/case.h"
 #include "tools/benchmark/cases.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/exportable_scene.h"
-#include "export/names.h"
-#include "foam/model.h"
-#include "tools/commands.h"
-#include "tools/exports.h"
-#include "tools/label_names.h"
-#include "tools/option_manager.h"
+#include "export/scene/exportable_scene.h"
+#include "export/scene/names.h"
+#include "foam/model/model.h"
+#include "tools/cli/option_manager.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/exports.h"
+#include "tools/controllers/label_names.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/names.h"
-#include "foam/error.h"
-#include "foam/model.h"
-#include "foam/output_file.h"
-#include "foam/photo_name.h"
-#include "tools/commands.h"
-#include "tools/evaluation.h"
-#include "tools/image_files.h"
-#include "tools/input_protection.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
+#include "export/scene/names.h"
+#include "foam/model/model.h"
+#include "foam/util/error.h"
+#include "foam/util/output_file.h"
+#include "foam/util/photo_name.h"
+#include "tools/cli/input_protection.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/evaluation/evaluation.h"
+#include "tools/images/image_files.h"
 
 #include <cstdio>
 #include <filesystem>

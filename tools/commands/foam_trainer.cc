@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/commands.h"
-#include "tools/export_record.h"
-#include "tools/exports.h"
-#include "tools/label_names.h"
-#include "tools/training_folder.h"
-#include "tools/training_run.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/exports.h"
+#include "tools/controllers/label_names.h"
+#include "tools/controllers/training_folder.h"
+#include "tools/controllers/training_run.h"
 
 #include <filesystem>
 #include <string>

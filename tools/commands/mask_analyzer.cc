@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/names.h"
-#include "foam/error.h"
-#include "foam/output_file.h"
-#include "plugin/files.h"
-#include "plugin/photo.h"
-#include "tools/commands.h"
-#include "tools/contact_sheet.h"
-#include "tools/mask_analysis.h"
-#include "tools/mask_options.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "foam/util/output_file.h"
+#include "plugin/photo/photo.h"
+#include "plugin/util/files.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/mask_analysis.h"
+#include "tools/controllers/mask_options.h"
+#include "tools/images/contact_sheet.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/error.h"
-#include "foam/random.h"
-#include "plugin/files.h"
-#include "plugin/mask_folders.h"
-#include "plugin/mask_png.h"
-#include "tools/commands.h"
-#include "tools/image_files.h"
-#include "tools/input_protection.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
+#include "foam/util/error.h"
+#include "foam/util/random.h"
+#include "plugin/mask/mask_folders.h"
+#include "plugin/mask/mask_png.h"
+#include "plugin/util/files.h"
+#include "tools/cli/input_protection.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/images/image_files.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/export_transform.h"
-#include "export/names.h"
-#include "foam/error.h"
-#include "foam/output_file.h"
-#include "foam/photo_name.h"
-#include "tools/commands.h"
-#include "tools/input_protection.h"
-#include "tools/mesh_score.h"
-#include "tools/option_manager.h"
+#include "export/scene/export_transform.h"
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "foam/util/output_file.h"
+#include "foam/util/photo_name.h"
+#include "tools/cli/input_protection.h"
+#include "tools/cli/option_manager.h"
+#include "tools/commands/commands.h"
+#include "tools/evaluation/mesh_score.h"
 
 #include <charconv>
 #include <cmath>

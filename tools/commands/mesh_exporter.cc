@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/object_selection.h"
-#include "tools/commands.h"
-#include "tools/export_choice.h"
-#include "tools/export_record.h"
-#include "tools/exports.h"
-#include "tools/label_names.h"
-#include "tools/output_lock.h"
+#include "export/scene/object_selection.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/exports.h"
+#include "tools/controllers/label_names.h"
 
 #include <set>
 #include <string>

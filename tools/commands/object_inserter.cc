@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/model.h"
-#include "foam/object_insertion.h"
-#include "tools/commands.h"
-#include "tools/export_choice.h"
-#include "tools/export_record.h"
-#include "tools/label_names.h"
-#include "tools/object_choice.h"
-#include "tools/object_placement_options.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
+#include "foam/edit/object_insertion.h"
+#include "foam/model/model.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/label_names.h"
+#include "tools/controllers/object_choice.h"
+#include "tools/controllers/object_placement_options.h"
 
 #include <string>
 #include <vector>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/names.h"
-#include "foam/error.h"
-#include "plugin/colmap_model.h"
-#include "plugin/masked_photos.h"
-#include "plugin/point_labels.h"
-#include "tools/commands.h"
-#include "tools/mask_options.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
-#include "tools/point_label_files.h"
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "plugin/colmap/colmap_model.h"
+#include "plugin/mask/masked_photos.h"
+#include "plugin/mask/point_labels.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/mask_options.h"
+#include "tools/controllers/point_label_files.h"
 
 #include <chrono>
 #include <cmath>

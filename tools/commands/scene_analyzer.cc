@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/error.h"
-#include "tools/commands.h"
-#include "tools/effects_options.h"
-#include "tools/output_lock.h"
-#include "tools/training_run.h"
+#include "foam/util/error.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/effects_options.h"
+#include "tools/controllers/training_run.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/error.h"
-#include "tools/commands.h"
-#include "tools/option_manager.h"
+#include "foam/util/error.h"
+#include "tools/cli/option_manager.h"
+#include "tools/commands/commands.h"
 
 #include <chrono>
 #include <cstdint>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/names.h"
-#include "foam/error.h"
-#include "tools/commands.h"
-#include "tools/option_manager.h"
-#include "tools/output_lock.h"
-#include "tools/plot.h"
-#include "tools/training_log.h"
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "tools/cli/option_manager.h"
+#include "tools/cli/output_lock.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/training_log.h"
+#include "tools/images/plot.h"
 
 #include <cstdio>
 #include <filesystem>

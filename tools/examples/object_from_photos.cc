@@ -2,13 +2,13 @@
 //
 // object_from_photos WORKSPACE OUTPUT NAME: trains a foam on a COLMAP workspace with masks, takes
 // one object out, and writes it as a volume and as surfaces.
-#include "export/object_selection.h"
-#include "export/surface_export.h"
-#include "export/volume_export.h"
-#include "foam/error.h"
-#include "foam/object_editing.h"
-#include "foam/trainer.h"
-#include "plugin/scene.h"
+#include "export/io/surface_export.h"
+#include "export/io/volume_export.h"
+#include "export/scene/object_selection.h"
+#include "foam/edit/object_editing.h"
+#include "foam/train/trainer.h"
+#include "foam/util/error.h"
+#include "plugin/dataset/scene.h"
 
 #include <iostream>
 

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "export/io/local_mesh.h"
+#include "export/scene/object_surface.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// Binary glTF 2.0 of one or more objects. Its nodes:
+//
+//   scene     the turn that cancels what importers do to y-up files, so that Blender shows the
+//             numbers of the file frame as x, y, z; none where the file frame is y-up itself.
+//             Scaled to metres, glTF's one unit, where the frame's unit is known. extras: "frame",
+//             as in ExportTransformJson.
+//     origin  moves by a round number to about the middle of the objects, so that a scene at UTM
+//             coordinates keeps its millimetres in programs that place nodes in float
+//       mug   one per object, named after its label, moved to the object's own origin. extras:
+//             "label" (id), "name", "confidence", "cells", "volume"
+//
+// A vertex has POSITION and NORMAL (float), COLOR_0 (linear light, 16-bit normalised), _CONFIDENCE
+// (float), and by EXT_mesh_features _FEATURE_ID_0 (float), which is the row of its object in the
+// property table of EXT_structural_metadata: id, name, color, confidence, cells, volume. One
+// material, white and matt, so that the vertex colours show.
+class GlbFile {
+ public:
+  // `creator`: program and version.
+  GlbFile(const ExportTransform& transform, std::string creator);
+
+  // The surface must be `object`'s; both are in the file frame.
+  void Add(const ObjectInfo& object, const ObjectSurface& surface, const LocalMesh& mesh);
+
+  // Throws UserError when the file cannot be written or would not fit into glTF's 4 GiB. To be
+  // called once, after at least one Add.
+  void Write(const std::filesystem::path& path);
+
+ private:
+  struct Node {
+    ObjectInfo object;  // without cells
+    uint64_t num_cells = 0;
+    Eigen::Vector3d origin;
+    Eigen::Vector3f min_position, max_position;
+    uint64_t num_vertices = 0;
+    uint64_t num_indices = 0;
+    uint64_t first_byte = 0;  // of its vertices in `binary_`; its indices follow
+  };
+
+  ExportTransform transform_;
+  std::string creator_;
+  std::vector<Node> nodes_;
+  std::string binary_;
+};
+
+}  // namespace semfoam

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/io/label_sidecar.h"
+
+#include "export/scene/names.h"
+#include "foam/util/output_file.h"
+
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+// Keeps the order of insertion, so that the file reads like its schema.
+using Json = nlohmann::ordered_json;
+
+Json LabelTable(const std::vector<Label>& labels) {
+  Json table = {{"version", kLabelSidecarVersion}, {"labels", Json::object()}};
+  Json source_ids = Json::object();
+  for (const Label& label : labels) {
+    if (label.id == 0) continue;
+    const std::string id = std::to_string(label.id);
+    table["labels"][id] = DisplayName(label.id, label.name);
+    if (label.source_id != static_cast<uint32_t>(label.id)) source_ids[id] = label.source_id;
+  }
+  if (!source_ids.empty()) table["source_ids"] = source_ids;
+  return table;
+}
+
+// Bytes of a name that are no UTF-8 become U+FFFD instead of an exception.
+std::string Text(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+// {format: path}.
+Json FilesOf(int32_t object_id, const std::vector<WrittenFile>& files) {
+  Json paths = Json::object();
+  for (const WrittenFile& file : files) {
+    if (file.object_id == object_id) paths[file.format] = file.path;
+  }
+  return paths;
+}
+
+Json Triple(const Eigen::Vector3d& x) { return Json::array({x.x(), x.y(), x.z()}); }
+
+Json LeftOut(const LeftOutPieces& left_out) {
+  Json json = {{"pieces", left_out.pieces}, {"cells", left_out.cells}, {"volume", left_out.volume}};
+  if (left_out.pieces > 0) {
+    json["largest"] = {{"cells", left_out.largest_cells},
+                       {"volume", left_out.largest_volume},
+                       {"center", Triple(left_out.largest_center)}};
+  }
+  return json;
+}
+
+// {name: pixels}, most first.
+Json Photos(const ObjectInfo& object) {
+  Json photos = Json::object();
+  for (const PhotoSighting& sighting : object.photos) photos[sighting.photo] = sighting.pixels;
+  return photos;
+}
+
+}  // namespace
+
+std::string LabelTableJson(const std::vector<Label>& labels) {
+  return Text(LabelTable(labels), -1);
+}
+
+void WriteLabelSidecar(const std::filesystem::path& path,
+                       const ExportableScene& scene,
+                       const std::vector<WrittenFile>& files,
+                       const std::string& source_checksum) {
+  Json sidecar = LabelTable(scene.label_table);
+  if (!source_checksum.empty()) sidecar[kSourceModelKey] = source_checksum;
+  sidecar["frame"] = Json::parse(ExportTransformJson(scene.transform));
+  sidecar["files"] = FilesOf(0, files);
+  Json objects = Json::array();
+  for (const ObjectInfo& object : scene.objects) {
+    objects.push_back(
+        {{"id", object.id},
+         {"name", object.name},
+         {"color", object.color},
+         {"cells", object.cells.size()},
+         {"pieces", object.pieces},
+         {"cavities", object.cavities},
+         {"genus", object.genus},
+         {"volume", object.volume},
+         {"area", object.area},
+         {"centroid", Triple(object.centroid)},
+         {"bounding_box",
+          Json::array({Triple(object.bounding_box.min()), Triple(object.bounding_box.max())})},
+         {"confidence", object.confidence},
+         {"left_out", LeftOut(object.left_out)},
+         {"photos", Photos(object)},
+         {"files", FilesOf(object.id, files)}});
+  }
+  sidecar["objects"] = objects;
+  Json left_out = Json::array();
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    left_out.push_back({{"id", label.id},
+                        {"name", label.name},
+                        {"reason", label.reason},
+                        {"left_out", LeftOut(label.pieces)}});
+  }
+  if (!left_out.empty()) sidecar["labels_left_out"] = left_out;
+  WriteTextFile(path, Text(sidecar, 2) + "\n");
+}
+
+}  // namespace semfoam

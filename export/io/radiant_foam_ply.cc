@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/io/radiant_foam_ply.h"
+
+#include "export/io/byte_writer.h"
+#include "export/io/ply_file.h"
+#include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/activation.h"
+#include "foam/model/spherical_harmonics.h"
+#include "foam/util/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The smallest density that is told from none; an activation that is never 0 has no raw value for
+// 0.
+constexpr double kLeastDensity = 1e-9;
+
+// Of a cell's radius: by so much floats may move its site.
+constexpr double kLargestError = 0.01;
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// So that the sites lie around the origin, at about unit distance.
+Similarity FrameOfSites(const std::vector<Eigen::Vector3d>& sites) {
+  Similarity frame;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values(sites.size());
+    for (size_t i = 0; i < sites.size(); ++i) values[i] = sites[i][axis];
+    frame.translation[axis] = Median(std::move(values));
+  }
+  std::vector<double> distances(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) distances[i] = (sites[i] - frame.translation).norm();
+  const double farthest = *std::max_element(distances.begin(), distances.end());
+  frame.scale = std::max(Median(std::move(distances)), farthest / (0.99 * kFarRadius));
+  if (!(frame.scale > 0)) frame.scale = 1;  // all in one place
+  return frame;
+}
+
+int DegreeOf(const PlyFile& ply) {
+  size_t num_rest = 0;
+  for (const std::string& name : ply.Properties("vertex")) {
+    num_rest += name.rfind("color_sh_", 0) == 0;
+  }
+  for (int degree = 0; degree <= 3; ++degree) {
+    if (num_rest == 3 * static_cast<size_t>(NumShCoefficients(degree) - 1)) return degree;
+  }
+  throw UserError(ply.path().string(),
+                  ": has ",
+                  num_rest,
+                  " properties color_sh_*; 0, 9, 24 or 45 would be right, of degree 0 to 3.");
+}
+
+void CheckAdjacency(const PlyFile& ply) {
+  const double num_sites = static_cast<double>(ply.Count("vertex"));
+  double last = 0;
+  for (const double end : ply.Values("vertex", "adjacency_offset")) {
+    if (end < last) {
+      throw UserError(ply.path().string(),
+                      ": has adjacency_offsets that do not ascend; is it damaged?");
+    }
+    last = end;
+  }
+  if (last != static_cast<double>(ply.Count("adjacency"))) {
+    throw UserError(ply.path().string(),
+                    ": has ",
+                    ply.Count("adjacency"),
+                    " neighbours, while the last adjacency_offset is ",
+                    static_cast<uint64_t>(last),
+                    "; both would be the same; is it damaged?");
+  }
+  if (last == 0) return;
+  for (const double neighbor : ply.Values("adjacency", "adjacency")) {
+    if (neighbor >= num_sites) {
+      throw UserError(ply.path().string(),
+                      ": names a neighbour ",
+                      static_cast<uint64_t>(neighbor),
+                      " of ",
+                      ply.Count("vertex"),
+                      " sites, of which the first is 0; is it damaged?");
+    }
+  }
+}
+
+}  // namespace
+
+void WriteRadiantFoamPly(const fs::path& path, const Model& model, const ExportableScene& scene) {
+  const Foam& foam = model.foam;
+  const uint32_t num_sites = scene.NumSites();
+  CHECK_EQ(foam.NumSites(), num_sites);
+  const Similarity& frame = scene.colmap_from_normalized;
+
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<double> errors;
+  std::vector<double> radii;
+  for (uint32_t i = 0; i < num_sites; ++i) {
+    const Eigen::Vector3d exact = frame.Apply(foam.positions[i].cast<double>());
+    positions.push_back(exact.cast<float>());
+    errors.push_back((positions.back().cast<double>() - exact).norm());
+    radii.push_back(frame.scale * scene.radius[i]);
+  }
+  if (num_sites > 0 && Median(errors) > kLargestError * Median(radii)) {
+    throw UserError(
+        path.string(),
+        ": cannot be written: the COLMAP model lies so far from its origin that Radiant "
+        "Foam's floats would move the cells; a model moved to its origin (colmap "
+        "model_transformer) would be right.");
+  }
+
+  std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_sites) + "\n";
+  for (const char* name : {"float x",
+                           "float y",
+                           "float z",
+                           "uchar red",
+                           "uchar green",
+                           "uchar blue",
+                           "float density",
+                           "uint adjacency_offset"}) {
+    header += std::string("property ") + name + "\n";
+  }
+  const int num_rest = foam.ShStride() - 3;
+  for (int k = 0; k < num_rest; ++k) {
+    header += "property float color_sh_" + std::to_string(k) + "\n";
+  }
+  std::vector<uint32_t> adjacency;
+  std::vector<uint32_t> ends;
+  for (uint32_t i = 0; i < num_sites; ++i) {
+    for (const uint32_t j : scene.delaunay.Neighbors(i)) {
+      if (j < num_sites) adjacency.push_back(j);
+    }
+    ends.push_back(static_cast<uint32_t>(adjacency.size()));
+  }
+  header += "element adjacency " + std::to_string(adjacency.size()) +
+            "\nproperty uint adjacency\nend_header\n";
+
+  ByteWriter out(path);
+  out.Text(header);
+  for (uint32_t i = 0; i < num_sites; ++i) {
+    for (const float coordinate : positions[i]) out.Binary(coordinate);
+    const float* sh = &foam.sh[static_cast<size_t>(i) * foam.ShStride()];
+    for (int c = 0; c < 3; ++c) {
+      const double display = std::clamp(0.5 + kShDc * sh[c], 0.0, 1.0);
+      out.Binary(static_cast<uint8_t>(std::lround(255 * display)));
+    }
+    out.Binary(static_cast<float>(Density<double>(foam.raw_density[i]) / frame.scale));
+    out.Binary(ends[i]);
+    for (int k = 0; k < num_rest; ++k) out.Binary(sh[3 + k]);
+  }
+  for (const uint32_t neighbor : adjacency) out.Binary(neighbor);
+  out.Finish();
+}
+
+Model ReadRadiantFoamPly(const fs::path& path) {
+  const PlyFile ply(path);
+  const size_t num_sites = ply.Count("vertex");
+  if (num_sites == 0)
+    throw UserError(path.string(),
+                    ": has no sites; an element vertex with one at least would be right.");
+  Model model;
+  Foam& foam = model.foam;
+  foam.sh_degree = DegreeOf(ply);
+  CheckAdjacency(ply);
+
+  std::vector<Eigen::Vector3d> sites(num_sites);
+  for (const auto& [axis, name] : {std::pair(0, "x"), {1, "y"}, {2, "z"}}) {
+    const std::vector<double> values = ply.Values("vertex", name);
+    for (size_t i = 0; i < num_sites; ++i) sites[i][axis] = values[i];
+  }
+  for (size_t i = 0; i < num_sites; ++i) {
+    if (sites[i].allFinite()) continue;
+    throw UserError(
+        path.string(), ": site ", i, " has a position that is not finite; is it damaged?");
+  }
+  const Similarity frame = FrameOfSites(sites);
+  model.world_from_normalized = frame;
+  std::vector<Eigen::Vector3f> positions(num_sites);
+  for (size_t i = 0; i < num_sites; ++i) positions[i] = frame.Invert(sites[i]).cast<float>();
+
+  const std::vector<double> density = ply.Values("vertex", "density");
+  std::vector<std::vector<double>> sh;
+  for (const char* name : {"red", "green", "blue"}) {
+    sh.push_back(ply.Values("vertex", name));
+    for (double& value : sh.back()) value = (value / 255 - 0.5) / kShDc;
+  }
+  for (int k = 0; k < foam.ShStride() - 3; ++k) {
+    sh.push_back(ply.Values("vertex", "color_sh_" + std::to_string(k)));
+  }
+  for (const uint32_t i : HilbertOrder(positions)) {
+    foam.positions.push_back(positions[i]);
+    const double normalized = density[i] * frame.scale;
+    const auto raw = static_cast<float>(RawDensity(std::max(normalized, kLeastDensity)));
+    if (!(normalized >= 0 && std::isfinite(raw))) {
+      throw UserError(path.string(),
+                      ": site ",
+                      i,
+                      " has the density ",
+                      density[i],
+                      "; finite and not negative would be right.");
+    }
+    foam.raw_density.push_back(raw);
+    for (const std::vector<double>& coefficient : sh) {
+      if (!std::isfinite(coefficient[i])) {
+        throw UserError(
+            path.string(), ": site ", i, " has a colour that is not finite; is it damaged?");
+      }
+      foam.sh.push_back(static_cast<float>(coefficient[i]));
+    }
+  }
+  return model;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/io/usd_file.h"
+
+#include "export/scene/names.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace semfoam {
+namespace {
+
+// A string of USD's text format, with its quotes.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : OneLine(text)) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+template <typename Vector>
+void WriteTuple(const Vector& vector, ByteWriter* out) {
+  const char* separator = "(";
+  for (const auto value : vector) {
+    out->Text(separator);
+    out->Number(value);
+    separator = ", ";
+  }
+  out->Text(")");
+}
+
+// [item, item, ...], where write(k) writes item k.
+template <typename Write>
+void WriteArray(size_t count, const Write& write, ByteWriter* out) {
+  out->Text("[");
+  for (size_t k = 0; k < count; ++k) {
+    if (k > 0) out->Text(", ");
+    write(k);
+  }
+  out->Text("]");
+}
+
+// What USD wants to know of a field beside its name; empty: not to be said.
+struct FieldTraits {
+  const char* field_class;
+  const char* data_type;
+  const char* vector_role;
+};
+
+FieldTraits TraitsOf(const std::string& quantity) {
+  if (quantity == "density") return {"fogVolume", "float", ""};
+  if (quantity == "surface") return {"levelSet", "float", ""};
+  if (quantity == "color") return {"", "float3", "Color"};
+  return {"", "float", ""};
+}
+
+void WriteVolume(const std::string& prim,
+                 const std::string& volume_path,
+                 const std::vector<VolumeField>& fields,
+                 ByteWriter* out) {
+  out->Text("\n        def Volume \"volume\"\n        {\n");
+  for (const VolumeField& field : fields) {
+    out->Text("            rel field:" + field.quantity + " = </scene/" + prim + "/volume/" +
+              field.quantity + ">\n");
+  }
+  out->Text("            token visibility = \"invisible\"\n");
+  for (const VolumeField& field : fields) {
+    const auto write_token = [&](const std::string& name, const std::string& value) {
+      if (value.empty()) return;
+      out->Text("                token " + name + " = \"");
+      out->Text(value + "\"\n");
+    };
+    const FieldTraits traits = TraitsOf(field.quantity);
+    out->Text("\n            def OpenVDBAsset \"" + field.quantity + "\"\n            {\n");
+    write_token("fieldClass", traits.field_class);
+    write_token("fieldDataType", traits.data_type);
+    write_token("fieldName", field.grid_name);
+    out->Text("                asset filePath = @./" + volume_path + "@\n");
+    write_token("vectorDataRoleHint", traits.vector_role);
+    out->Text("            }\n");
+  }
+  out->Text("        }\n");
+}
+
+}  // namespace
+
+UsdFile::UsdFile(const std::filesystem::path& path,
+                 const ExportTransform& transform,
+                 const std::string& creator)
+    : out_(path) {
+  out_.Text("#usda 1.0\n(\n    customLayerData = {\n        string creator = ");
+  out_.Text(Quoted(creator) + "\n        string frame = ");
+  out_.Text(Quoted(ExportTransformJson(transform)) + "\n    }\n");
+  out_.Text("    defaultPrim = \"scene\"\n    metersPerUnit = ");
+  out_.Number(transform.MetersPerUnit());
+  out_.Text(transform.up_axis == "y" ? "\n    upAxis = \"Y\"\n)\n" : "\n    upAxis = \"Z\"\n)\n");
+  out_.Text("\ndef Xform \"scene\" (\n    kind = \"assembly\"\n)\n{\n");
+}
+
+void UsdFile::Add(const ObjectInfo& object,
+                  const ObjectSurface& surface,
+                  const LocalMesh& mesh,
+                  const std::string& volume_path,
+                  const std::vector<VolumeField>& volume_fields) {
+  const std::string prim = PrimName(object);
+  const size_t num_vertices = surface.vertices.size();
+  const size_t num_triangles = surface.triangles.size();
+  ByteWriter& out = out_;
+  out.Text("    def Xform \"" + prim + "\" (\n");
+  out.Text("        apiSchemas = [\"SemanticsLabelsAPI:class\"]\n        customData = {\n");
+  out.Text("            double confidence = ");
+  out.Number(object.confidence);
+  out.Text("\n            int id = " + std::to_string(object.id) + "\n            string name = ");
+  out.Text(Quoted(object.name) + "\n        }\n        displayName = " + Quoted(object.name));
+  out.Text(
+      "\n        kind = \"component\"\n    )\n    {\n        token[] semantics:labels:class = [");
+  out.Text(Quoted(object.name) + "]\n\n        def Mesh \"surface\"\n        {\n");
+
+  out.Text("            float3[] extent = [");
+  WriteTuple(mesh.min_position, &out);
+  out.Text(", ");
+  WriteTuple(mesh.max_position, &out);
+  out.Text("]\n            int[] faceVertexCounts = ");
+  WriteArray(
+      num_triangles, [&](size_t) { out.Text("3"); }, &out);
+  out.Text("\n            int[] faceVertexIndices = ");
+  WriteArray(
+      3 * num_triangles, [&](size_t k) { out.Number(surface.triangles[k / 3][k % 3]); }, &out);
+  out.Text("\n            normal3f[] normals = ");
+  WriteArray(
+      num_vertices, [&](size_t v) { WriteTuple(mesh.normals[v], &out); }, &out);
+  out.Text(" (\n                interpolation = \"vertex\"\n            )\n");
+  out.Text("            uniform token orientation = \"rightHanded\"\n");
+  out.Text("            point3f[] points = ");
+  WriteArray(
+      num_vertices, [&](size_t v) { WriteTuple(mesh.positions[v], &out); }, &out);
+  out.Text("\n            float[] primvars:confidence = ");
+  WriteArray(
+      num_vertices, [&](size_t v) { out.Number(surface.vertex_confidence[v]); }, &out);
+  out.Text(" (\n                interpolation = \"vertex\"\n            )\n");
+  out.Text("            color3f[] primvars:displayColor = ");
+  WriteArray(
+      num_vertices,
+      [&](size_t v) {
+        std::array<float, 3> light;
+        for (int c = 0; c < 3; ++c) light[c] = LinearLight(surface.vertex_color[v][c]);
+        WriteTuple(light, &out);
+      },
+      &out);
+  out.Text(" (\n                interpolation = \"vertex\"\n            )\n");
+  out.Text("            int primvars:label = " + std::to_string(object.id));
+  out.Text(" (\n                interpolation = \"constant\"\n            )\n");
+  out.Text("            uniform token subdivisionScheme = \"none\"\n");
+  out.Text("            double3 xformOp:translate = ");
+  WriteTuple(mesh.origin, &out);
+  out.Text("\n            uniform token[] xformOpOrder = [\"xformOp:translate\"]\n        }\n");
+  if (!volume_fields.empty()) WriteVolume(prim, volume_path, volume_fields, &out);
+  out.Text("    }\n");
+}
+
+void UsdFile::Finish() {
+  out_.Text("}\n");
+  out_.Finish();
+}
+
+std::string UsdFile::PrimName(const ObjectInfo& object) {
+  std::string name = SanitizedName(object.id, object.name);
+  std::replace(name.begin(), name.end(), '-', '_');
+  if (name[0] >= '0' && name[0] <= '9') name.insert(name.begin(), '_');
+  while (!prim_names_.insert(name).second) name += "_" + std::to_string(object.id);
+  return name;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/scene/exportable_scene.h"
+
+#include "export/scene/cell_colors.h"
+#include "export/scene/names.h"
+#include "export/scene/object_description.h"
+#include "export/scene/object_pieces.h"
+#include "export/scene/unseen_space.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
+#include "foam/model/activation.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+void CheckModel(const Model& model) {
+  const Foam& foam = model.foam;
+  const size_t n = foam.NumSites();
+  CHECK_EQ(foam.raw_density.size(), n);
+  CHECK_EQ(foam.sh.size(), n * foam.ShStride());
+  if (foam.HasSemantics()) {
+    CHECK_EQ(model.labels.size(), static_cast<size_t>(foam.num_classes));
+    CHECK_EQ(foam.identity.size(), n * kIdentityDim);
+  }
+  const CellStatistics& statistics = model.statistics;
+  CHECK(statistics.contribution.empty() || statistics.contribution.size() == n);
+  CHECK(statistics.mean_color.empty() || statistics.mean_color.size() == n);
+  CHECK(statistics.passed.empty() || statistics.passed.size() == n);
+  CHECK_EQ(statistics.stopped.size(), statistics.passed.size());
+}
+
+std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene& scene) {
+  std::vector<uint8_t> has_camera(scene.delaunay.num_cells, 0);
+  uint32_t cell = 0;
+  for (const PhotoRecord& photo : model.photos) {
+    const Eigen::Vector3d center_in_world =
+        -(photo.cam_from_world_rotation.inverse() * photo.cam_from_world_translation);
+    cell = NearestCell(scene.cell_positions,
+                       scene.delaunay,
+                       scene.colmap_from_normalized.Invert(center_in_world),
+                       cell);
+    has_camera[cell] = 1;
+  }
+  return has_camera;
+}
+
+// The connected pieces of the matter of a class in which at least one cell is photographed.
+// `object_of_cell` gets `object_index` for each of their cells.
+std::vector<std::vector<uint32_t>> PhotographedPieces(const ExportableScene& scene,
+                                                      const std::vector<uint8_t>& is_matter,
+                                                      const std::vector<uint32_t>& matter_of_class,
+                                                      int32_t class_index,
+                                                      int32_t object_index,
+                                                      std::vector<int32_t>* object_of_cell) {
+  std::vector<std::vector<uint32_t>> pieces;
+  for (const uint32_t start : matter_of_class) {
+    if (!scene.photographed[start] || (*object_of_cell)[start] == object_index) continue;
+    std::vector<uint32_t>& piece = pieces.emplace_back(1, start);
+    (*object_of_cell)[start] = object_index;
+    for (size_t k = 0; k < piece.size(); ++k) {
+      for (const uint32_t next : scene.delaunay.Neighbors(piece[k])) {
+        if (next >= scene.NumSites() || !is_matter[next] ||
+            scene.labels.class_index[next] != class_index ||
+            (*object_of_cell)[next] == object_index) {
+          continue;
+        }
+        (*object_of_cell)[next] = object_index;
+        piece.push_back(next);
+      }
+    }
+  }
+  return pieces;
+}
+
+// Moves the cells of the large pieces into the object and takes those of the crumbs out of
+// `object_of_cell`.
+void GatherPieces(const ExportableScene& scene,
+                  const std::vector<std::vector<uint32_t>>& pieces,
+                  float min_piece_share,
+                  ObjectInfo* object,
+                  std::vector<int32_t>* object_of_cell) {
+  size_t largest = 0;
+  for (const std::vector<uint32_t>& piece : pieces) largest = std::max(largest, piece.size());
+  for (const std::vector<uint32_t>& piece : pieces) {
+    if (static_cast<float>(piece.size()) >= min_piece_share * static_cast<float>(largest)) {
+      object->cells.insert(object->cells.end(), piece.begin(), piece.end());
+      continue;
+    }
+    LeaveOut(scene, piece, &object->left_out);
+    for (const uint32_t cell : piece) (*object_of_cell)[cell] = -1;
+  }
+}
+
+// Finds the hidden pockets that objects enclose. Cells get a mark while one object is looked at, so
+// that no cell is visited twice for it and nothing is cleared in between.
+class CavityFinder {
+ public:
+  CavityFinder(const ExportableScene& scene, const std::vector<uint8_t>& has_camera)
+      : scene_(scene), has_camera_(has_camera), mark_(scene.delaunay.num_cells, 0) {}
+
+  // The cells of all hidden pockets of the object, which owns `cells` so far.
+  std::vector<uint32_t> Find(const std::vector<uint32_t>& cells, int32_t object_index) {
+    const uint32_t pending = 2 * static_cast<uint32_t>(object_index) + 1;
+    const uint32_t open = pending + 1;
+    std::vector<uint32_t> cavities;
+    std::vector<uint32_t> pocket;
+    for (const uint32_t cell : cells) {
+      for (const uint32_t start : scene_.delaunay.Neighbors(cell)) {
+        if (Owned(start, object_index) || mark_[start] >= pending) continue;
+        pocket.assign(1, start);
+        mark_[start] = pending;
+        bool is_open = false;
+        for (size_t k = 0; k < pocket.size() && !is_open; ++k) {
+          is_open = InTheOpen(pocket[k]);
+          if (is_open) break;
+          for (const uint32_t next : scene_.delaunay.Neighbors(pocket[k])) {
+            if (Owned(next, object_index)) continue;
+            if (mark_[next] == open) is_open = true;
+            if (mark_[next] >= pending) continue;
+            mark_[next] = pending;
+            pocket.push_back(next);
+          }
+        }
+        if (is_open) {
+          for (const uint32_t visited : pocket) mark_[visited] = open;
+        } else {
+          cavities.insert(cavities.end(), pocket.begin(), pocket.end());
+        }
+      }
+    }
+    return cavities;
+  }
+
+ private:
+  bool Owned(uint32_t cell, int32_t object_index) const {
+    return cell < scene_.NumSites() && scene_.object_of_cell[cell] == object_index;
+  }
+
+  bool InTheOpen(uint32_t cell) const {
+    return cell >= scene_.NumSites() || has_camera_[cell] || scene_.object_of_cell[cell] >= 0 ||
+           (scene_.labels.solid[cell] && scene_.photographed[cell]);
+  }
+
+  const ExportableScene& scene_;
+  const std::vector<uint8_t>& has_camera_;
+  std::vector<uint32_t> mark_;
+};
+
+// Of the light that meets haze, less than one part in so many ends there.
+constexpr float kHazeRatio = 30;
+
+bool IsSeen(const CellStatistics& statistics, uint32_t cell, float fewest_looks) {
+  return statistics.passed[cell] + statistics.stopped[cell] >= fewest_looks;
+}
+
+// Gives every object the unseen cells that are inside it (UnseenInside), small objects first: what
+// is under a mug is the mug's and not the table's.
+void AddUnseenInsides(const CellStatistics& statistics,
+                      float fewest_looks,
+                      const std::vector<uint8_t>& has_camera,
+                      const std::vector<double>& face_areas,
+                      ExportableScene* scene) {
+  std::vector<size_t> order(scene->objects.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return scene->objects[a].cells.size() < scene->objects[b].cells.size();
+  });
+  std::vector<CellKnowledge> knowledge(scene->delaunay.num_cells, CellKnowledge::kOpen);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    if (has_camera[i] || scene->object_of_cell[i] >= 0) continue;
+    // Where most of the light ends in what is no matter, nothing is certain.
+    const bool is_empty = statistics.passed[i] > statistics.stopped[i];
+    if (!IsSeen(statistics, i, fewest_looks) || (!is_empty && !scene->labels.solid[i])) {
+      knowledge[i] = CellKnowledge::kUnseen;
+    }
+  }
+  for (const size_t index : order) {
+    ObjectInfo& object = scene->objects[index];
+    for (const uint32_t cell : object.cells) knowledge[cell] = CellKnowledge::kInside;
+    const std::vector<uint32_t> unseen =
+        UnseenInside(scene->delaunay, face_areas, knowledge, object.cells);
+    for (const uint32_t cell : unseen) scene->object_of_cell[cell] = static_cast<int32_t>(index);
+    object.cells.insert(object.cells.end(), unseen.begin(), unseen.end());
+    // To the next object all of this is another thing's.
+    for (const uint32_t cell : object.cells) knowledge[cell] = CellKnowledge::kOpen;
+  }
+}
+
+void FindObjects(const Model& model,
+                 const ExportableSceneOptions& options,
+                 const std::vector<double>& face_areas,
+                 ExportableScene* scene) {
+  const CellStatistics& statistics = model.statistics;
+  const bool knows_rays = !statistics.passed.empty();
+  scene->object_of_cell.assign(scene->NumSites(), -1);
+  std::vector<uint8_t> is_matter(scene->NumSites(), 0);
+  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    // A site at the place of another one has no cell.
+    if (!scene->labels.solid[i] || scene->delaunay.Neighbors(i).empty()) continue;
+    if (knows_rays && IsSeen(statistics, i, options.fewest_looks) &&
+        statistics.passed[i] > kHazeRatio * statistics.stopped[i]) {
+      continue;
+    }
+    is_matter[i] = 1;
+    const int32_t k = scene->labels.class_index[i];
+    if (k >= 0) matter_of_class[k].push_back(i);
+  }
+
+  std::vector<int32_t> classes(model.foam.num_classes);
+  std::iota(classes.begin(), classes.end(), 0);
+  std::sort(classes.begin(), classes.end(), [&](int32_t a, int32_t b) {
+    return model.labels[a].id < model.labels[b].id;
+  });
+  for (const int32_t k : classes) {
+    const Label& label = model.labels[k];
+    if (label.id == 0) continue;
+    const int32_t index = static_cast<int32_t>(scene->objects.size());
+    ObjectInfo object;
+    GatherPieces(
+        *scene,
+        PhotographedPieces(*scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
+        options.pieces.min_cells > 0 ? 0 : options.min_piece_share,
+        &object,
+        &scene->object_of_cell);
+    if (object.cells.empty()) {
+      scene->labels_without_cells.push_back(label);
+      continue;
+    }
+    object.id = label.id;
+    object.name = DisplayName(label.id, label.name);
+    object.file_stem = FileStem(label.id, label.name);
+    object.color = LabelColor(label.id);
+    scene->objects.push_back(std::move(object));
+  }
+
+  if (options.fill_hidden_space && !scene->objects.empty()) {
+    const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
+    if (knows_rays) {
+      AddUnseenInsides(statistics, options.fewest_looks, has_camera, face_areas, scene);
+    }
+    CavityFinder finder(*scene, has_camera);
+    for (size_t index = 0; index < scene->objects.size(); ++index) {
+      ObjectInfo& object = scene->objects[index];
+      const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
+      for (const uint32_t cell : hidden) {
+        // Pockets of two objects cannot overlap: each would have to enclose the other, and what
+        // another owns is in the open.
+        CHECK_EQ(scene->object_of_cell[cell], -1);
+        scene->object_of_cell[cell] = static_cast<int32_t>(index);
+      }
+      object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
+    }
+  }
+  for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
+  KeepPieces(options.pieces, scene);
+  if (options.pieces.min_cells == 0 && !options.pieces.keep_fragments) LeaveOutFragments(scene);
+  ParallelForBlocks(std::ssize(scene->objects), 1, [&](int64_t index, int64_t) {
+    DescribeObject(*scene, &scene->objects[index]);
+  });
+}
+
+}  // namespace
+
+ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOptions& options) {
+  CheckModel(model);
+  const size_t n = model.foam.NumSites();
+  ExportableScene scene;
+  scene.transform = options.transform;
+  scene.colmap_from_normalized = model.world_from_normalized;
+  scene.world_from_normalized = options.transform.Unturned(model.world_from_normalized);
+  scene.label_table = model.labels;
+  scene.cell_positions = WithGuardSites(model.foam.positions);
+  scene.delaunay = Triangulate(scene.cell_positions);
+  scene.voronoi_vertices = VoronoiVertices(scene.cell_positions, scene.delaunay);
+  scene.tets_of_cells = ListTetsOfCells(scene.delaunay);
+  const std::vector<double> face_areas =
+      FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices);
+  scene.volume = CellVolumes(scene.cell_positions, scene.delaunay, face_areas);
+  scene.radius = CellRadii(scene.cell_positions, scene.delaunay);
+  scene.labels = LabelCells(model.foam, scene.delaunay, options.solid_optical_depth);
+  scene.display_color = DisplayColors(model);
+
+  scene.density.resize(n);
+  scene.label_id.assign(n, 0);
+  scene.photographed.assign(n, 1);
+  for (size_t i = 0; i < n; ++i) {
+    scene.density[i] = Density(model.foam.raw_density[i]);
+    const int32_t k = scene.labels.class_index[i];
+    if (k >= 0) scene.label_id[i] = model.labels[k].id;
+    if (!model.statistics.contribution.empty()) {
+      scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
+    }
+  }
+  scene.color_weight = ColorWeights(model, scene.photographed);
+  FindObjects(model, options, face_areas, &scene);
+  SpreadColors(&scene);
+  return scene;
+}
+
+}  // namespace semfoam

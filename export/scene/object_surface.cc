@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/scene/object_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// Which corner of the tetrahedron comes next when turning counter-clockwise around its edge i -> j,
+// seen from j: of the other two corners k and l, the tetrahedron (i, j, k, l) is positively
+// oriented for exactly one order, and then the turn goes from k to l. Corners are given by their
+// place in the tetrahedron, of which l is returned through `ahead` and k through `behind`.
+void CornersAroundEdge(
+    const std::array<uint32_t, 4>& tet, uint32_t i, uint32_t j, int* behind, int* ahead) {
+  int places[4];
+  int others = 2;
+  for (int v = 0; v < 4; ++v) {
+    if (tet[v] == i) {
+      places[0] = v;
+    } else if (tet[v] == j) {
+      places[1] = v;
+    } else {
+      CHECK_LT(others, 4);
+      places[others++] = v;
+    }
+  }
+  CHECK_EQ(others, 4);
+  int inversions = 0;
+  for (int a = 0; a < 4; ++a) {
+    for (int b = a + 1; b < 4; ++b) inversions += places[a] > places[b];
+  }
+  const bool even = inversions % 2 == 0;
+  *behind = even ? places[2] : places[3];
+  *ahead = even ? places[3] : places[2];
+}
+
+// The tetrahedra around the edge i -> j, counter-clockwise seen from j, the lowest number first.
+void RingAroundEdge(
+    const Delaunay& delaunay, uint32_t i, uint32_t j, uint32_t first, std::vector<uint32_t>* ring) {
+  ring->clear();
+  uint32_t tet = first;
+  do {
+    ring->push_back(tet);
+    int behind, ahead;
+    CornersAroundEdge(delaunay.tets[tet], i, j, &behind, &ahead);
+    tet = delaunay.tet_neighbors[tet][behind];
+    CHECK_NE(tet, kNoTet) << "a real site lies on the hull";
+    CHECK_LE(ring->size(), delaunay.tets.size());
+  } while (tet != first);
+  std::rotate(ring->begin(), std::min_element(ring->begin(), ring->end()), ring->end());
+}
+
+bool Contains(const std::array<uint32_t, 4>& tet, uint32_t cell) {
+  return std::find(tet.begin(), tet.end(), cell) != tet.end();
+}
+
+}  // namespace
+
+Color8 ToColor8(const Eigen::Vector3f& display) {
+  Color8 color;
+  for (int c = 0; c < 3; ++c) {
+    color[c] = static_cast<uint8_t>(std::lround(255 * std::clamp(display[c], 0.f, 1.f)));
+  }
+  return color;
+}
+
+void ShowVerticesOnFaces(ObjectSurface* surface) {
+  surface->face_color.clear();
+  surface->face_confidence.clear();
+  for (const auto& [a, b, c] : surface->triangles) {
+    Color8& color = surface->face_color.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const int sum =
+          surface->vertex_color[a][k] + surface->vertex_color[b][k] + surface->vertex_color[c][k];
+      color[k] = static_cast<uint8_t>((sum + 1) / 3);
+    }
+    surface->face_confidence.push_back((surface->vertex_confidence[a] +
+                                        surface->vertex_confidence[b] +
+                                        surface->vertex_confidence[c]) /
+                                       3);
+  }
+}
+
+ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& object) {
+  const Delaunay& delaunay = scene.delaunay;
+  std::vector<uint8_t> inside(delaunay.num_cells, 0);
+  for (const uint32_t cell : object.cells) inside[cell] = 1;
+
+  ObjectSurface surface;
+  surface.object_id = object.id;
+  surface.object_name = object.name;
+  // Tetrahedra with a corner outside are the vertices, numbered as the tetrahedra are.
+  for (const uint32_t cell : object.cells) {
+    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
+      const auto& corners = delaunay.tets[tet];
+      if (std::any_of(corners.begin(), corners.end(), [&](uint32_t c) { return !inside[c]; })) {
+        surface.vertex_tet.push_back(tet);
+      }
+    }
+  }
+  auto& tets = surface.vertex_tet;
+  std::sort(tets.begin(), tets.end());
+  tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
+  const auto vertex_of = [&](uint32_t tet) {
+    return static_cast<uint32_t>(std::lower_bound(tets.begin(), tets.end(), tet) - tets.begin());
+  };
+
+  for (const uint32_t tet : tets) {
+    surface.vertices.push_back(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
+    Eigen::Vector3f color = Eigen::Vector3f::Zero();
+    float confidence = 0, weight = 0;
+    int count = 0;
+    for (const uint32_t cell : delaunay.tets[tet]) {
+      if (!inside[cell]) continue;
+      color += scene.color_weight[cell] * scene.display_color[cell];
+      weight += scene.color_weight[cell];
+      confidence += scene.labels.confidence[cell];
+      ++count;
+    }
+    surface.vertex_color.push_back(ToColor8(color / weight));
+    surface.vertex_confidence.push_back(confidence / static_cast<float>(count));
+  }
+
+  std::vector<uint32_t> ring;
+  for (const uint32_t i : object.cells) {
+    const Color8 color = ToColor8(scene.display_color[i]);
+    for (const uint32_t j : delaunay.Neighbors(i)) {
+      if (inside[j]) continue;
+      const auto around = scene.tets_of_cells.Of(i);
+      const auto first = std::find_if(around.begin(), around.end(), [&](uint32_t tet) {
+        return Contains(delaunay.tets[tet], j);
+      });
+      CHECK(first != around.end());
+      RingAroundEdge(delaunay, i, j, *first, &ring);
+      const uint32_t apex = vertex_of(ring[0]);
+      uint32_t last = vertex_of(ring[1]);
+      for (size_t k = 2; k < ring.size(); ++k) {
+        const uint32_t next = vertex_of(ring[k]);
+        surface.triangles.push_back({apex, last, next});
+        surface.triangle_cells.push_back({i, j});
+        surface.face_color.push_back(color);
+        surface.face_confidence.push_back(scene.labels.confidence[i]);
+        last = next;
+      }
+    }
+  }
+  return surface;
+}
+
+int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surface) {
+  std::vector<double> distances;
+  for (const uint32_t tet : surface.vertex_tet) {
+    const uint32_t cell = scene.delaunay.tets[tet][0];
+    distances.push_back(
+        (scene.voronoi_vertices[tet] - scene.cell_positions[cell].cast<double>()).norm());
+  }
+  if (distances.empty()) return 0;
+  std::vector<double> sorted = distances;
+  const auto middle = sorted.begin() + sorted.size() / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double limit = 8 * *middle;
+  return std::count_if(
+      distances.begin(), distances.end(), [&](double distance) { return distance > limit; });
+}
+
+}  // namespace semfoam

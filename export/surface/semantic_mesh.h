@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// The one header of export/ that includes OpenMesh: for code that works on the meshes themselves.
+
+#include "export/scene/object_surface.h"
+
+#include <filesystem>
+#include <string>
+#include <type_traits>
+
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+
+namespace semfoam {
+
+// Positions in double, colours as 8-bit display values.
+struct SemanticMeshTraits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  using Normal = OpenMesh::Vec3d;
+  using Color = OpenMesh::Vec3uc;
+  VertexAttributes(OpenMesh::Attributes::Color);
+  FaceAttributes(OpenMesh::Attributes::Color);
+};
+using SemanticMesh = OpenMesh::TriMesh_ArrayKernelT<SemanticMeshTraits>;
+
+// The names of the properties that an .om file carries, on vertices and on faces ("label" int,
+// "confidence" float) and on the mesh ("object_id" int, "object_name" std::string). Read them with
+// mesh.get_property_handle after OpenMesh::IO::read_mesh; OpenMesh restores them by itself.
+inline constexpr char kLabelProperty[] = "label";
+inline constexpr char kConfidenceProperty[] = "confidence";
+inline constexpr char kObjectIdProperty[] = "object_id";
+inline constexpr char kObjectNameProperty[] = "object_name";
+
+// The surface as an OpenMesh mesh with those properties, all persistent, and vertex and face
+// colours. Vertex and face indices are those of the surface. CHECKs that OpenMesh, which accepts
+// manifolds only, takes every face.
+SemanticMesh ToSemanticMesh(const ObjectSurface& surface);
+
+// OpenMesh's own binary format: lossless. Throws UserError when the file cannot be written.
+void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface);
+
+}  // namespace semfoam

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "export/scene/exportable_scene.h"
+#include "export/scene/object_surface.h"
+
+namespace semfoam {
+
+// An iso-surface of the object's occupancy (1 at its sites, 0 at all others) on the Delaunay
+// tetrahedra, smoothed without blunting edges (surface_smoothing.h). `cells` must be
+// ExtractSurface(scene, object); the result is in the same frame, and its vertex_tet and
+// triangle_cells are empty.
+//
+// A vertex is a Delaunay edge from a site i of the object to one, j, that is not; it begins at the
+// centroid of the Voronoi face of i and j, shows what cell i is, and ends within nine tenths of i's
+// radius and of the half edge of there, so that it stays between the two sites, and the two sides
+// of a wall of one cell keep apart. Spikes into empty space are cut off first: a corner of the
+// faces counts as no farther from the sites of its cells than three times their radius. What the
+// faces then enclose is the volume that the smooth surface is given.
+//
+// The result is a closed, oriented 2-manifold, whatever the labels and however degenerate the
+// sites, because its faces are made of numbers, not of positions:
+// - A tetrahedron with one corner on one side and three on the other has one triangle, between the
+//   three edges from that corner; with two and two it has a quadrangle between four edges, cut in
+//   two along a diagonal.
+// - A side of these lies in a facet with corners on both sides. Such a facet has exactly two edges
+//   that are vertices, which make one side; and, being no hull facet (no real site is on the hull),
+//   two tetrahedra, on opposite sides of it. So two faces meet in the side, and in opposite
+//   directions, as both have the object's sites behind them.
+// - A diagonal joins two edges without a common site, which determine their tetrahedron: it is no
+//   side of any other face.
+// - The tetrahedra around an edge form one cycle in which neighbours share a facet; so do the faces
+//   around a vertex: one fan.
+//
+// With every vertex on its edge, each triangle would lie in its tetrahedron and none could meet
+// another. So where faces intersect, their vertices are put onto their edges (in the middle, or
+// where a spike would end), until none do but those that have no freedom left (tetrahedra without
+// volume, from cospherical sites).
+ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
+                                   const ObjectInfo& object,
+                                   const ObjectSurface& cells);
+
+}  // namespace semfoam

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/volume/volume_extent.h"
+
+#include "foam/util/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// What is left of a box of the normalised frame.
+Eigen::AlignedBox3d Cropped(const Eigen::AlignedBox3d& box,
+                            const ExportableScene& scene,
+                            const VolumeExportOptions& options) {
+  const std::optional<Eigen::AlignedBox3d> crop = ParseCrop(options.crop);
+  if (!crop) return box;
+  return box.intersection(Eigen::AlignedBox3d(scene.colmap_from_normalized.Invert(crop->min()),
+                                              scene.colmap_from_normalized.Invert(crop->max())));
+}
+
+// Per axis the range between the quantiles q and 1 - q, widened by `fence` times itself, within
+// the range of all positions; then `margin` more on every side.
+Eigen::AlignedBox3d RobustBox(const ExportableScene& scene,
+                              const std::vector<uint32_t>& cells,
+                              double q,
+                              double fence,
+                              double margin) {
+  Eigen::AlignedBox3d box;
+  if (cells.empty()) return box;
+  Eigen::Vector3d low, high;
+  std::vector<double> values(cells.size());
+  const size_t rank = static_cast<size_t>(q * static_cast<double>(values.size() - 1));
+  for (int a = 0; a < 3; ++a) {
+    for (size_t k = 0; k < cells.size(); ++k) values[k] = scene.cell_positions[cells[k]][a];
+    std::sort(values.begin(), values.end());
+    const double from = values[rank];
+    const double to = values[values.size() - 1 - rank];
+    low[a] = std::max(values.front(), from - fence * (to - from)) - margin;
+    high[a] = std::min(values.back(), to + fence * (to - from)) + margin;
+  }
+  return {low, high};
+}
+
+double MedianRadius(const ExportableScene& scene, const std::vector<uint32_t>& cells) {
+  std::vector<float> radii;
+  radii.reserve(cells.size());
+  for (const uint32_t cell : cells) radii.push_back(scene.radius[cell]);
+  const auto middle = radii.begin() + radii.size() / 2;
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
+// About how much of the box the cells fill, normalised frame: cells reach out of it, but not by
+// more than their own boxes say.
+double FilledVolume(const ExportableScene& scene,
+                    const std::vector<uint32_t>& cells,
+                    const Eigen::AlignedBox3d& box) {
+  double filled = 0;
+  for (const uint32_t cell : cells) {
+    const Eigen::AlignedBox3d around = CellBox(scene, cell, box);
+    if (!around.isEmpty()) filled += std::min(scene.volume[cell], around.volume());
+  }
+  return std::min(filled, box.volume());
+}
+
+// The scene's lattice, halved until the object is at least max_resolution / 2 voxels long: every
+// voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
+VoxelLattice ObjectLattice(const ExportableScene& scene,
+                           const ObjectInfo& object,
+                           const Eigen::AlignedBox3d& box,
+                           const VolumeFrame& frame,
+                           const VolumeExportOptions& options) {
+  VoxelLattice lattice = frame.lattice;
+  if (options.voxel_size > 0) return lattice;
+  // An object of one cell is as long as that.
+  const double length = std::max(RobustBox(scene, object.cells, 0.05, 0, 0).sizes().maxCoeff(),
+                                 2 * MedianRadius(scene, object.cells));
+  const double edge = 0.5 * options.max_resolution;
+  const double filled = FilledVolume(scene, object.cells, box);
+  constexpr int kMaxHalvings = 12;
+  for (int halvings = 0; halvings < kMaxHalvings; ++halvings) {
+    const double halved = 0.5 * lattice.voxel_size;
+    if (!(length > 0) || length >= edge * lattice.voxel_size) break;
+    if (filled > std::pow(edge * halved, 3)) break;
+    lattice.voxel_size *= 0.5;
+    lattice.origin.array() -=
+        0.5 * lattice.voxel_size;  // from the centre of eight to that of the first
+  }
+  return lattice;
+}
+
+}  // namespace
+
+VolumeFrame MakeVolumeFrame(const ExportableScene& scene, const VolumeExportOptions& options) {
+  CHECK_EQ(options.Check(), "");
+  std::vector<uint32_t> cells;
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
+    if (scene.labels.solid[i] && scene.photographed[i]) cells.push_back(i);
+  }
+  if (cells.empty()) {
+    // Nothing solid: the box of everything, so that the file is valid and says where the scene is.
+    cells.resize(scene.NumSites());
+    std::iota(cells.begin(), cells.end(), 0u);
+  }
+  VolumeFrame frame;
+  Eigen::Vector3d corner = Eigen::Vector3d::Zero();
+  double edge = 1;
+  if (!cells.empty()) {
+    const Eigen::AlignedBox3d whole =
+        RobustBox(scene, cells, 0.01, 0.05, MedianRadius(scene, cells));
+    corner = whole.min();
+    frame.box = Cropped(whole, scene, options);
+    edge = (frame.box.isEmpty() ? whole : frame.box).sizes().maxCoeff();
+  }
+  if (options.voxel_size > 0) {
+    frame.lattice.voxel_size = options.voxel_size / scene.world_from_normalized.scale;
+  } else {
+    frame.lattice.voxel_size = edge > 0 ? edge / options.max_resolution : 1;
+  }
+  frame.lattice.origin = corner + Eigen::Vector3d::Constant(0.5 * frame.lattice.voxel_size);
+  return frame;
+}
+
+Volume ObjectVolume(const ExportableScene& scene,
+                    const ObjectInfo& object,
+                    const VolumeFrame& frame,
+                    const VolumeExportOptions& options) {
+  Volume volume;
+  volume.object = &object;
+  volume.cells = object.cells;
+  volume.lattice = frame.lattice;
+  if (frame.box.isEmpty()) return volume;
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.1 * frame.box.sizes().maxCoeff());
+  const Eigen::AlignedBox3d reach(frame.box.min() - margin, frame.box.max() + margin);
+  volume.box =
+      Cropped(RobustBox(scene, object.cells, 0.05, 1, 4 * MedianRadius(scene, object.cells))
+                  .intersection(reach),
+              scene,
+              options);
+  volume.lattice = ObjectLattice(scene, object, volume.box, frame, options);
+  return volume;
+}
+
+void CheckVolumeSize(const std::filesystem::path& path,
+                     const ExportableScene& scene,
+                     const Volume& volume,
+                     const VolumeExportOptions& options) {
+  const Eigen::AlignedBox3d& box = volume.box;
+  if (box.isEmpty()) return;
+  const double voxel = volume.lattice.voxel_size;
+  const double voxels = FilledVolume(scene, volume.cells, box) / (voxel * voxel * voxel);
+  const Eigen::Vector3d reach = (box.max() - volume.lattice.origin)
+                                    .cwiseAbs()
+                                    .cwiseMax((box.min() - volume.lattice.origin).cwiseAbs());
+  const double scale = std::max(std::cbrt(voxels / static_cast<double>(options.max_voxels)),
+                                reach.maxCoeff() / voxel / kMaxVoxelIndex);
+  if (scale > 1) {
+    const double world_voxel = voxel * scene.world_from_normalized.scale;
+    throw UserError(path.string(),
+                    ": with voxels of ",
+                    world_voxel,
+                    " it would hold about ",
+                    voxels,
+                    " of them, more than the ",
+                    options.max_voxels,
+                    " allowed; choose a voxel size of ",
+                    world_voxel * scale * 1.01,
+                    " or more.");
+  }
+}
+
+}  // namespace semfoam

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/device/cpu_device.h"
+
+#include "foam/model/classifier.h"
+#include "foam/model/sh_degree.h"
+#include "foam/render/cell_shading.h"
+#include "foam/render/ray_tracer.h"
+#include "foam/render/total_variation.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <span>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// Neighbouring rays, traced together.
+constexpr int64_t kRaysPerBlock = 256;
+
+// What each of the rays shows, and how many of them hit the step limit. `Ray` has an origin, a
+// direction and a start_cell.
+template <typename Ray>
+std::vector<ShownRay> ShowRays(const WalkGeometry<float>& geometry,
+                               const CellShading<float>& shading,
+                               const ClassifierView<float>& classifier,
+                               std::span<const Ray> rays,
+                               int64_t* step_limit_hits) {
+  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
+  std::vector<ShownRay> shown(rays.size());
+  std::atomic<int64_t> hits = 0;
+  ParallelForBlocks(rays.size(), kRaysPerBlock, [&](int64_t begin, int64_t end) {
+    const std::span<RayTrace> traces = ThreadTraces(end - begin);
+    for (int64_t i = begin; i < end; ++i) {
+      RayTrace& trace = traces[i - begin];
+      trace.origin = rays[i].origin;
+      trace.direction = rays[i].direction;
+      trace.start_cell = rays[i].start_cell;
+      trace.quantile_tau[0] = std::log(2.f);
+    }
+    TraceRays(geometry, shading, cutoff_tau, traces);
+    std::vector<float> logits(classifier.num_classes);
+    for (int64_t i = begin; i < end; ++i) {
+      const RayTrace& trace = traces[i - begin];
+      const RayComposite<float>& ray = trace.composite;
+      hits += trace.hit_step_limit;
+      ShownRay& out = shown[i];
+      out.color =
+          Eigen::Vector3f(ray.color[0], ray.color[1], ray.color[2]).array() + ray.Transmittance();
+      out.opacity = ray.Opacity();
+      if (ray.quantile_piece[0] >= 0) out.distance = ray.quantile_depth[0];
+      if (classifier.num_classes == 0 || out.opacity < 0.5f) continue;
+      ClassLogits(
+          classifier.weight, classifier.bias, classifier.num_classes, ray.identity, logits.data());
+      const MostLikelyClass best = ArgmaxSoftmax(logits);
+      out.class_index = best.class_index;
+      out.confidence = best.confidence;
+    }
+  });
+  *step_limit_hits = hits;
+  return shown;
+}
+
+class CpuTrainingDevice final : public TrainingDevice {
+ public:
+  explicit CpuTrainingDevice(TrainingState* state) : state_(*state) {}
+
+  DeviceKind Kind() const override { return DeviceKind::kCores; }
+
+  void Download() override {}
+
+  void DownloadSites() override {}
+
+  void Upload() override { density_ = CellDensities(state_.foam); }
+
+  void Rearrange(const Rearrangement& plan) override {
+    semfoam::Rearrange(plan, state_.densification, {}, &state_.foam);
+    state_.optimizer->Rearrange(plan.origin, plan.is_new);
+    state_.densification.Reset(state_.foam.NumSites());
+  }
+
+  void UploadTopology() override {}
+
+  void HoldDensities() override {
+    Foam& foam = state_.foam;
+    const std::vector<uint8_t>& is_clear = state_.topology.is_clear();
+    CHECK_EQ(is_clear.size(), foam.NumSites());
+    ParallelForBlocks(foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        foam.raw_density[i] = HeldRawDensity(foam.raw_density[i], is_clear[i] != 0);
+      }
+    });
+    density_ = CellDensities(foam);
+  }
+
+  void FollowSites() override { state_.topology.Follow(state_.foam.positions); }
+
+  void StartCells(const std::vector<Eigen::Vector3d>& origins,
+                  std::vector<uint32_t>* cells) override {
+    CHECK_EQ(origins.size(), cells->size());
+    for (size_t i = 0; i < origins.size(); ++i) {
+      (*cells)[i] = state_.topology.CellAt(origins[i], (*cells)[i]);
+    }
+  }
+
+  TrainingStepResult Step(const TrainingStep& step) override {
+    TrainingStepResult result;
+    CastBatch(state_.topology.geometry(),
+              Shading(),
+              Classifier(),
+              step.weights,
+              step.cutoff_tau,
+              step.rays,
+              &batch_);
+    tv_gradient_.clear();
+    if (step.tv_weight > 0) {
+      result.tv_loss = TotalVariation(state_.topology.delaunay(),
+                                      state_.topology.tv_weights(),
+                                      state_.foam.identity,
+                                      static_cast<float>(step.tv_weight),
+                                      &tv_gradient_);
+    }
+    result.skipped_updates = state_.optimizer->Step(&batch_,
+                                                    tv_gradient_,
+                                                    state_.topology.is_clear(),
+                                                    state_.topology.radius(),
+                                                    step.rates,
+                                                    &state_.foam,
+                                                    &density_,
+                                                    &state_.densification);
+    result.batch = batch_.totals;
+    return result;
+  }
+
+  std::vector<ShownRay> Show(const std::vector<BatchRay>& rays, int sh_degree) override {
+    CellShading<float> shading = Shading();
+    LargePageVector<float> lower_sh;
+    if (sh_degree < state_.foam.sh_degree) {
+      lower_sh = ShOfDegree(state_.foam, sh_degree);
+      shading.sh_degree = sh_degree;
+      shading.sh = lower_sh.data();
+    }
+    // A topology that has become stale may cut a ray; training counts and judges these.
+    int64_t step_limit_hits = 0;
+    return ShowRays(state_.topology.geometry(),
+                    shading,
+                    Classifier(),
+                    std::span<const BatchRay>(rays),
+                    &step_limit_hits);
+  }
+
+ private:
+  CellShading<float> Shading() const { return ShadingOf(state_.foam, density_); }
+  ClassifierView<float> Classifier() const { return ClassifierOf(state_.foam); }
+
+  TrainingState& state_;
+  std::vector<float> density_;      // [num_cells] activated
+  std::vector<float> tv_gradient_;  // [N][kIdentityDim]; empty in steps without the regulariser
+  BatchResult batch_;
+};
+
+class CpuRayCaster final : public RayCaster {
+ public:
+  CpuRayCaster(const WalkGeometry<float>& geometry,
+               const CellShading<float>& shading,
+               const ClassifierView<float>& classifier)
+      : geometry_(geometry), shading_(shading), classifier_(classifier) {}
+
+  std::vector<ShownRay> Show(std::span<const RayToShow> rays) const override {
+    int64_t step_limit_hits = 0;
+    std::vector<ShownRay> shown =
+        ShowRays(geometry_, shading_, classifier_, rays, &step_limit_hits);
+    CHECK_EQ(step_limit_hits, 0) << "rays walked in circles";
+    return shown;
+  }
+
+ private:
+  const WalkGeometry<float>& geometry_;
+  const CellShading<float> shading_;
+  const ClassifierView<float> classifier_;
+};
+
+}  // namespace
+
+std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state) {
+  return std::make_unique<CpuTrainingDevice>(state);
+}
+
+std::unique_ptr<RayCaster> MakeCpuRayCaster(const WalkGeometry<float>& geometry,
+                                            const CellShading<float>& shading,
+                                            const ClassifierView<float>& classifier) {
+  return std::make_unique<CpuRayCaster>(geometry, shading, classifier);
+}
+
+}  // namespace semfoam

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/optim/training_device.h"
+#include "foam/render/ray_caster.h"
+#include "foam/render/ray_loss.h"
+#include "foam/render/ray_record.h"
+#include "foam/render/walk.h"
+
+#include <memory>
+
+// The machine's cores, as device_factory.h hands them out. They work on the host's state where it
+// is, so there is nothing to bring over but what is derived from it.
+
+namespace semfoam {
+
+std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state);
+
+std::unique_ptr<RayCaster> MakeCpuRayCaster(const WalkGeometry<float>& geometry,
+                                            const CellShading<float>& shading,
+                                            const ClassifierView<float>& classifier);
+
+}  // namespace semfoam

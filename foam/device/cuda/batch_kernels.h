@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/device/cuda/piece_pool.h"
+#include "foam/render/ray_batch.h"
+#include "foam/render/ray_loss.h"
+#include "foam/util/host_device.h"
+
+#include <algorithm>
+#include <cstdint>
+
+// CastBatch (ray_batch.h) as kernels: what one thread of each does. All arrays are the card's.
+
+namespace semfoam {
+
+// A classification that the classifier is to learn from: an identity and its class.
+struct ClassSample {
+  float identity[kIdentityDim];
+  int32_t class_index;  // kUnlabelled: none
+  float log_sum;        // of the exponentials of its logits
+  float scale;          // of its derivative by the logits
+};
+
+// What is said of one ray, to be added up.
+struct RayTally {
+  RayLossTerms<float> loss;
+  SlotCursor end;  // of its contributions
+  uint32_t num_contributions = 0;
+  uint32_t num_pieces = 0;
+  uint32_t num_clamped = 0;
+  uint32_t hit_step_limit = 0;
+};
+
+// Casts a ray forward and backward. Thread: ray.
+struct CastRay {
+  WalkView<float> geometry;
+  CellShading<float> shading;
+  ClassifierView<float> classifier;
+  RayLossWeights weights;
+  float cutoff_tau;
+  ParameterRow row;
+  uint32_t num_rays;
+  bool has_cell_identity;
+  const BatchRay* rays;
+
+  PiecePool pool;
+  RayOutput* outputs;    // [num_rays], and as many again with has_cell_identity (see BatchResult)
+  ClassSample* samples;  // likewise; null without semantics
+  RayTally* tallies;     // [num_rays]
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
+    const BatchRay& ray = rays[i];
+    const RayTarget& target = ray.target;
+    const float per_ray = 1.f / num_rays;
+    PooledRecord record(pool);
+    record.origin = ray.origin;
+    record.direction = ray.direction;
+    record.composite = {};
+    for (int q = 0; q < kNumQuantiles; ++q) record.composite.quantile_tau[q] = ray.quantile_tau[q];
+    TraceRay(geometry, shading, ray.start_cell, cutoff_tau, &record);
+    // Room for the cell behind the last piece, and for what is said to the dominant cell alone.
+    const bool has_room = record.AddRoom() && (!has_cell_identity || record.AddRoom());
+    RayTally& tally = tallies[i] = {};
+    if (record.overflow || !has_room) return;  // all will be cast anew, with a larger pool
+
+    RayLossTerms<float> loss = RayLoss(record.composite, target, {}, static_cast<float*>(nullptr));
+    RayGradient<float> gradient =
+        RayLossGradient(record.composite, target, {}, weights, static_cast<float*>(nullptr));
+    const bool is_labelled = classifier.num_classes > 0 && target.class_index != kUnlabelled;
+    if (samples != nullptr) {
+      loss.identity = Classify(record.composite.identity,
+                               is_labelled ? target.class_index : kUnlabelled,
+                               static_cast<float>(weights.identity),
+                               per_ray,
+                               gradient.identity,
+                               &samples[i]);
+    }
+    for (float& g : gradient.color) g *= per_ray;
+    gradient.opacity *= per_ray;
+    for (float& g : gradient.quantile_depth) g *= per_ray;
+    for (float& g : gradient.identity) g *= per_ray;
+    float* const out = outputs[i].parameters;
+    for (int k = 0; k < row.size; ++k) out[k] = 0;
+    for (int k = 0; k < row.position; ++k) out[k] = gradient.identity[k];
+    for (int k = 0; k < NumShCoefficients(shading.sh_degree); ++k) {
+      for (int c = 0; c < 3; ++c) {
+        out[row.sh + 3 * k + c] = gradient.color[c] * record.sh_basis[k];
+      }
+    }
+    for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
+
+    ContributionWriter writer(pool, record.end());
+    if (has_cell_identity) {
+      loss.cell_identity = TeachDominantCell(i, is_labelled, record, per_ray, &writer);
+    }
+    BackpropagateRay(
+        geometry,
+        record,
+        gradient,
+        [&](const CellContribution<float>& c) { writer.Write(static_cast<uint32_t>(i), c); },
+        weights.identity_to_density > 0 ? shading.identity : nullptr);
+    tally.loss = loss;
+    tally.end = record.end();
+    tally.num_contributions = writer.num_written();
+    tally.num_pieces = record.num_pieces;
+    tally.num_clamped = record.num_clamped;
+    tally.hit_step_limit = record.hit_step_limit;
+  }
+
+ private:
+  // The cross-entropy of an identity; what the classifier will want to know of it goes into the
+  // sample. See ClassLoss::Add.
+  SEMFOAM_HOST_DEVICE float Classify(const float* identity,
+                                     int32_t class_index,
+                                     float weight,
+                                     float scale,
+                                     float* gradient,
+                                     ClassSample* sample) const {
+    sample->class_index = class_index;
+    if (class_index == kUnlabelled) return 0;
+    for (int c = 0; c < kIdentityDim; ++c) sample->identity[c] = identity[c];
+    sample->scale = static_cast<float>(weight * scale / ClassNormalization(classifier.num_classes));
+    return AddClassEntropy(identity, class_index, classifier, weight, gradient, &sample->log_sum);
+  }
+
+  // What the ray says to its dominant cell alone: the cell's own identity should be of the class.
+  SEMFOAM_HOST_DEVICE float TeachDominantCell(int64_t i,
+                                              bool is_labelled,
+                                              const PooledRecord& record,
+                                              float per_ray,
+                                              ContributionWriter* writer) const {
+    const int64_t own = num_rays + i;
+    samples[own].class_index = kUnlabelled;
+    if (!is_labelled) return 0;
+    RecordedPiece<float> piece;
+    ShadedPiece<float> shaded;
+    auto pieces = record.FromTheEnd();
+    do {
+      if (!pieces.Next(&piece, &shaded)) return 0;
+    } while (piece.shaded < 0 || !(shaded.weight > static_cast<float>(kDominantWeight)));
+    float* const to_cell = outputs[own].parameters;
+    for (int k = 0; k < row.size; ++k) to_cell[k] = 0;
+    const float entropy = Classify(shading.identity + size_t{piece.cell} * kIdentityDim,
+                                   rays[i].target.class_index,
+                                   static_cast<float>(weights.cell_identity),
+                                   per_ray * shaded.weight,
+                                   to_cell,
+                                   &samples[own]);
+    for (int c = 0; c < kIdentityDim; ++c) to_cell[c] *= per_ray;
+    writer->Write(static_cast<uint32_t>(own),
+                  {piece.cell, 7, shaded.weight, 0, Eigen::Vector3f::Zero()});
+    return shaded.weight * entropy;
+  }
+};
+
+// Sums of tallies of kRaysPerTally rays, in their order.
+inline constexpr int64_t kRaysPerTally = 256;
+struct TallySum {
+  RayLossTerms<double> loss;
+  int64_t step_limit_hits = 0;
+  int64_t num_pieces = 0;
+  int64_t clamped_pieces = 0;
+  int64_t num_contributions = 0;
+};
+// Thread: sum.
+struct SumTallies {
+  const RayTally* tallies;
+  int64_t num_rays;
+  TallySum* sums;
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t k) const {
+    TallySum sum;
+    const int64_t end = num_rays < (k + 1) * kRaysPerTally ? num_rays : (k + 1) * kRaysPerTally;
+    for (int64_t i = k * kRaysPerTally; i < end; ++i) {
+      const RayTally& tally = tallies[i];
+      sum.loss.color += tally.loss.color;
+      sum.loss.opacity += tally.loss.opacity;
+      sum.loss.quantile += tally.loss.quantile;
+      sum.loss.identity += tally.loss.identity;
+      sum.loss.cell_identity += tally.loss.cell_identity;
+      sum.step_limit_hits += tally.hit_step_limit;
+      sum.num_pieces += tally.num_pieces;
+      sum.clamped_pieces += tally.num_clamped;
+      sum.num_contributions += tally.num_contributions;
+    }
+    sums[k] = sum;
+  }
+};
+
+// Thread: ray.
+struct CountContributions {
+  const RayTally* tallies;
+  uint32_t* counts;
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t i) const { counts[i] = tallies[i].num_contributions; }
+};
+
+// Lists where the contributions lie, in the order of the rays. Where in the pool a ray's chunks are
+// depends on which thread was first; the order of this list does not. Thread: ray.
+struct ListContributions {
+  PiecePool pool;
+  const RayTally* tallies;
+  const uint32_t* first;  // [num_rays] in the list
+
+  uint32_t* cells;  // [number of contributions]
+  uint32_t* slots;
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
+    SlotCursor cursor = tallies[i].end;
+    uint32_t at = first[i];
+    for (uint32_t k = 0; k < tallies[i].num_contributions; ++k, ++at) {
+      slots[at] = cursor.Back(pool);
+      cells[at] = pool.slots[slots[at]].cell;
+    }
+  }
+};
+
+// Where each cell's contributions begin and end in the sorted list. Thread: contribution.
+struct FindRuns {
+  const uint32_t* cells;  // sorted
+  int64_t count;
+  uint32_t* begin;  // [num_sites], zero before
+  uint32_t* end;    // likewise
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
+    if (i == 0 || cells[i - 1] != cells[i]) begin[cells[i]] = static_cast<uint32_t>(i);
+    if (i + 1 == count || cells[i + 1] != cells[i]) end[cells[i]] = static_cast<uint32_t>(i + 1);
+  }
+};
+
+// Derivatives by the classifier's parameters, summed over parts of the samples: the weights and the
+// bias of a class, a row of kClassRow. Thread: part and class.
+inline constexpr int kClassRow = kIdentityDim + 1;
+struct SumClassGradients {
+  ClassifierView<float> classifier;
+  const ClassSample* samples;
+  int64_t num_samples;
+  int64_t samples_per_part;
+  float* sums;  // [parts][num_classes][kClassRow]
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t t) const {
+    const int64_t part = t / classifier.num_classes;
+    const int k = static_cast<int>(t % classifier.num_classes);
+    float sum[kClassRow] = {};
+    const int64_t last = (part + 1) * samples_per_part;
+    const int64_t end = num_samples < last ? num_samples : last;
+    for (int64_t i = part * samples_per_part; i < end; ++i) {
+      const ClassSample& sample = samples[i];
+      if (sample.class_index == kUnlabelled) continue;
+      const float logit = ClassLogit(classifier.weight, classifier.bias, k, sample.identity);
+      const float by_logit =
+          sample.scale * (std::exp(logit - sample.log_sum) - float(k == sample.class_index));
+      for (int c = 0; c < kIdentityDim; ++c) sum[c] += by_logit * sample.identity[c];
+      sum[kIdentityDim] += by_logit;
+    }
+    for (int c = 0; c < kClassRow; ++c) sums[t * kClassRow + c] = sum[c];
+  }
+};
+
+// Adds the parts up. Thread: parameter.
+struct AddClassParts {
+  const float* sums;
+  int64_t num_parts;
+  int64_t num_parameters;  // num_classes * kClassRow
+  float* total;            // [num_parameters]
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t p) const {
+    float sum = 0;
+    for (int64_t part = 0; part < num_parts; ++part) sum += sums[part * num_parameters + p];
+    total[p] = sum;
+  }
+};
+
+}  // namespace semfoam

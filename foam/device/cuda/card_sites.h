@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/device/cuda/card_scene.h"
+#include "foam/device/cuda/densification_kernels.h"
+#include "foam/optim/densification.h"
+#include "foam/optim/training_device.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+
+// The sites of a training in the memory of a graphics card: what the optimiser and densification
+// know of them, beside what rays see (CardScene). Arrays are [N] where nothing else is said.
+template <typename Machine>
+struct CardSites {
+  template <typename T>
+  using Array = typename Machine::template Array<T>;
+
+  Array<Eigen::Vector3f> positions;
+  Array<float> raw_density;
+  Array<float> first_moments, second_moments;  // [N][ParameterRow::size]
+  Array<uint32_t> steps;
+  Array<float> squared_error, contribution;  // DensificationStatistics
+
+  void Upload(Machine& machine, TrainingState* state) {
+    SendTo(machine, state->foam.positions, &positions);
+    SendTo(machine, state->foam.raw_density, &raw_density);
+    SendTo(machine, state->optimizer->first_moments(), &first_moments);
+    SendTo(machine, state->optimizer->second_moments(), &second_moments);
+    SendTo(machine, state->optimizer->steps(), &steps);
+    SendTo(machine, state->densification.squared_error, &squared_error);
+    SendTo(machine, state->densification.contribution, &contribution);
+  }
+  // All but positions and statistics.
+  void DownloadLearned(Machine& machine, TrainingState* state) const {
+    FetchFrom(machine, raw_density, &state->foam.raw_density);
+    FetchFrom(machine, first_moments, &state->optimizer->first_moments());
+    FetchFrom(machine, second_moments, &state->optimizer->second_moments());
+    FetchFrom(machine, steps, &state->optimizer->steps());
+  }
+  void DownloadSites(Machine& machine, TrainingState* state) const {
+    FetchFrom(machine, positions, &state->foam.positions);
+    FetchFrom(machine, squared_error, &state->densification.squared_error);
+    FetchFrom(machine, contribution, &state->densification.contribution);
+  }
+
+  // Carries out a densification, on SH coefficients and identities of `scene`, too: its densities
+  // and topology are to follow. Holds the old and the new of one array at a time.
+  void Rearrange(Machine& machine, const Rearrangement& plan, CardScene<Machine>* scene) {
+    const size_t old_count = positions.size(), count = plan.origin.size();
+    CHECK_EQ(plan.is_new.size(), count);
+    CHECK_EQ(plan.positions.size(), count);
+    for (const uint32_t i : plan.origin) CHECK_LT(i, old_count);
+    machine.ForEach(old_count,
+                    FadeUnseen{contribution.data(),
+                               DensificationOptions().transparent_contribution,
+                               raw_density.data()});
+    Array<uint32_t> origin;
+    Array<uint8_t> is_new;
+    SendTo(machine, plan.origin, &origin);
+    SendTo(machine, plan.is_new, &is_new);
+    {
+      Array<Eigen::Vector3f> planned, placed;
+      SendTo(machine, plan.positions, &planned);
+      placed.Resize(count);
+      machine.ForEach(
+          count,
+          PlaceSites{
+              origin.data(), is_new.data(), planned.data(), positions.data(), placed.data()});
+      using std::swap;
+      swap(positions, placed);
+    }
+    // An array without rows stays so. `is_zero`: rows that begin with zeros, or null.
+    const auto gather = [&]<typename T>(Array<T>* values, const uint8_t* is_zero) {
+      CHECK_EQ(values->size() % old_count, 0u);
+      const int stride = static_cast<int>(values->size() / old_count);
+      Array<T> gathered;
+      gathered.Resize(count * stride);
+      machine.ForEach(
+          gathered.size(),
+          GatherRows<T>{origin.data(), is_zero, stride, values->data(), gathered.data()});
+      using std::swap;
+      swap(*values, gathered);
+    };
+    gather(&raw_density, nullptr);
+    gather(&scene->sh, nullptr);
+    gather(&scene->identity, nullptr);
+    gather(&first_moments, is_new.data());
+    gather(&second_moments, is_new.data());
+    gather(&steps, is_new.data());
+    for (Array<float>* sums : {&squared_error, &contribution}) {
+      sums->Resize(count);
+      machine.Clear(sums);
+    }
+  }
+};
+
+}  // namespace semfoam

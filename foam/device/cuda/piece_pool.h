@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/device/cuda/shared_counter.h"
+#include "foam/render/ray_record.h"
+#include "foam/util/host_device.h"
+
+#include <cmath>
+#include <cstdint>
+
+// The record of a ray where thousands of them are cast at once: in chunks of a common pool, as many
+// as the ray needs. The walk writes its pieces there; the backward pass reads each of them once and
+// leaves what it has to say to a cell in their place.
+
+namespace semfoam {
+
+// As a piece of a ray: its cell, what it is, and t_out, tau_in, sigma and the colour (the last five
+// only if it is shaded). As a contribution (CellContribution): its cell, ray and channels, and
+// weight, density and position.
+struct alignas(32) Slot {
+  uint32_t cell;
+  uint32_t bits;
+  float values[6];
+};
+
+inline constexpr uint32_t kSlotsPerChunk = 32;
+inline constexpr uint32_t kNoChunk = ~0u;
+
+struct PiecePool {
+  Slot* slots = nullptr;         // [num_chunks][kSlotsPerChunk]
+  uint32_t* previous = nullptr;  // [num_chunks] the chunk before, on the same ray
+  uint32_t* num_taken =
+      nullptr;  // chunks asked for: more than num_chunks if the pool was too small
+  uint32_t num_chunks = 0;
+};
+
+// A place between two slots of a ray.
+struct SlotCursor {
+  uint32_t chunk = kNoChunk;
+  uint32_t position = kSlotsPerChunk;
+
+  // Moves back over a slot, and returns where it lies in the pool.
+  SEMFOAM_HOST_DEVICE uint32_t Back(const PiecePool& pool) {
+    if (position == 0) {
+      chunk = pool.previous[chunk];
+      position = kSlotsPerChunk;
+    }
+    --position;
+    return chunk * kSlotsPerChunk + position;
+  }
+};
+
+// See RayRecord.
+class PooledRecord : public RayInProgress<float> {
+ public:
+  SEMFOAM_HOST_DEVICE explicit PooledRecord(const PiecePool& pool) : pool_(pool) {}
+
+  SEMFOAM_HOST_DEVICE void Clear() {
+    end_ = {};
+    end_of_pieces_ = {};
+    num_pieces = num_clamped = 0;
+    num_shaded_ = 0;
+    overflow = false;
+  }
+  SEMFOAM_HOST_DEVICE int NumShaded() const { return num_shaded_; }
+
+  SEMFOAM_HOST_DEVICE bool Add(const RecordedPiece<float>& piece,
+                               const ShadedPiece<float>* appearance) {
+    Slot slot{piece.cell, piece.clamped ? kClamped : 0, {piece.t_out, 0, 0, 0, 0, 0}};
+    if (appearance != nullptr) {
+      slot.bits |= kShaded;
+      slot.values[1] = appearance->tau_in;
+      slot.values[2] = appearance->sigma;
+      for (int c = 0; c < 3; ++c) slot.values[3 + c] = appearance->color[c];
+    }
+    if (!Push(slot)) return false;
+    end_of_pieces_ = end_;
+    ++num_pieces;
+    num_shaded_ += appearance != nullptr;
+    num_clamped += piece.clamped;
+    last_next_ = piece.next;
+    return true;
+  }
+
+  // One more slot, for a contribution that has no piece.
+  SEMFOAM_HOST_DEVICE bool AddRoom() { return Push({0, 0, {}}); }
+
+  struct Backwards {
+    const PooledRecord& record;
+    SlotCursor cursor;
+    uint32_t pieces_left;
+    int shaded_left;
+    uint32_t next_cell;
+    Slot slot;  // the next piece's
+
+    SEMFOAM_HOST_DEVICE bool Next(RecordedPiece<float>* piece, ShadedPiece<float>* appearance) {
+      if (pieces_left == 0) return false;
+      const Slot here = slot;
+      float t_in = 0;
+      if (--pieces_left > 0) {
+        slot = record.pool_.slots[cursor.Back(record.pool_)];
+        t_in = slot.values[0];
+      }
+      piece->cell = here.cell;
+      piece->next = next_cell;
+      piece->clamped = (here.bits & kClamped) != 0;
+      piece->t_out = here.values[0];
+      piece->shaded = -1;
+      next_cell = here.cell;
+      if ((here.bits & kShaded) == 0) return true;
+      piece->shaded = --shaded_left;
+      appearance->t_in = t_in;
+      appearance->tau_in = here.values[1];
+      appearance->sigma = here.values[2];
+      appearance->optical_depth = appearance->sigma * (piece->t_out - t_in);  // as in AddPiece
+      appearance->weight = std::exp(-appearance->tau_in) * -std::expm1(-appearance->optical_depth);
+      for (int c = 0; c < 3; ++c) appearance->color[c] = here.values[3 + c];
+      return true;
+    }
+  };
+  SEMFOAM_HOST_DEVICE Backwards FromTheEnd() const {
+    Backwards pieces{*this, end_of_pieces_, num_pieces, num_shaded_, last_next_, {}};
+    if (num_pieces > 0) pieces.slot = pool_.slots[pieces.cursor.Back(pool_)];
+    return pieces;
+  }
+
+  SEMFOAM_HOST_DEVICE SlotCursor end() const { return end_; }
+
+  uint32_t num_pieces = 0;
+  uint32_t num_clamped = 0;
+  bool overflow = false;  // the pool was too small
+
+ private:
+  static constexpr uint32_t kShaded = 1, kClamped = 2;
+
+  SEMFOAM_HOST_DEVICE bool Push(const Slot& slot) {
+    if (end_.position == kSlotsPerChunk) {
+      const uint32_t chunk = TakeNumber(pool_.num_taken);
+      if (chunk >= pool_.num_chunks) {
+        overflow = true;
+        return false;
+      }
+      pool_.previous[chunk] = end_.chunk;
+      end_ = {chunk, 0};
+    }
+    pool_.slots[end_.chunk * kSlotsPerChunk + end_.position++] = slot;
+    return true;
+  }
+
+  const PiecePool& pool_;
+  SlotCursor end_, end_of_pieces_;
+  int num_shaded_ = 0;
+  uint32_t last_next_ = 0;
+};
+
+// Writes contributions from the end of a record backwards: one for each piece and each room at
+// most, and for the cell behind a piece only after that piece was read, so that none is written
+// over a piece that is still wanted.
+class ContributionWriter {
+ public:
+  SEMFOAM_HOST_DEVICE ContributionWriter(const PiecePool& pool, SlotCursor end)
+      : pool_(pool), cursor_(end) {}
+
+  SEMFOAM_HOST_DEVICE void Write(uint32_t ray, const CellContribution<float>& c) {
+    pool_.slots[cursor_.Back(pool_)] = {
+        c.cell,
+        ray << 3 | c.color_mask,
+        {c.weight, c.density, c.position[0], c.position[1], c.position[2], 0}};
+    ++num_written_;
+  }
+  SEMFOAM_HOST_DEVICE uint32_t num_written() const { return num_written_; }
+
+ private:
+  const PiecePool& pool_;
+  SlotCursor cursor_;
+  uint32_t num_written_ = 0;
+};
+
+// A slot as it was written there.
+SEMFOAM_HOST_DEVICE inline uint32_t RayOf(const Slot& slot) { return slot.bits >> 3; }
+SEMFOAM_HOST_DEVICE inline CellContribution<float> ContributionIn(const Slot& slot) {
+  return {slot.cell,
+          slot.bits & 7,
+          slot.values[0],
+          slot.values[1],
+          Eigen::Vector3f(slot.values[2], slot.values[3], slot.values[4])};
+}
+
+}  // namespace semfoam

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/device/device_factory.h"
+
+#include "foam/device/cpu_device.h"
+
+#ifdef SEMFOAM_HAS_CUDA
+#include "foam/device/cuda/cuda_device.h"
+#include "foam/device/device.h"
+#endif
+
+namespace semfoam {
+
+std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state) {
+#ifdef SEMFOAM_HAS_CUDA
+  if (const auto card = CudaDeviceInUse()) return MakeCudaTrainingDevice(*card, state);
+#endif
+  return MakeCpuTrainingDevice(state);
+}
+
+std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
+                                         const CellShading<float>& shading,
+                                         const ClassifierView<float>& classifier) {
+#ifdef SEMFOAM_HAS_CUDA
+  if (const auto card = CudaDeviceInUse()) {
+    return MakeCudaRayCaster(*card, geometry, shading, classifier);
+  }
+#endif
+  return MakeCpuRayCaster(geometry, shading, classifier);
+}
+
+}  // namespace semfoam

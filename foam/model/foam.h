@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/util/host_device.h"
+#include "foam/util/large_pages.h"
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// Length of a cell's identity feature (Semantic Foam, section 3).
+inline constexpr int kIdentityDim = 16;
+
+SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
+  return (sh_degree + 1) * (sh_degree + 1);
+}
+
+// The foam: N sites whose Voronoi cells partition space. Everything that training changes, and
+// nothing else. Positions are in the normalised frame (see Similarity); structure of arrays, sites
+// in Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
+struct Foam {
+  int sh_degree = 0;    // 0..3
+  int num_classes = 0;  // K; 0 = no semantics: `identity` and the classifier are empty
+
+  std::vector<Eigen::Vector3f> positions;  // [N]
+  std::vector<float> raw_density;          // [N], before the activation (activation.h)
+  LargePageVector<float> sh;  // [N][(sh_degree+1)^2][3]: coefficient-major, channels interleaved
+  LargePageVector<float> identity;       // [N][kIdentityDim], each a cache line
+  std::vector<float> classifier_weight;  // [K][kIdentityDim]
+  std::vector<float> classifier_bias;    // [K]
+
+  size_t NumSites() const { return positions.size(); }
+  bool HasSemantics() const { return num_classes > 0; }
+  int ShStride() const { return 3 * NumShCoefficients(sh_degree); }
+};
+
+// What the training photos say of each cell; measured after training (foam/view/cell_statistics.h),
+// carried in the model for the exports.
+struct CellStatistics {
+  std::vector<float> contribution;  // [N] largest rendering weight over all sampled training rays,
+                                    // 0..1; 0 = never seen
+  std::vector<Eigen::Vector3f>
+      mean_color;  // [N] weight-averaged visible colour, display values (sRGB / 255) in 0..1
+
+  // What rays say of emptiness. A ray looks at its surface where its transmittance falls through
+  // 1/2; what it passes before is empty. Sums over the sampled rays, [N], empty where not measured:
+  std::vector<float> passed;   // twice what is left above 1/2 behind the cell
+  std::vector<float> stopped;  // twice what the cell takes below 1/2
+};
+
+}  // namespace semfoam

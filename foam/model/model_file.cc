@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+#include <span>
+#include <string_view>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+#define XXH_INLINE_ALL
+#include "foam/model/model.h"
+#include "foam/util/error.h"
+#include "foam/util/input_file.h"
+#include "foam/util/json_file.h"
+#include "foam/util/output_file.h"
+#include "foam/util/photo_name.h"
+
+#include <xxhash.h>
+
+namespace semfoam {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the file is written as memory lies");
+static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float), "positions are written as they lie");
+
+using Json = nlohmann::json;
+
+constexpr char kMagic[8] = {'S', 'E', 'M', 'F', 'O', 'A', 'M', '\n'};
+constexpr uint32_t kVersion = 1;
+constexpr size_t kPreambleBytes = 24;  // magic, version, reserved, header length
+constexpr size_t kAlignment = 64;
+constexpr size_t kHashBytes = 8;
+constexpr int kMaxClasses = 65536;
+constexpr int kMaxPhotoSide = 1'000'000;
+
+size_t AlignUp(size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
+
+// One float array of the model: its name in the file, where it lies in memory, and the shape that
+// the rest of the model implies.
+struct ArrayView {
+  std::string name;
+  std::vector<size_t> shape;
+  std::span<const float> values;
+};
+
+std::span<const float> Floats(std::span<const float> v) { return v; }
+std::span<const float> Floats(const std::vector<Eigen::Vector3f>& v) {
+  return {reinterpret_cast<const float*>(v.data()), 3 * v.size()};
+}
+
+std::vector<ArrayView> Arrays(const Model& model) {
+  const Foam& foam = model.foam;
+  const size_t n = foam.NumSites();
+  const size_t k = foam.num_classes;
+  const size_t sh = NumShCoefficients(foam.sh_degree);
+  std::vector<ArrayView> arrays = {{"positions", {n, 3}, Floats(foam.positions)},
+                                   {"raw_density", {n}, Floats(foam.raw_density)},
+                                   {"sh", {n, sh, 3}, Floats(foam.sh)}};
+  // What a model does not have takes no bytes.
+  if (foam.HasSemantics()) {
+    arrays.push_back({"identity", {n, kIdentityDim}, Floats(foam.identity)});
+    arrays.push_back({"classifier_weight", {k, kIdentityDim}, Floats(foam.classifier_weight)});
+    arrays.push_back({"classifier_bias", {k}, Floats(foam.classifier_bias)});
+  }
+  if (!model.statistics.contribution.empty()) {
+    arrays.push_back({"contribution", {n}, Floats(model.statistics.contribution)});
+    arrays.push_back({"mean_color", {n, 3}, Floats(model.statistics.mean_color)});
+  }
+  if (!model.statistics.passed.empty()) {
+    arrays.push_back({"passed", {n}, Floats(model.statistics.passed)});
+    arrays.push_back({"stopped", {n}, Floats(model.statistics.stopped)});
+  }
+  return arrays;
+}
+
+Json VectorToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json Header(const Model& model) {
+  Json header;
+  header["sites"] = model.foam.NumSites();
+  header["sh_degree"] = model.foam.sh_degree;
+  header["classes"] = model.foam.num_classes;
+  header["identity_dimension"] = kIdentityDim;
+  header["world_from_normalized"] = {
+      {"scale", model.world_from_normalized.scale},
+      {"translation", VectorToJson(model.world_from_normalized.translation)}};
+  header["labels"] = Json::array();
+  for (const Label& label : model.labels) {
+    header["labels"].push_back(
+        {{"id", label.id}, {"source_id", label.source_id}, {"name", label.name}});
+  }
+  header["photos"] = Json::array();
+  for (const PhotoRecord& photo : model.photos) {
+    const Eigen::Quaterniond& q = photo.cam_from_world_rotation;
+    header["photos"].push_back(
+        {{"name", photo.name},
+         {"camera_model", photo.camera_model},
+         {"width", photo.width},
+         {"height", photo.height},
+         {"camera_params", photo.camera_params},
+         {"cam_from_world_rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+         {"cam_from_world_translation", VectorToJson(photo.cam_from_world_translation)},
+         {"held_out", photo.held_out}});
+  }
+  header["options"] = model.options;
+  return header;
+}
+
+template <typename T>
+void Append(std::string* bytes, const T& value) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+template <typename T>
+T Read(const std::string& bytes, size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(value));
+  return value;
+}
+
+// A whole number of the header: get<int>() would make one of 1e300, and of 2^32 as well.
+template <typename T>
+T Whole(const Json& json, const std::string& key, int64_t low, int64_t high) {
+  const auto number = JsonInteger(json.at(key), low, high);
+  if (number.has_value()) return static_cast<T>(*number);
+  throw "its '" + key + "' is not " + std::to_string(low) + " to " + std::to_string(high);
+}
+
+Eigen::Vector3d VectorFromJson(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+Json ParseHeaderText(const std::filesystem::path& path, std::string_view text) {
+  try {
+    return ParseJson(path, text);
+  } catch (const UserError&) {  // it speaks of a JSON file, which this is not
+    throw std::string("its header is not as it was written");
+  }
+}
+
+// Fills everything but the arrays. Throws Json::exception or std::string (what is wrong) where the
+// header is not as Header() writes it.
+void ParseHeader(const Json& header, Model* model) {
+  Foam& foam = model->foam;
+  foam.sh_degree = Whole<int>(header, "sh_degree", 0, 3);
+  foam.num_classes = Whole<int>(header, "classes", 0, kMaxClasses);
+  Whole<int>(header, "identity_dimension", kIdentityDim, kIdentityDim);
+  const Json& similarity = header.at("world_from_normalized");
+  model->world_from_normalized.scale = similarity.at("scale").get<double>();
+  model->world_from_normalized.translation = VectorFromJson(similarity.at("translation"));
+  if (!(model->world_from_normalized.scale > 0) ||
+      !std::isfinite(model->world_from_normalized.scale)) {
+    throw std::string("its scale is not positive");
+  }
+  std::set<int32_t> ids;
+  for (const Json& entry : header.at("labels")) {
+    Label& label = model->labels.emplace_back();
+    label.id = Whole<int32_t>(entry, "id", 0, kMaxClasses - 1);
+    label.source_id = Whole<uint32_t>(entry, "source_id", 0, std::numeric_limits<uint32_t>::max());
+    label.name = entry.at("name").get<std::string>();
+    if (!ids.insert(label.id).second) {
+      throw "it has two labels of id " + std::to_string(label.id);
+    }
+  }
+  if (model->labels.size() != static_cast<size_t>(foam.num_classes)) {
+    throw std::string("its label table has another length than its classifier");
+  }
+  for (const Json& entry : header.at("photos")) {
+    PhotoRecord& photo = model->photos.emplace_back();
+    photo.name = entry.at("name").get<std::string>();
+    if (!StaysBelowFolder(photo.name)) {
+      throw "a photo's name, \"" + photo.name + "\", leaves the image folder";
+    }
+    photo.camera_model = entry.at("camera_model").get<std::string>();
+    photo.width = Whole<int>(entry, "width", 1, kMaxPhotoSide);
+    photo.height = Whole<int>(entry, "height", 1, kMaxPhotoSide);
+    photo.camera_params = entry.at("camera_params").get<std::vector<double>>();
+    const Json& q = entry.at("cam_from_world_rotation_wxyz");
+    photo.cam_from_world_rotation = Eigen::Quaterniond(
+        q.at(0).get<double>(), q.at(1).get<double>(), q.at(2).get<double>(), q.at(3).get<double>());
+    if (!(std::abs(photo.cam_from_world_rotation.norm() - 1) < 1e-3)) {
+      throw "the rotation of photo '" + Shortened(photo.name) + "' has another length than 1";
+    }
+    photo.cam_from_world_translation = VectorFromJson(entry.at("cam_from_world_translation"));
+    photo.held_out = entry.at("held_out").get<bool>();
+  }
+  model->options = header.at("options").get<std::map<std::string, std::string>>();
+}
+
+// Copies one array of the file to `out`, whose length the header has set; the table, whose offsets
+// count from `base`, must agree with it and lie in the file.
+void ReadArray(const std::string& bytes,
+               size_t base,
+               const Json& table,
+               const std::string& name,
+               size_t num_values,
+               float* out) {
+  const Json& entry = table.at(name);
+  const auto file_size = static_cast<int64_t>(bytes.size());
+  const auto offset = base + Whole<size_t>(entry, "offset", 0, file_size);
+  size_t in_file = 1;
+  for (const Json& extent : entry.at("shape")) {
+    const auto length = JsonInteger(extent, 0, file_size);
+    if (!length) throw "array '" + name + "' is larger than the file";
+    in_file *= static_cast<size_t>(*length);
+    if (in_file > bytes.size()) throw "array '" + name + "' is larger than the file";
+  }
+  if (entry.at("type") != "float32" || in_file != num_values) {
+    throw "array '" + name + "' has another size than the header says";
+  }
+  const size_t payload = bytes.size() - kHashBytes;
+  if (offset > payload || num_values * sizeof(float) > payload - offset) {
+    throw "array '" + name + "' reaches beyond the end of the file";
+  }
+  std::memcpy(out, bytes.data() + offset, num_values * sizeof(float));
+  for (size_t i = 0; i < num_values; ++i) {
+    if (!std::isfinite(out[i])) throw "array '" + name + "' holds a number that is not finite";
+  }
+}
+
+void ReadArrays(const std::string& bytes, size_t base, const Json& header, Model* model) {
+  const Json& table = header.at("arrays");
+  // Bounded before anything is allocated: every site has at least its 12 bytes of position in the
+  // file.
+  const auto most = static_cast<int64_t>(bytes.size() / sizeof(Eigen::Vector3f));
+  const auto n = Whole<size_t>(header, "sites", 0, most);
+  const auto read = [&](const std::string& name, size_t length, auto* out) {
+    if (length > bytes.size() / sizeof(float)) throw "array '" + name + "' is larger than the file";
+    out->resize(length);
+    ReadArray(bytes, base, table, name, length, out->data());
+  };
+  const auto read_vectors = [&](const std::string& name, std::vector<Eigen::Vector3f>* out) {
+    out->resize(n);
+    ReadArray(bytes, base, table, name, 3 * n, reinterpret_cast<float*>(out->data()));
+  };
+  Foam& foam = model->foam;
+  read_vectors("positions", &foam.positions);
+  read("raw_density", n, &foam.raw_density);
+  read("sh", n * foam.ShStride(), &foam.sh);
+  if (foam.HasSemantics()) {
+    const size_t k = foam.num_classes;
+    read("identity", n * kIdentityDim, &foam.identity);
+    read("classifier_weight", k * kIdentityDim, &foam.classifier_weight);
+    read("classifier_bias", k, &foam.classifier_bias);
+  }
+  if (table.contains("contribution")) {
+    read("contribution", n, &model->statistics.contribution);
+    read_vectors("mean_color", &model->statistics.mean_color);
+  }
+  if (table.contains("passed")) {
+    read("passed", n, &model->statistics.passed);
+    read("stopped", n, &model->statistics.stopped);
+  }
+}
+
+}  // namespace
+
+void WriteModel(const std::filesystem::path& path, const Model& model) {
+  CHECK_EQ(model.labels.size(), static_cast<size_t>(model.foam.num_classes));
+  const std::vector<ArrayView> arrays = Arrays(model);
+  Json header = Header(model);
+  // Offsets count from the first byte after the header, so that they do not depend on the header's
+  // own length.
+  size_t offset = 0;
+  for (const ArrayView& array : arrays) {
+    size_t length = 1;
+    for (const size_t extent : array.shape) length *= extent;
+    CHECK_EQ(array.values.size(), length) << array.name;
+    header["arrays"][array.name] = {
+        {"type", "float32"}, {"shape", array.shape}, {"offset", offset}};
+    offset = AlignUp(offset + length * sizeof(float));
+  }
+  std::string text;
+  try {
+    text = header.dump(1);
+  } catch (const Json::exception&) {
+    throw UserError(
+        path.string(),
+        ": cannot be written because a photo's or label's name is not UTF-8; rename it.");
+  }
+  text.resize(AlignUp(kPreambleBytes + text.size()) - kPreambleBytes, ' ');
+
+  std::string bytes;
+  bytes.reserve(kPreambleBytes + text.size() + offset + kHashBytes);
+  bytes.append(kMagic, sizeof(kMagic));
+  Append(&bytes, kVersion);
+  Append(&bytes, uint32_t{0});
+  Append(&bytes, static_cast<uint64_t>(text.size()));
+  bytes += text;
+  for (const ArrayView& array : arrays) {
+    bytes.append(reinterpret_cast<const char*>(array.values.data()), array.values.size_bytes());
+    bytes.resize(AlignUp(bytes.size()), '\0');
+  }
+  Append(&bytes, static_cast<uint64_t>(XXH64(bytes.data(), bytes.size(), 0)));
+  WriteTextFile(path, bytes);
+}
+
+Model ReadModel(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const std::string bytes = ReadFileBytes(path, "a foam model such as foam_trainer's scene.foam");
+  if (bytes.size() < kPreambleBytes + kHashBytes ||
+      std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
+    throw UserError(file, ": this is not a foam model; foam_trainer writes one named scene.foam.");
+  }
+  const uint32_t version = Read<uint32_t>(bytes, 8);
+  if (version != kVersion) {
+    throw UserError(file,
+                    ": it has format version ",
+                    version,
+                    ", and this program reads version ",
+                    kVersion,
+                    "; use the program version that wrote it.");
+  }
+  const size_t hashed = bytes.size() - kHashBytes;
+  if (XXH64(bytes.data(), hashed, 0) != Read<uint64_t>(bytes, hashed)) {
+    throw UserError(file, ": it is damaged or cut (its checksum does not match); copy it again.");
+  }
+  const uint64_t header_bytes = Read<uint64_t>(bytes, 16);
+  if (header_bytes > hashed - kPreambleBytes) {
+    throw UserError(file, ": it is damaged (its header is longer than the file); train it again.");
+  }
+  Model model;
+  try {
+    const Json header =
+        ParseHeaderText(path, std::string_view(bytes).substr(kPreambleBytes, header_bytes));
+    ParseHeader(header, &model);
+    ReadArrays(bytes, kPreambleBytes + header_bytes, header, &model);
+  } catch (const Json::exception& error) {
+    // Behind the library's name for the fault.
+    const std::string reason = error.what();
+    throw UserError(file,
+                    ": its header is damaged (",
+                    reason.substr(reason.find("] ") + 2),
+                    "); train it again.");
+  } catch (const std::string& reason) {
+    throw UserError(file, ": it is damaged (", reason, "); train it again.");
+  }
+  return model;
+}
+
+}  // namespace semfoam

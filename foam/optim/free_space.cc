@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/optim/free_space.h"
+
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace semfoam {
+namespace {
+
+constexpr size_t kFewestSeeds = 50;
+constexpr float kMarginOfSpread = 0.5f;
+constexpr float kShortest = 0.3f, kLongest = 0.95f;  // of the nearest points' distance
+constexpr size_t kNeighbors = 8;
+constexpr float kFarthestNeighbor = 1.5f, kSpacing = 0.15f;  // of the clear radius
+constexpr float kSameWay = 0.5f;                             // cosine
+
+// The cone that holds the photo's corners, without a radius yet. False if the camera has no rays
+// there.
+bool ConeOfView(const TrainingViews& views, int view, ClearCone* cone) {
+  const int right = views.Width(view) - 1, bottom = views.Height(view) - 1;
+  std::vector<Eigen::Vector3f> corners;
+  for (const auto& [x, y] : {std::pair(0, 0), {right, 0}, {0, bottom}, {right, bottom}}) {
+    Eigen::Vector3f direction;
+    if (!views.RayDirection(view, x, y, &direction)) return false;
+    corners.push_back(direction);
+  }
+  cone->apex = views.Origin(view).cast<float>();
+  cone->axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
+  if (!cone->axis.allFinite()) return false;
+  cone->cosine = 1;
+  for (const Eigen::Vector3f& corner : corners) {
+    cone->cosine = std::min(cone->cosine, corner.dot(cone->axis));
+  }
+  return true;
+}
+
+// The coordinate as 21 bits, 0 and 1 being the ends of their range, each followed by two zeros.
+uint64_t SpreadBits(float coordinate) {
+  constexpr uint64_t kLargest = (uint64_t{1} << 21) - 1;
+  uint64_t bits = std::min(kLargest, static_cast<uint64_t>(coordinate * float{kLargest}));
+  bits = (bits | bits << 32) & 0x1f00000000ffff;
+  bits = (bits | bits << 16) & 0x1f0000ff0000ff;
+  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
+  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
+  return (bits | bits << 2) & 0x1249249249249249;
+}
+
+// Seeds in Morton order, in blocks with a ball around each, so that those in and around a cone are
+// found without looking at every seed.
+class SeedBlocks {
+ public:
+  explicit SeedBlocks(const std::vector<SeedPoint>& seeds) {
+    if (seeds.empty()) return;
+    Eigen::Vector3f low = seeds[0].position, high = low;
+    for (const SeedPoint& seed : seeds) {
+      low = low.cwiseMin(seed.position);
+      high = high.cwiseMax(seed.position);
+    }
+    const float side = std::max((high - low).maxCoeff(), std::numeric_limits<float>::min());
+    std::vector<std::pair<uint64_t, uint32_t>> order;
+    order.reserve(seeds.size());
+    for (uint32_t i = 0; i < seeds.size(); ++i) {
+      const Eigen::Vector3f at = (seeds[i].position - low) / side;
+      order.emplace_back(SpreadBits(at.x()) | SpreadBits(at.y()) << 1 | SpreadBits(at.z()) << 2, i);
+    }
+    std::sort(order.begin(), order.end());
+    positions_.reserve(seeds.size());
+    for (const auto& [code, i] : order) positions_.push_back(seeds[i].position);
+    const size_t size = std::max(kSmallestBlock, (seeds.size() + kMostBlocks - 1) / kMostBlocks);
+    for (size_t begin = 0; begin < positions_.size(); begin += size) {
+      AddBlock(begin, std::min(begin + size, positions_.size()));
+    }
+  }
+
+  // The distances from the apex of the seeds in the cone, however far; of an even sample where
+  // those in the blocks that touch it are more than `most`: each then stands for `*weight` seeds.
+  // Returns how many seeds and blocks were held against the cone.
+  int64_t DistancesIn(const ClearCone& cone,
+                      int64_t most,
+                      std::vector<float>* distances,
+                      size_t* weight) const {
+    std::vector<const Block*> touched;
+    size_t num_seeds = 0;
+    const float sine = std::sqrt(std::max(0.f, 1 - cone.cosine * cone.cosine));
+    for (const Block& block : blocks_) {
+      const Eigen::Vector3f offset = block.center - cone.apex;
+      const float along = offset.dot(cone.axis);
+      const float across = (offset - along * cone.axis).norm();
+      // The distance from the cone's surface, or less than that where the apex is nearest.
+      if (across * cone.cosine - along * sine > block.radius + 1e-5f * offset.norm()) continue;
+      touched.push_back(&block);
+      num_seeds += block.end - block.begin;
+    }
+    *weight = std::max<size_t>(1, (num_seeds + most - 1) / most);
+    distances->clear();
+    size_t skip = 0;  // seeds of this block before the next one of the sample
+    for (const Block* block : touched) {
+      size_t i = block->begin + skip;
+      for (; i < block->end; i += *weight) {
+        const Eigen::Vector3f offset = positions_[i] - cone.apex;
+        const float distance = offset.norm();
+        if (offset.dot(cone.axis) > cone.cosine * distance) distances->push_back(distance);
+      }
+      skip = i - block->end;
+    }
+    return static_cast<int64_t>(blocks_.size() + num_seeds / *weight);
+  }
+
+ private:
+  struct Block {
+    size_t begin, end;
+    Eigen::Vector3f center;
+    float radius;
+  };
+
+  void AddBlock(size_t begin, size_t end) {
+    Eigen::Vector3f low = positions_[begin], high = low;
+    for (size_t i = begin; i < end; ++i) {
+      low = low.cwiseMin(positions_[i]);
+      high = high.cwiseMax(positions_[i]);
+    }
+    // The 1e-5 are for rounding.
+    blocks_.push_back({begin, end, 0.5f * (low + high), 0.50001f * (high - low).norm()});
+  }
+
+  static constexpr size_t kSmallestBlock = 64, kMostBlocks = 4096;
+
+  std::vector<Eigen::Vector3f> positions_;
+  std::vector<Block> blocks_;
+};
+
+// How far a view is clear, as the header has it, from the distances of the seeds in it, each of
+// which stands for `weight`; 0 if too few tell.
+float ClearRadius(std::vector<float>* distances, size_t weight) {
+  if (distances->empty() || distances->size() * weight < kFewestSeeds) return 0;
+  const auto quantile = [&](size_t rank) {
+    std::nth_element(distances->begin(), distances->begin() + rank, distances->end());
+    return (*distances)[rank];
+  };
+  const float nearest = quantile(distances->size() / 50);
+  const float median = quantile(distances->size() / 2);
+  return std::clamp(
+      nearest - kMarginOfSpread * (median - nearest), kShortest * nearest, kLongest * nearest);
+}
+
+// Returns how many seeds and blocks of them were held against cones.
+int64_t MeasureRadii(const SeedBlocks& seeds, std::vector<ClearCone>* cones) {
+  if (cones->empty()) return 0;
+  const int64_t most = std::max(FreeSpace::kFewestSampledSeeds,
+                                FreeSpace::kMostSeedTests / static_cast<int64_t>(cones->size()));
+  std::vector<int64_t> tests(cones->size());
+  ParallelForBlocks(cones->size(), 16, [&](int64_t begin, int64_t end) {
+    std::vector<float> distances;
+    for (int64_t i = begin; i < end; ++i) {
+      size_t weight = 1;
+      tests[i] = seeds.DistancesIn((*cones)[i], most, &distances, &weight);
+      (*cones)[i].radius = ClearRadius(&distances, weight);
+    }
+  });
+  return std::accumulate(tests.begin(), tests.end(), int64_t{0});
+}
+
+// Into how many parts the views in between divide the way from one to the other.
+int StepsBetween(const ClearCone& from, const ClearCone& to, float spacing) {
+  const float step = spacing * std::min(from.radius, to.radius);
+  return static_cast<int>(std::ceil((to.apex - from.apex).norm() / step));
+}
+
+// Views between `from` and `to`; those that see too few points go out again. No wider than either,
+// nor clear farther than the farther one.
+std::vector<ClearCone> ConesBetween(const ClearCone& from, const ClearCone& to, int steps) {
+  std::vector<ClearCone> between;
+  for (int step = 1; step < steps; ++step) {
+    const float at = static_cast<float>(step) / static_cast<float>(steps);
+    ClearCone cone;
+    cone.apex = (1 - at) * from.apex + at * to.apex;
+    cone.axis = ((1 - at) * from.axis + at * to.axis).normalized();
+    cone.cosine = std::max(from.cosine, to.cosine);
+    between.push_back(cone);
+  }
+  return between;
+}
+
+// The pairs of neighbours, each once, the lower index first.
+std::vector<std::pair<size_t, size_t>> NeighborPairs(const std::vector<ClearCone>& cones) {
+  std::vector<std::vector<size_t>> neighbors(cones.size());
+  ParallelForBlocks(cones.size(), 16, [&](int64_t begin, int64_t end) {
+    std::vector<std::pair<float, size_t>> near;
+    for (int64_t i = begin; i < end; ++i) {
+      near.clear();
+      for (size_t j = 0; j < cones.size(); ++j) {
+        if (j == static_cast<size_t>(i) || cones[i].axis.dot(cones[j].axis) < kSameWay) continue;
+        const float distance = (cones[j].apex - cones[i].apex).norm();
+        if (distance < kFarthestNeighbor * std::min(cones[i].radius, cones[j].radius)) {
+          near.emplace_back(distance, j);
+        }
+      }
+      const size_t count = std::min(near.size(), kNeighbors);
+      std::partial_sort(near.begin(), near.begin() + count, near.end());
+      for (size_t k = 0; k < count; ++k) neighbors[i].push_back(near[k].second);
+    }
+  });
+  std::vector<std::pair<size_t, size_t>> pairs;
+  for (size_t i = 0; i < cones.size(); ++i) {
+    for (const size_t j : neighbors[i]) pairs.push_back(std::minmax(i, j));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+// How far apart views in between are, in clear radii: kSpacing, or more where these would be too
+// many.
+float SpacingOf(const std::vector<ClearCone>& cones,
+                const std::vector<std::pair<size_t, size_t>>& pairs) {
+  for (float spacing = kSpacing;; spacing *= 1.25f) {
+    int64_t between = 0;
+    for (const auto& [i, j] : pairs) between += StepsBetween(cones[i], cones[j], spacing) - 1;
+    if (between <= FreeSpace::kMostConesBetween) return spacing;
+  }
+}
+
+enum class Overlap { kNone, kPart, kWhole };
+
+// Of a ball with a cone; kPart where that is not certain.
+Overlap OverlapWithBall(const ClearCone& cone, const Eigen::Vector3f& center, float ball_radius) {
+  const Eigen::Vector3f offset = center - cone.apex;
+  const float distance = offset.norm();
+  if (distance - ball_radius >= cone.radius) return Overlap::kNone;
+  if (distance + ball_radius < 0.5f * cone.radius) return Overlap::kWhole;
+  if (distance <= ball_radius) return Overlap::kPart;
+  const float angle = std::acos(std::clamp(offset.dot(cone.axis) / distance, -1.f, 1.f));
+  const float half_angle = std::acos(std::clamp(cone.cosine, -1.f, 1.f));
+  // Seen from the apex, the ball spans this much to either side; a little more for rounding.
+  const float span = std::asin(ball_radius / distance) + 1e-3f;
+  if (angle + span < half_angle && distance + ball_radius < cone.radius) return Overlap::kWhole;
+  if (angle - span > half_angle && distance - ball_radius >= 0.5f * cone.radius) {
+    return Overlap::kNone;
+  }
+  return Overlap::kPart;
+}
+
+}  // namespace
+
+FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
+  for (int view = 0; view < views.NumViews(); ++view) {
+    ClearCone cone;
+    if (!views.IsHeldOut(view) && ConeOfView(views, view, &cone)) cones_.push_back(cone);
+  }
+  const SeedBlocks blocks(seeds);
+  num_seed_tests_ = MeasureRadii(blocks, &cones_);
+  const auto says_nothing = [](const ClearCone& cone) { return !(cone.radius > 0); };
+  std::erase_if(cones_, says_nothing);
+
+  std::vector<ClearCone> between;
+  std::vector<float> limits;
+  const std::vector<std::pair<size_t, size_t>> pairs = NeighborPairs(cones_);
+  const float spacing = SpacingOf(cones_, pairs);
+  for (const auto& [i, j] : pairs) {
+    const std::vector<ClearCone> of_pair =
+        ConesBetween(cones_[i], cones_[j], StepsBetween(cones_[i], cones_[j], spacing));
+    between.insert(between.end(), of_pair.begin(), of_pair.end());
+    limits.insert(limits.end(), of_pair.size(), std::max(cones_[i].radius, cones_[j].radius));
+  }
+  num_seed_tests_ += MeasureRadii(blocks, &between);
+  for (size_t k = 0; k < between.size(); ++k) {
+    between[k].radius = std::min(between[k].radius, limits[k]);
+  }
+  std::erase_if(between, says_nothing);
+  cones_.insert(cones_.end(), between.begin(), between.end());
+  if (!cones_.empty()) BuildGrid();
+}
+
+void FreeSpace::BuildGrid() {
+  low_ = cones_[0].apex;
+  Eigen::Vector3f high = low_;
+  for (const ClearCone& cone : cones_) {
+    low_ = low_.cwiseMin((cone.apex.array() - cone.radius).matrix());
+    high = high.cwiseMax((cone.apex.array() + cone.radius).matrix());
+  }
+  voxel_size_ = (high - low_).maxCoeff() / kGridSide;
+  // The voxels that each cone can touch, and one more on each side.
+  struct Range {
+    Eigen::Array3i low, high;
+  };
+  std::vector<Range> ranges;
+  ranges.reserve(cones_.size());
+  for (const ClearCone& cone : cones_) {
+    const Eigen::Array3f apex = cone.apex - low_;
+    ranges.push_back(
+        {(((apex - cone.radius) / voxel_size_).floor().cast<int>() - 1).max(0),
+         (((apex + cone.radius) / voxel_size_).floor().cast<int>() + 1).min(kGridSide - 1)});
+  }
+  constexpr int kRows = kGridSide * kGridSide;
+  is_clear_.assign(kRows * kGridSide, 0);
+  std::vector<std::vector<uint32_t>> candidates(kRows * kGridSide);
+  ParallelForBlocks(kRows, 4, [&](int64_t begin, int64_t end) {
+    for (auto row = static_cast<int>(begin); row < end; ++row) {
+      const int y = row % kGridSide, z = row / kGridSide;
+      std::vector<uint32_t> of_row[kGridSide];
+      for (uint32_t k = 0; k < cones_.size(); ++k) {
+        const Range& range = ranges[k];
+        if (y < range.low.y() || y > range.high.y() || z < range.low.z() || z > range.high.z()) {
+          continue;
+        }
+        for (int x = range.low.x(); x <= range.high.x(); ++x) {
+          uint8_t& is_clear = is_clear_[row * kGridSide + x];
+          if (is_clear) continue;
+          const Eigen::Vector3f center =
+              low_ + voxel_size_ * (Eigen::Array3f(x, y, z) + 0.5f).matrix();
+          // Half a diagonal, and some for the rounding of the voxel that a point is in.
+          const float ball_radius = 0.5f * std::sqrt(3.f) * voxel_size_ * 1.001f;
+          const Overlap overlap = OverlapWithBall(cones_[k], center, ball_radius);
+          if (overlap == Overlap::kPart) of_row[x].push_back(k);
+          is_clear = overlap == Overlap::kWhole;
+        }
+      }
+      for (int x = 0; x < kGridSide; ++x) {
+        if (is_clear_[row * kGridSide + x]) continue;
+        const std::vector<uint32_t>& all = of_row[x];
+        const size_t count = std::min(all.size(), kMostCandidates);
+        std::vector<uint32_t>& kept = candidates[row * kGridSide + x];
+        kept.reserve(count);
+        for (size_t i = 0; i < count; ++i) kept.push_back(all[i * all.size() / count]);
+      }
+    }
+  });
+  begins_.assign(1, 0);
+  candidates_.clear();
+  for (const std::vector<uint32_t>& of_voxel : candidates) {
+    candidates_.insert(candidates_.end(), of_voxel.begin(), of_voxel.end());
+    begins_.push_back(static_cast<uint32_t>(candidates_.size()));
+  }
+}
+
+bool FreeSpace::Contains(const Eigen::Vector3f& x) const {
+  if (cones_.empty()) return false;
+  const Eigen::Array3f at = (x - low_).array() / voxel_size_;
+  if (!(at >= 0).all() || !(at < kGridSide).all()) return false;
+  const Eigen::Array3i index = at.cast<int>();
+  const int voxel = (index.z() * kGridSide + index.y()) * kGridSide + index.x();
+  if (is_clear_[voxel]) return true;
+  return std::any_of(candidates_.begin() + begins_[voxel],
+                     candidates_.begin() + begins_[voxel + 1],
+                     [&](uint32_t k) { return cones_[k].Contains(x); });
+}
+
+}  // namespace semfoam

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/optim/initialization.h"
+
+#include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/activation.h"
+#include "foam/model/spherical_harmonics.h"
+#include "foam/util/random_vectors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace semfoam {
+namespace {
+
+constexpr uint64_t kThinPurpose = 0x1a1, kScatterPurpose = 0x1a2, kFarPurpose = 0x1a3,
+                   kIdentityPurpose = 0x1a4, kClassifierPurpose = 0x1a5;
+
+// SfM points begin half opaque or so across a cell of radius 0.01, empty space as a thin haze that
+// colour can still turn to matter.
+constexpr double kSeedDensity = 3;
+constexpr double kScatteredDensity = 0.002;
+
+// Per axis, the values below and above which 2 % of the points lie: the robust box of what the
+// photos see.
+void RobustBox(const std::vector<Eigen::Vector3f>& points,
+               Eigen::Vector3f* low,
+               Eigen::Vector3f* high) {
+  std::vector<float> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
+    std::sort(values.begin(), values.end());
+    const size_t skip = values.size() / 50;
+    (*low)[axis] = values[skip];
+    (*high)[axis] = values[values.size() - 1 - skip];
+  }
+}
+
+}  // namespace
+
+Foam InitialFoam(const std::vector<SeedPoint>& seeds,
+                 const std::vector<Eigen::Vector3d>& camera_centers,
+                 const InitializationOptions& options) {
+  struct Site {
+    Eigen::Vector3f position;
+    Eigen::Vector3f color;
+    double density;
+  };
+  const Eigen::Vector3f grey = Eigen::Vector3f::Constant(0.5f);
+  std::vector<Site> sites;
+
+  std::vector<uint32_t> kept(seeds.size());
+  std::iota(kept.begin(), kept.end(), 0u);
+  if (kept.size() > options.max_seed_sites) {
+    const auto key = [&](uint32_t i) {
+      return CounterRandom(options.seed, kThinPurpose, i).Next();
+    };
+    std::nth_element(kept.begin(),
+                     kept.begin() + options.max_seed_sites,
+                     kept.end(),
+                     [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
+    kept.resize(options.max_seed_sites);
+    std::sort(kept.begin(), kept.end());
+  }
+  std::vector<Eigen::Vector3f> extent;
+  for (const uint32_t i : kept) {
+    if (!(seeds[i].position.norm() <= kFarRadius)) continue;
+    sites.push_back({seeds[i].position, seeds[i].color, kSeedDensity});
+    extent.push_back(seeds[i].position);
+  }
+  for (const Eigen::Vector3d& center : camera_centers) extent.push_back(center.cast<float>());
+  if (extent.empty()) extent.push_back(Eigen::Vector3f::Zero());
+
+  Eigen::Vector3f low, high;
+  RobustBox(extent, &low, &high);
+  // Never flat, never beyond the far radius: a wall of points or a single camera still gets space
+  // around it.
+  const Eigen::Vector3f middle = 0.5f * (low + high);
+  const float longest = std::clamp((high - low).maxCoeff(), 1.f, kFarRadius);
+  const Eigen::Vector3f half =
+      (0.6f * (high - low)).cwiseMax(0.3f * longest).cwiseMin(0.5f * kFarRadius);
+  for (size_t i = 0; i < options.num_scattered; ++i) {
+    CounterRandom random(options.seed, kScatterPurpose, i);
+    const Eigen::Vector3f u = (2 * UniformVector(&random).array() - 1).cast<float>();
+    const Eigen::Vector3f p = middle + half.cwiseProduct(u);
+    if (p.norm() <= kFarRadius) sites.push_back({p, grey, kScatteredDensity});
+  }
+  const double inner = std::min(double(half.norm()), 0.5 * kFarRadius);
+  for (size_t i = 0; i < options.num_far; ++i) {
+    CounterRandom random(options.seed, kFarPurpose, i);
+    const double radius = inner * std::pow(kFarRadius / inner, random.Uniform());
+    const Eigen::Vector3d direction = NormalVector(&random).normalized();
+    if (!direction.allFinite()) continue;
+    sites.push_back({(radius * 0.999 * direction).cast<float>(), grey, kScatteredDensity});
+  }
+
+  std::vector<Eigen::Vector3f> positions(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) positions[i] = sites[i].position;
+  const std::vector<uint32_t> order = HilbertOrder(positions);
+
+  Foam foam;
+  foam.sh_degree = options.sh_degree;
+  foam.num_classes = options.num_classes;
+  const size_t n = sites.size();
+  foam.sh.assign(n * foam.ShStride(), 0.f);
+  for (size_t k = 0; k < n; ++k) {
+    const Site& site = sites[order[k]];
+    foam.positions.push_back(site.position);
+    foam.raw_density.push_back(static_cast<float>(RawDensity(site.density)));
+    for (int c = 0; c < 3; ++c) {
+      foam.sh[k * foam.ShStride() + c] = (site.color[c] - 0.5f) / static_cast<float>(kShDc);
+    }
+  }
+  if (foam.HasSemantics()) {
+    // Xavier for the features, +-1/sqrt(16) for the classifier (Semantic Foam's initialisation).
+    const double bound = std::sqrt(6.0 / (n + kIdentityDim));
+    for (size_t i = 0; i < n; ++i) {
+      CounterRandom random(options.seed, kIdentityPurpose, i);
+      for (int c = 0; c < kIdentityDim; ++c) {
+        foam.identity.push_back(static_cast<float>(bound * (2 * random.Uniform() - 1)));
+      }
+    }
+    for (int k = 0; k < foam.num_classes; ++k) {
+      CounterRandom random(options.seed, kClassifierPurpose, k);
+      for (int c = 0; c < kIdentityDim; ++c) {
+        foam.classifier_weight.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
+      }
+      foam.classifier_bias.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
+    }
+  }
+  return foam;
+}
+
+}  // namespace semfoam

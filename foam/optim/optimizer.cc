@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/optim/optimizer.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/activation.h"
+#include "foam/render/update_loops.h"
+#include "foam/util/gather.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+AdamCorrection CorrectionAt(uint32_t step) {
+  const std::vector<AdamCorrection>& corrections = AdamCorrections();
+  return corrections[std::min<size_t>(step, corrections.size() - 1)];
+}
+
+}  // namespace
+
+const std::vector<AdamCorrection>& AdamCorrections() {
+  static const std::vector<AdamCorrection> corrections = [] {
+    std::vector<AdamCorrection> table(2048);
+    for (size_t t = 0; t < table.size(); ++t) {
+      table[t] = {static_cast<float>(1 / (1 - std::pow(double(kAdamBeta1), t + 1.0))),
+                  static_cast<float>(1 / (1 - std::pow(double(kAdamBeta2), t + 1.0)))};
+    }
+    return table;
+  }();
+  return corrections;
+}
+
+FoamOptimizer::FoamOptimizer(const Foam& foam)
+    : sh_degree_(foam.sh_degree),
+      row_(foam.sh_degree, foam.HasSemantics()),
+      stride_(row_.size),
+      first_(foam.NumSites() * stride_, 0.f),
+      second_(foam.NumSites() * stride_, 0.f),
+      steps_(foam.NumSites(), 0),
+      classifier_first_(foam.num_classes * (kIdentityDim + 1), 0.f),
+      classifier_second_(classifier_first_) {}
+
+int64_t FoamOptimizer::Step(BatchResult* batch,
+                            const std::vector<float>& tv_gradient,
+                            const std::vector<uint8_t>& is_clear,
+                            const std::vector<float>& radius,
+                            const LearningRates& rates,
+                            Foam* foam,
+                            std::vector<float>* density,
+                            DensificationStatistics* statistics) {
+  const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
+  CHECK_EQ(steps_.size(), num_sites);
+  CHECK_EQ(is_clear.size(), num_sites);
+  CHECK_EQ(radius.size(), num_sites);
+  const int sh_stride = foam->ShStride();
+  const bool has_tv = !tv_gradient.empty();
+  CHECK_EQ(foam->sh_degree, sh_degree_);
+  batch->gradients.Group(num_sites);
+
+  alignas(64) std::array<float, ParameterRow::kMaxSize> rate = {};
+  std::fill_n(rate.begin(), row_.position, rates.identity);
+  std::fill_n(rate.begin() + row_.position, 3, rates.position);
+  rate[row_.density] = rates.density;
+  std::fill_n(rate.begin() + row_.sh, 3, rates.sh_dc);
+  std::fill_n(rate.begin() + row_.sh + 3, sh_stride - 3, rates.sh_rest);
+
+  std::atomic<int64_t> not_finite = 0;
+  ParallelForBlocks(num_sites, 256, [&](int64_t begin, int64_t end) {
+    alignas(64) std::array<float, ParameterRow::kMaxSize> gradient, change;
+    for (int64_t i = begin; i < end; ++i) {
+      const auto records = batch->gradients.Of(i);
+      if (records.empty() && !has_tv) continue;
+      // A step that is the regulariser's alone moves the identity and nothing else.
+      const int num_parameters = records.empty() ? kIdentityDim : stride_;
+      std::fill_n(gradient.begin(), num_parameters, 0.f);
+      const RecordTotals totals = SumRecords(records, batch->rays.data(), row_, gradient.data());
+      gradient[row_.density] *= DensityDerivative(foam->raw_density[i]);
+      if (has_tv) {
+        for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
+      }
+      if (!AdamStep(CorrectionAt(steps_[i]),
+                    num_parameters,
+                    gradient.data(),
+                    rate.data(),
+                    &first_[i * stride_],
+                    &second_[i * stride_],
+                    change.data())) {
+        ++not_finite;
+        continue;
+      }
+      ++steps_[i];
+      if (!records.empty()) {
+        statistics->squared_error[i] += totals.squared_error;
+        statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
+        Eigen::Vector3f& position = foam->positions[i];
+        position += radius[i] * Eigen::Vector3f(&change[row_.position]);
+        const float distance = position.norm();
+        if (distance > kFarRadius) position *= kFarRadius / distance;
+        if (!is_clear[i]) {
+          float& raw = foam->raw_density[i];
+          raw = std::max(raw + change[row_.density], kLowestRawDensity);
+          (*density)[i] = Density(raw);
+        }
+        AddTo(&change[row_.sh], sh_stride, &foam->sh[i * sh_stride]);
+      }
+      if (foam->HasSemantics()) {
+        AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
+      }
+    }
+  });
+
+  return not_finite + StepClassifier(batch->classifier_weight_gradient,
+                                     batch->classifier_bias_gradient,
+                                     rates.classifier,
+                                     foam);
+}
+
+int64_t FoamOptimizer::StepClassifier(const std::vector<float>& weight_gradient,
+                                      const std::vector<float>& bias_gradient,
+                                      float rate,
+                                      Foam* foam) {
+  const AdamCorrection correction = CorrectionAt(classifier_steps_++);
+  int64_t not_finite = 0;
+  size_t slot = 0;
+  for (const auto& [gradient, parameters] : {std::pair(&weight_gradient, &foam->classifier_weight),
+                                             std::pair(&bias_gradient, &foam->classifier_bias)}) {
+    const size_t count = parameters->size();
+    CHECK_EQ(gradient->size(), count);
+    const std::vector<float> rate_of_each(count, rate);
+    std::vector<float> change_of_each(count);
+    if (AdamStep(correction,
+                 static_cast<int>(count),
+                 gradient->data(),
+                 rate_of_each.data(),
+                 classifier_first_.data() + slot,
+                 classifier_second_.data() + slot,
+                 change_of_each.data())) {
+      AddTo(change_of_each.data(), static_cast<int>(count), parameters->data());
+    } else {
+      ++not_finite;
+    }
+    slot += count;
+  }
+  return not_finite;
+}
+
+void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
+                              const std::vector<uint8_t>& is_new) {
+  Gather(origin, stride_, &first_);
+  Gather(origin, stride_, &second_);
+  Gather(origin, 1, &steps_);
+  for (size_t k = 0; k < origin.size(); ++k) {
+    if (!is_new[k]) continue;
+    std::fill_n(&first_[k * stride_], stride_, 0.f);
+    std::fill_n(&second_[k * stride_], stride_, 0.f);
+    steps_[k] = 0;
+  }
+}
+
+void FoamOptimizer::ChangeShDegree(int degree) {
+  const ParameterRow row(degree, row_.position > 0);
+  const int kept = row_.sh + 3 * NumShCoefficients(std::min(sh_degree_, degree));
+  first_ = WithStride(first_, stride_, kept, row.size);
+  second_ = WithStride(second_, stride_, kept, row.size);
+  sh_degree_ = degree;
+  row_ = row;
+  stride_ = row.size;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/optim/training_topology.h"
+
+#include "foam/geometry/voronoi.h"
+#include "foam/render/total_variation.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+
+namespace semfoam {
+namespace {
+
+// Sites move in proportion to their cell's radius within these bounds, so that a small thing seen
+// from afar trains like a large one from near, and the large cells of a background find their
+// places too.
+constexpr float kSmallestRadius = 5e-4f, kLargestRadius = 0.1f;
+
+}  // namespace
+
+void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
+                                   const FreeSpace& free_space,
+                                   bool with_areas) {
+  const std::vector<Eigen::Vector3f> cells = WithGuardSites(sites);
+  // The old topology goes before the new one comes, and tetrahedra are only needed for areas.
+  delaunay_ = {};
+  tv_weights_ = {};
+  triangulated_ = sites;
+  delaunay_ = semfoam::Triangulate(cells);
+  if (with_areas) {
+    tv_weights_ = TotalVariationWeights(
+        delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
+  }
+  radius_ = CellRadii(cells, delaunay_);
+  for (float& radius : radius_) radius = std::clamp(radius, kSmallestRadius, kLargestRadius);
+  delaunay_.tets = {};
+  delaunay_.tet_neighbors = {};
+  SetTopology(delaunay_, &geometry_);
+  is_clear_.assign(sites.size(), 0);
+  ParallelForBlocks(sites.size(), 1024, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) is_clear_[i] = free_space.Contains(sites[i]);
+  });
+  Follow(sites);
+}
+
+uint32_t TrainingTopology::CellAt(const Eigen::Vector3d& origin, uint32_t from) const {
+  return NearestCell(
+      geometry_.positions, delaunay_, origin, std::min(from, delaunay_.num_cells - 1));
+}
+
+}  // namespace semfoam

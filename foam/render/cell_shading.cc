@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/render/cell_shading.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/activation.h"
+#include "foam/util/parallel.h"
+
+namespace semfoam {
+
+std::vector<float> CellDensities(const Foam& foam) {
+  std::vector<float> density(foam.NumSites() + kNumGuardSites, 0.f);
+  ParallelForBlocks(foam.NumSites(), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) density[i] = Density(foam.raw_density[i]);
+  });
+  return density;
+}
+
+}  // namespace semfoam

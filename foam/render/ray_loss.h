@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/classifier.h"
+#include "foam/render/compositing.h"
+#include "foam/util/host_device.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace semfoam {
+
+// Weights of the terms of one ray's loss.
+struct RayLossWeights {
+  double color = 1;
+  double opacity = 0.1;    // pulls opacity to 1: photos show something everywhere
+  double quantile = 1e-4;  // pulls the two depth quantiles together: matter in thin layers
+  double identity = 1;     // cross-entropy, divided by ln(max(K, 2))
+  // Cross-entropy of the dominant cell's own identity: a rendered identity can be right where no
+  // cell's is, as mixtures of features are classified, not features. 0: the paper's way.
+  double cell_identity = 0;
+  // The share of the derivative of the identity term that flows through the rendering weights into
+  // densities and positions. 0: into identities and the classifier alone, the paper's way.
+  double identity_to_density = 0;
+};
+
+// A piece of more than this weight dominates its ray; at most one does.
+inline constexpr double kDominantWeight = 0.5;
+
+// What a ray should have shown.
+struct RayTarget {
+  float color[3];
+  int32_t class_index = kUnlabelled;
+};
+
+// The terms of one ray's loss, unweighted.
+template <typename T>
+struct RayLossTerms {
+  T color = T(
+      0);  // mean over channels of SmoothL1 (beta 1) between the colour over white and the photo's
+  T opacity = T(0);   // (1 - opacity)^2
+  T quantile = T(0);  // |depth_0 - depth_1|, 0 unless the ray reaches both
+  T identity =
+      T(0);  // cross-entropy of the rendered identity's class / ln(max(K, 2)); 0 where unlabelled
+  T cell_identity = T(0);  // the same of the dominant cell's identity, times the weight that this
+                           // cell has on the ray, a constant; 0 where no cell dominates
+
+  SEMFOAM_HOST_DEVICE T Total(const RayLossWeights& w) const {
+    return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
+           T(w.identity) * identity + T(w.cell_identity) * cell_identity;
+  }
+};
+
+// The classifier as the loss sees it. num_classes = 0: no semantics.
+template <typename T>
+struct ClassifierView {
+  int num_classes = 0;
+  const T* weight = nullptr;  // [num_classes][kIdentityDim]
+  const T* bias = nullptr;    // [num_classes]
+};
+
+// Log of the sum of exp(logits), shifted by the largest one, so that logits of 1e4 are no trouble.
+template <typename T>
+SEMFOAM_HOST_DEVICE T LogSumExp(const T* logits, int count) {
+  using std::exp;
+  using std::log;
+  T largest = logits[0];
+  for (int k = 1; k < count; ++k) {
+    if (logits[k] > largest) largest = logits[k];
+  }
+  T sum = T(0);
+  for (int k = 0; k < count; ++k) sum += exp(logits[k] - largest);
+  return largest + log(sum);
+}
+
+SEMFOAM_HOST_DEVICE inline double ClassNormalization(int num_classes) {
+  return std::log(std::max(num_classes, 2));
+}
+
+// The cross-entropy of an identity [kIdentityDim] against a class, divided by ln(max(K, 2)).
+// Afterwards `logits` [num_classes] holds the identity's.
+template <typename T>
+SEMFOAM_HOST_DEVICE T ClassEntropy(const T* identity,
+                                   int32_t class_index,
+                                   const ClassifierView<T>& classifier,
+                                   T* logits) {
+  const int count = classifier.num_classes;
+  ClassLogits(classifier.weight, classifier.bias, count, identity, logits);
+  return (LogSumExp(logits, count) - logits[class_index]) / T(ClassNormalization(count));
+}
+
+// Adds `weight` times the derivative of ClassEntropy by the identity to `gradient` [kIdentityDim].
+// `logits` must be as ClassEntropy left it; it is overwritten with `weight` times the derivative by
+// the logits.
+template <typename T>
+SEMFOAM_HOST_DEVICE void AddClassEntropyGradient(int32_t class_index,
+                                                 const ClassifierView<T>& classifier,
+                                                 double weight,
+                                                 T* logits,
+                                                 T* gradient) {
+  using std::exp;
+  const int count = classifier.num_classes;
+  const T scale = T(weight / ClassNormalization(count));
+  const T log_sum = LogSumExp(logits, count);
+  for (int k = 0; k < count; ++k) {
+    logits[k] = scale * (exp(logits[k] - log_sum) - T(k == class_index));
+    for (int c = 0; c < kIdentityDim; ++c) {
+      gradient[c] += logits[k] * classifier.weight[k * kIdentityDim + c];
+    }
+  }
+}
+
+// ClassEntropy where there is no room for the logits of all classes, which are computed twice
+// instead. Adds `weight` times its derivative by the identity to `gradient` [kIdentityDim], and
+// leaves the log of the sum of exp(logits).
+template <typename T>
+SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
+                                      int32_t class_index,
+                                      const ClassifierView<T>& classifier,
+                                      double weight,
+                                      T* gradient,
+                                      T* log_sum) {
+  using std::exp;
+  using std::log;
+  const int count = classifier.num_classes;
+  T largest = ClassLogit(classifier.weight, classifier.bias, 0, identity);
+  T sum = T(1), own = largest;
+  for (int k = 1; k < count; ++k) {
+    const T logit = ClassLogit(classifier.weight, classifier.bias, k, identity);
+    if (k == class_index) own = logit;
+    if (logit > largest) {
+      sum = sum * exp(largest - logit) + T(1);
+      largest = logit;
+    } else {
+      sum += exp(logit - largest);
+    }
+  }
+  *log_sum = largest + log(sum);
+  const T scale = T(weight / ClassNormalization(count));
+  for (int k = 0; k < count; ++k) {
+    const T logit = ClassLogit(classifier.weight, classifier.bias, k, identity);
+    const T by_logit = scale * (exp(logit - *log_sum) - T(k == class_index));
+    for (int c = 0; c < kIdentityDim; ++c) {
+      gradient[c] += by_logit * classifier.weight[k * kIdentityDim + c];
+    }
+  }
+  return (*log_sum - own) / T(ClassNormalization(count));
+}
+
+// All terms but cell_identity, which is no matter of what the ray gathers. `logits` is scratch of
+// num_classes values; afterwards it holds the ray's class logits if the ray is labelled.
+template <typename T>
+SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
+                                            const RayTarget& target,
+                                            const ClassifierView<T>& classifier,
+                                            T* logits) {
+  using std::abs;
+  RayLossTerms<T> loss;
+  const T transmittance = ray.Transmittance();
+  for (int c = 0; c < 3; ++c) {
+    const T difference = ray.color[c] + transmittance - T(target.color[c]);  // over white
+    loss.color +=
+        (abs(difference) < T(1) ? T(0.5) * difference * difference : abs(difference) - T(0.5)) /
+        T(3);
+  }
+  loss.opacity = transmittance * transmittance;
+  if (ray.quantile_piece[0] >= 0 && ray.quantile_piece[1] >= 0) {
+    loss.quantile = abs(ray.quantile_depth[0] - ray.quantile_depth[1]);
+  }
+  if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+    loss.identity = ClassEntropy(ray.identity, target.class_index, classifier, logits);
+  }
+  return loss;
+}
+
+// The hand-written derivative of RayLoss(...).Total(weights) by what the ray gathered. `logits`
+// must be as RayLoss left it; it is overwritten with the derivative of the loss by the logits.
+// Kinks: at equal quantile depths the derivative is 0.
+template <typename T>
+SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
+                                                   const RayTarget& target,
+                                                   const ClassifierView<T>& classifier,
+                                                   const RayLossWeights& weights,
+                                                   T* logits) {
+  RayGradient<T> gradient;
+  const T transmittance = ray.Transmittance();
+  for (int c = 0; c < 3; ++c) {
+    T difference = ray.color[c] + transmittance - T(target.color[c]);
+    if (difference > T(1)) difference = T(1);
+    if (difference < T(-1)) difference = T(-1);
+    gradient.color[c] = T(weights.color) * difference / T(3);
+    gradient.opacity -= gradient.color[c];  // the white background gives way as opacity grows
+  }
+  gradient.opacity -= T(2 * weights.opacity) * transmittance;
+  if (ray.quantile_piece[0] >= 0 && ray.quantile_piece[1] >= 0) {
+    const T spread = ray.quantile_depth[0] - ray.quantile_depth[1];
+    const T sign = T(spread > T(0)) - T(spread < T(0));
+    gradient.quantile_depth[0] = T(weights.quantile) * sign;
+    gradient.quantile_depth[1] = -gradient.quantile_depth[0];
+  }
+  if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+    AddClassEntropyGradient(
+        target.class_index, classifier, weights.identity, logits, gradient.identity);
+  }
+  return gradient;
+}
+
+}  // namespace semfoam

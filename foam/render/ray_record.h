@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/spherical_harmonics.h"
+#include "foam/render/compositing.h"
+#include "foam/render/walk.h"
+#include "foam/util/host_device.h"
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include <Eigen/Core>
+
+// One ray, forward and backward: the walk's pieces are recorded as they are shaded, and the
+// backward pass runs over that record. In float and double on the machine's cores, where it is the
+// reference for the fast path (ray_tracer.h), and in float on a graphics card, which has a record
+// of its own kind (foam/device/cuda/piece_pool.h).
+
+namespace semfoam {
+
+inline constexpr int kMaxShCoefficients = 16;
+
+// What cells look like, as arrays indexed by cell. Borrowed.
+template <typename Real>
+struct CellShading {
+  int sh_degree = 0;
+  const Real* density = nullptr;   // [num_cells] activated; guards 0
+  const Real* sh = nullptr;        // [num_sites][(sh_degree + 1)^2][3]
+  const Real* identity = nullptr;  // [num_sites][kIdentityDim], or null without semantics
+};
+
+template <typename Real>
+struct RecordedPiece {
+  uint32_t cell;
+  uint32_t next;   // the cell behind the exit face
+  int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the piece
+                   // has no length
+  bool clamped;    // the exit face has no say in t_out (see Walk)
+  Real t_out;
+};
+
+// A ray and what it has gathered.
+template <typename Real>
+struct RayInProgress {
+  Eigen::Matrix<Real, 3, 1> origin;
+  Eigen::Matrix<Real, 3, 1> direction;
+  Real sh_basis[kMaxShCoefficients];
+  RayComposite<Real> composite;
+  bool hit_step_limit = false;
+};
+
+// And all else that the backward pass needs to know of it. Reused from ray to ray, so that nothing
+// is allocated in the long run.
+template <typename Real>
+struct RayRecord : RayInProgress<Real> {
+  std::vector<RecordedPiece<Real>> pieces;
+  std::vector<ShadedPiece<Real>> shaded;
+
+  // What TraceRay asks of a record.
+  void Clear() {
+    pieces.clear();
+    shaded.clear();
+  }
+  int NumShaded() const { return static_cast<int>(shaded.size()); }
+  // `appearance` is null where the piece is not shaded. False: there is no more room.
+  bool Add(const RecordedPiece<Real>& piece, const ShadedPiece<Real>* appearance) {
+    pieces.push_back(piece);
+    if (appearance != nullptr) shaded.push_back(*appearance);
+    return true;
+  }
+
+  // What BackpropagateRay asks of it: its pieces, from the far end.
+  struct Backwards {
+    const RayRecord& record;
+    size_t n;
+
+    // The next piece, and what is seen of it if it is shaded. False: there is none.
+    bool Next(RecordedPiece<Real>* piece, ShadedPiece<Real>* appearance) {
+      if (n == 0) return false;
+      *piece = record.pieces[--n];
+      if (piece->shaded >= 0) *appearance = record.shaded[piece->shaded];
+      return true;
+    }
+  };
+  Backwards FromTheEnd() const { return {*this, pieces.size()}; }
+};
+
+// A record of a ray that no backward pass will come for.
+template <typename Real>
+struct RayWithoutRecord : RayInProgress<Real> {
+  int num_shaded = 0;
+
+  SEMFOAM_HOST_DEVICE void Clear() { num_shaded = 0; }
+  SEMFOAM_HOST_DEVICE int NumShaded() const { return num_shaded; }
+  SEMFOAM_HOST_DEVICE bool Add(const RecordedPiece<Real>&, const ShadedPiece<Real>* appearance) {
+    num_shaded += appearance != nullptr;
+    return true;
+  }
+};
+
+// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
+// which the optical depth passes `cutoff_tau`, or where the record has no more room. The caller
+// sets record->origin, direction, and composite = {} with the quantile_tau that are wanted, before.
+template <typename Real, typename Record>
+SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& geometry,
+                                  const CellShading<Real>& shading,
+                                  uint32_t start,
+                                  std::type_identity_t<Real> cutoff_tau,
+                                  Record* record) {
+  RayComposite<Real>& composite = record->composite;
+  record->Clear();
+  const int num_coefficients = NumShCoefficients(shading.sh_degree);
+  ShBasis(shading.sh_degree, record->direction, record->sh_basis);
+  const auto visit = [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
+    RecordedPiece<Real> piece;
+    piece.cell = cell;
+    piece.next = next;
+    piece.shaded = -1;
+    piece.clamped = clamped;
+    piece.t_out = t_out;
+    const Real sigma = shading.density[cell];
+    if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in)) return record->Add(piece, nullptr);
+
+    piece.shaded = record->NumShaded();
+    ShadedPiece<Real> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+    const bool counts = shaded.weight > Real(kNegligibleWeight);
+    ShColor(record->sh_basis,
+            counts ? num_coefficients : 1,
+            shading.sh + size_t(cell) * 3 * num_coefficients,
+            shaded.color);
+    for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
+    if (counts && shading.identity != nullptr) {
+      const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
+      for (int c = 0; c < kIdentityDim; ++c) {
+        composite.identity[c] += shaded.weight * identity[c];
+      }
+    }
+    return record->Add(piece, &shaded) && composite.tau < cutoff_tau;
+  };
+  record->hit_step_limit = !Walk<Real>(geometry, record->origin, record->direction, start, visit);
+}
+
+// What one ray says to one cell. Colour and identity gradients are outer products with per-ray
+// vectors, so the weight is all that is needed: dL/dsh[k][c] = weight * gradient.color[c] *
+// sh_basis[k] where bit c of color_mask is set (the channel is not clamped at black), dL/df =
+// weight * gradient.identity; the former for k = 0 only and the latter not at all where the weight
+// is negligible.
+template <typename Real>
+struct CellContribution {
+  uint32_t cell;
+  uint32_t color_mask;
+  Real weight;
+  Real density;  // dL/dsigma, before the activation
+  Eigen::Matrix<Real, 3, 1> position;
+};
+
+// Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
+// any gradient, from the far end to the near one: for the cell behind a piece after that piece was
+// read from the record, not before. With `identity`, the cells' as in CellShading,
+// gradient.identity flows through the pieces' weights into densities and positions as the colour's
+// does; without, it is cut there.
+template <typename Real, typename Record, typename Emit>
+SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Real>>& geometry,
+                                          const Record& record,
+                                          const RayGradient<Real>& gradient,
+                                          Emit&& emit,
+                                          const std::type_identity_t<Real>* identity = nullptr) {
+  using Vector = Eigen::Matrix<Real, 3, 1>;
+  RecordedPiece<Real> piece;
+  ShadedPiece<Real> shaded{};
+  auto pieces = record.FromTheEnd();
+  if (!pieces.Next(&piece, &shaded)) return;
+  BackwardPass<Real> pass(record.composite, gradient);
+
+  const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
+    if (contribution.cell >= geometry.num_sites) return;
+    if (contribution.weight == 0 && contribution.density == 0 && contribution.position.isZero(0)) {
+      return;
+    }
+    emit(contribution);
+  };
+
+  // The cell behind the face at hand: it is complete once the face has added its share.
+  CellContribution<Real> behind{piece.next, 0, Real(0), Real(0), Vector::Zero()};
+  Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
+  do {
+    CellContribution<Real> here{piece.cell, 0, Real(0), Real(0), Vector::Zero()};
+    Real by_t_out = by_t_in;
+    by_t_in = 0;
+    if (piece.shaded >= 0) {
+      Real identity_dot(0);
+      if (identity != nullptr && shaded.weight > Real(kNegligibleWeight)) {
+        for (int c = 0; c < kIdentityDim; ++c) {
+          identity_dot += gradient.identity[c] * identity[size_t(piece.cell) * kIdentityDim + c];
+        }
+      }
+      const PieceGradient<Real> own = pass.Step(piece.shaded, shaded, identity_dot);
+      here.weight = shaded.weight;
+      here.density = own.sigma;
+      for (int c = 0; c < 3; ++c) here.color_mask |= uint32_t(shaded.color[c] > 0) << c;
+      by_t_out += own.t_out;
+      by_t_in = own.t_in;
+    }
+    if (piece.clamped) {
+      by_t_in += by_t_out;
+    } else if (const Vector n = geometry.positions[piece.next] - geometry.positions[piece.cell];
+               by_t_out != 0 && !IsGrazing<Real>(n, record.direction)) {
+      const Vector r = record.origin - geometry.positions[piece.cell];
+      Vector dt_here, dt_behind;
+      CrossingDerivatives<Real>(r, n, record.direction, piece.t_out, &dt_here, &dt_behind);
+      here.position += by_t_out * dt_here;
+      behind.position += by_t_out * dt_behind;
+    }
+    emit_if_real(behind);
+    behind = here;
+  } while (pieces.Next(&piece, &shaded));
+  emit_if_real(behind);  // the first cell; its entry, t = 0, is the camera's and no site's
+}
+
+}  // namespace semfoam

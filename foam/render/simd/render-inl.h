@@ -1,0 +1,509 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TraceRay and BackpropagateRay (ray_record.h) with vector instructions. Compiled once per
+// instruction set (foam/render/simd/kernels.cc), hence the guard that toggles.
+#if defined(SEMFOAM_SIMD_RENDER_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SEMFOAM_SIMD_RENDER_INL_H_
+#undef SEMFOAM_SIMD_RENDER_INL_H_
+#else
+#define SEMFOAM_SIMD_RENDER_INL_H_
+#endif
+
+#include "foam/render/ray_tracer.h"
+#include "foam/render/simd/walk-inl.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <hwy/cache_control.h>
+#include <hwy/contrib/math/math-inl.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace semfoam {
+namespace HWY_NAMESPACE {
+
+// Room for `count` pieces, the entry behind the last one, and a register's width beyond.
+inline void Reserve(size_t count, RayTrace* ray) {
+  if (ray->pieces.size() >= count + 1 + kPlaneLanes) return;
+  const size_t size = std::max<size_t>(2 * count, 128) + 1 + kPlaneLanes;
+  ray->sites.resize(size);
+  ray->pieces.resize(size);
+  ray->weight.resize(size);
+  ray->transmittance.resize(size);
+  for (auto& channel : ray->color) channel.resize(size);
+}
+
+// What a step wants of its cell comes in two stages: what lies at the cell's index, and then, where
+// that says so, the planes. One stage would wait for the index on the spot, a fifth of the walk's
+// time in a foam that the caches do not hold.
+inline void PrefetchCell(const WalkGeometry<float>& geometry,
+                         const CellShading<float>& shading,
+                         uint32_t cell) {
+  hwy::Prefetch(&geometry.positions[cell]);
+  hwy::Prefetch(&shading.density[cell]);
+  hwy::Prefetch(&geometry.first_block[cell]);
+}
+
+inline void PrefetchPlanes(const WalkGeometry<float>& geometry, uint32_t cell) {
+  const auto* const block =
+      reinterpret_cast<const char*>(geometry.blocks.data() + geometry.first_block[cell]);
+  for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
+}
+
+// kLocality as in __builtin_prefetch: 3 brings the lines to the first-level cache, 2 to the second.
+template <int kLocality>
+HWY_INLINE void PrefetchAppearance(const CellShading<float>& shading,
+                                   size_t sh_stride,
+                                   size_t cell) {
+  const float* const sh = shading.sh + cell * sh_stride;
+  for (size_t k = 0; k < sh_stride; k += 16) __builtin_prefetch(sh + k, 0, kLocality);
+  __builtin_prefetch(sh + sh_stride - 1, 0, kLocality);
+  if (shading.identity != nullptr) {
+    __builtin_prefetch(shading.identity + cell * kIdentityDim, 0, kLocality);
+  }
+}
+
+// Walks a group of rays in turns. Nothing is shaded here: what the walk needs is the optical depth,
+// to know where to stop.
+template <int kRays>
+void WalkAndRecord(const WalkGeometry<float>& geometry,
+                   const CellShading<float>& shading,
+                   float cutoff_tau,
+                   RayTrace* rays) {
+  struct State {
+    uint32_t cell;
+    float t;
+    float tau;
+    bool alive;
+  };
+  State states[kRays];
+  for (int r = 0; r < kRays; ++r) {
+    states[r] = {rays[r].start_cell, 0, 0, true};
+    rays[r].num_pieces = 0;
+    rays[r].hit_step_limit = false;
+    rays[r].clamped.clear();
+    Reserve(1, &rays[r]);
+  }
+  const size_t sh_stride = 3 * NumShCoefficients(shading.sh_degree);
+  const size_t limit = geometry.positions.size();
+  int num_alive = kRays;
+  for (size_t step = 0; step <= limit && num_alive > 0; ++step) {
+    for (int r = 0; r < kRays; ++r) {
+      // For the ray that is half of the others' turns away from its own.
+      if (const State& later = states[(r + kRays / 2) % kRays]; kRays > 1 && later.alive) {
+        PrefetchPlanes(geometry, later.cell);
+      }
+      State& state = states[r];
+      if (!state.alive) continue;
+      RayTrace& ray = rays[r];
+      const CellExit<float> exit = FindExitSimd(geometry, state.cell, ray.origin, ray.direction);
+      const size_t k = ray.num_pieces;
+      const Eigen::Vector3f& site = geometry.positions[state.cell];
+      if (HWY_UNLIKELY(exit.neighbor == kNoCell)) {
+        ray.sites[k] = {site[0], site[1], site[2], 0};
+        ray.pieces[k] = {state.cell, 0, state.tau, 0};
+        state.alive = false;
+        --num_alive;
+        continue;
+      }
+      if (HWY_UNLIKELY(exit.t < state.t)) ray.clamped.push_back(static_cast<uint32_t>(k));
+      const float t_out = HWY_MAX(exit.t, state.t);
+      const float sigma = shading.density[state.cell];
+      const float shaded = sigma > static_cast<float>(kTransparentDensity) ? sigma : 0.f;
+      const float optical_depth = shaded * (t_out - state.t);
+      ray.sites[k] = {site[0], site[1], site[2], t_out > state.t ? shaded : 0.f};
+      ray.pieces[k] = {state.cell, t_out, state.tau, optical_depth};
+      ++ray.num_pieces;
+      // The next cell comes while the other rays compute, and what shading will ask for while the
+      // walk goes on: to the second-level cache, for the first has no room for all these rays'
+      // cells.
+      PrefetchCell(geometry, shading, exit.neighbor);
+      if (optical_depth > kNegligibleWeight) {
+        PrefetchAppearance<2>(shading, sh_stride, state.cell);
+      } else if (shaded > 0) {
+        __builtin_prefetch(shading.sh + state.cell * sh_stride, 0, 2);
+      }
+      state.tau += optical_depth;
+      state.t = t_out;
+      state.cell = exit.neighbor;
+      if (HWY_UNLIKELY(ray.pieces.size() < k + 2 + kPlaneLanes)) Reserve(k + 1, &ray);
+      if (HWY_UNLIKELY(!(state.tau < cutoff_tau))) {
+        const Eigen::Vector3f& next = geometry.positions[state.cell];
+        ray.sites[k + 1] = {next[0], next[1], next[2], 0};
+        ray.pieces[k + 1] = {state.cell, 0, state.tau, 0};
+        state.alive = false;
+        --num_alive;
+      }
+    }
+  }
+  for (int r = 0; r < kRays; ++r) rays[r].hit_step_limit = states[r].alive;
+}
+
+// ShColor, three channels in a register. `sh` is [num_coefficients][3], and there is a float behind
+// the first three.
+HWY_INLINE void ShColorSimd(const float* basis,
+                            int num_coefficients,
+                            const float* sh,
+                            float* color) {
+#if HWY_TARGET == HWY_SCALAR
+  ShColor(basis, num_coefficients, sh, color);
+#else
+  // The fourth lane holds what is not wanted. Two sums, for they are chains of multiply-adds that
+  // wait for each other.
+  const hn::CappedTag<float, 4> f;
+  auto even = hn::MulAdd(hn::Set(f, basis[0]), hn::LoadU(f, sh), hn::Set(f, 0.5f));
+  if (num_coefficients > 1) {
+    const int last = num_coefficients - 1;
+    auto odd = hn::Zero(f);
+    int k = 1;
+    for (; k + 1 < last; k += 2) {
+      odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+      even = hn::MulAdd(hn::Set(f, basis[k + 1]), hn::LoadU(f, sh + 3 * k + 3), even);
+    }
+    if (k < last) odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+    // No float may lie behind the last coefficient; one lies before it.
+    const auto shifted = hn::Shuffle0321(hn::LoadU(f, sh + 3 * last - 1));
+    even = hn::Add(hn::MulAdd(hn::Set(f, basis[last]), shifted, even), odd);
+  }
+  HWY_ALIGN float sum[4];
+  hn::Store(hn::Max(even, hn::Zero(f)), f, sum);
+  std::copy_n(sum, 3, color);
+#endif
+}
+
+// Weights, depth quantiles, colour and identity of a walked ray.
+inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const size_t n = ray->num_pieces;
+  // Behind the last entry: entries of no depth, so that whole registers can be worked on.
+  std::fill_n(&ray->pieces[n + 1], kPlaneLanes - 1, ray->pieces[n]);
+  std::fill_n(&ray->sites[n + 1], kPlaneLanes - 1, ray->sites[n]);
+  for (size_t k = 0; k < n; k += kStep) {
+    Floats cell, t_out, tau_in, optical_depth;
+    hn::LoadInterleaved4(
+        f, reinterpret_cast<const float*>(&ray->pieces[k]), cell, t_out, tau_in, optical_depth);
+    const Floats before = hn::Exp(f, hn::Neg(tau_in));
+    const Floats through = hn::Exp(f, hn::Neg(hn::Add(tau_in, optical_depth)));
+    hn::StoreU(
+        hn::Neg(hn::Mul(before, hn::Expm1(f, hn::Neg(optical_depth)))), f, ray->weight.data() + k);
+    hn::StoreU(through, f, ray->transmittance.data() + k);
+  }
+
+  RayComposite<float>& composite = ray->composite;
+  composite = {};
+  composite.tau = ray->pieces[n].tau_in;
+  for (int q = 0; q < kNumQuantiles; ++q) {
+    const float quantile = ray->quantile_tau[q];
+    composite.quantile_tau[q] = quantile;
+    if (!(quantile < composite.tau)) continue;
+    size_t k = 0;
+    while (!(quantile < ray->pieces[k + 1].tau_in)) ++k;
+    const RayTrace::Piece& piece = ray->pieces[k];
+    const float t_in = k == 0 ? 0.f : ray->pieces[k - 1].t_out;
+    const float depth = t_in + (quantile - piece.tau_in) / ray->sites[k].density;
+    composite.quantile_piece[q] = static_cast<int>(k);
+    composite.quantile_depth[q] = depth < piece.t_out ? depth : piece.t_out;
+  }
+
+  const int num_coefficients = NumShCoefficients(shading.sh_degree);
+  ShBasis(shading.sh_degree, ray->direction, ray->sh_basis);
+  const hn::CappedTag<float, kIdentityDim> id;
+  constexpr size_t kIdStep = hn::MaxLanes(id);
+  constexpr size_t kIdParts = kIdentityDim / kIdStep;
+  hn::Vec<decltype(id)> identity[kIdParts];
+  for (auto& part : identity) part = hn::Zero(id);
+  constexpr size_t kAhead = 4;  // pieces, from the second-level cache to the first
+  for (size_t k = 0; k < n; ++k) {
+    float color[3] = {0, 0, 0};
+    if (k + kAhead < n && ray->weight[k + kAhead] > kNegligibleWeight) {
+      PrefetchAppearance<3>(shading, 3 * num_coefficients, ray->pieces[k + kAhead].cell);
+    }
+    if (ray->sites[k].density > 0) {
+      const float weight = ray->weight[k];
+      const size_t cell = ray->pieces[k].cell;
+      const bool counts = weight > kNegligibleWeight;
+      const float* const sh = shading.sh + cell * 3 * num_coefficients;
+      if (num_coefficients == 1) {
+        ShColor(ray->sh_basis, 1, sh, color);
+      } else {
+        ShColorSimd(ray->sh_basis, counts ? num_coefficients : 1, sh, color);
+      }
+      for (int c = 0; c < 3; ++c) composite.color[c] += weight * color[c];
+      if (counts && shading.identity != nullptr) {
+        const float* const row = shading.identity + cell * kIdentityDim;
+        const auto w = hn::Set(id, weight);
+        for (size_t p = 0; p < kIdParts; ++p) {
+          identity[p] = hn::MulAdd(w, hn::LoadU(id, row + p * kIdStep), identity[p]);
+        }
+      }
+    }
+    for (int c = 0; c < 3; ++c) ray->color[c][k] = color[c];
+  }
+  for (size_t p = 0; p < kIdParts; ++p) {
+    hn::StoreU(identity[p], id, composite.identity + p * kIdStep);
+  }
+}
+
+void TraceRays(const WalkGeometry<float>& geometry,
+               const CellShading<float>& shading,
+               float cutoff_tau,
+               RayTrace* rays,
+               size_t count) {
+  size_t i = 0;
+  for (; i + kRaysInFlight <= count; i += kRaysInFlight) {
+    WalkAndRecord<kRaysInFlight>(geometry, shading, cutoff_tau, rays + i);
+    for (int r = 0; r < kRaysInFlight; ++r) ShadeRay(shading, &rays[i + r]);
+  }
+  for (; i < count; ++i) {
+    WalkAndRecord<1>(geometry, shading, cutoff_tau, rays + i);
+    ShadeRay(shading, &rays[i]);
+  }
+}
+
+// Scratch of the backward pass, one per thread.
+struct BackwardScratch {
+  LargePageVector<float> by_weight;  // dL/dw
+  LargePageVector<float> behind;     // sum over the pieces behind of w dL/dw, and of quantiles
+  LargePageVector<float> density;    // dL/dsigma
+  LargePageVector<float> by_t;       // dL/dt of the exit face
+  LargePageVector<float> by_t_own;   // the part of it that comes from the piece before the face
+  LargePageVector<float> here[3];    // by_t dt/d(site of the piece)
+  LargePageVector<float> beyond[3];  // by_t dt/d(site behind the face)
+
+  void Reserve(size_t count) {
+    if (density.size() >= count) return;
+    for (auto* array : {&by_weight, &behind, &density, &by_t, &by_t_own}) array->resize(2 * count);
+    for (auto& array : here) array.resize(2 * count);
+    for (auto& array : beyond) array.resize(2 * count);
+  }
+};
+
+// Adds to dL/dw of the pieces that show their identity what the rendered identity asks of it, and
+// to `behind` what that adds to the suffix sum.
+inline void AddIdentityByWeight(const RayTrace& ray,
+                                const float* identity_gradient,
+                                const float* identity,
+                                BackwardScratch* s) {
+  const hn::CappedTag<float, kIdentityDim> id;
+  constexpr size_t kStep = hn::MaxLanes(id);
+  constexpr size_t kParts = kIdentityDim / kStep;
+  hn::Vec<decltype(id)> gradient[kParts];
+  for (size_t p = 0; p < kParts; ++p) gradient[p] = hn::LoadU(id, identity_gradient + p * kStep);
+  for (int k = 0; k < ray.num_pieces; ++k) {
+    const float weight = ray.weight[k];
+    if (!(weight > kNegligibleWeight)) continue;
+    const float* const row = identity + size_t{ray.pieces[k].cell} * kIdentityDim;
+    auto sum = hn::Mul(gradient[0], hn::LoadU(id, row));
+    for (size_t p = 1; p < kParts; ++p) {
+      sum = hn::MulAdd(gradient[p], hn::LoadU(id, row + p * kStep), sum);
+    }
+    const float by_weight = hn::GetLane(hn::SumOfLanes(id, sum));
+    s->by_weight[k] += by_weight;
+    s->behind[k] += by_weight * weight;
+  }
+}
+
+void BackpropagateRay(const RayTrace& ray,
+                      const RayGradient<float>& gradient,
+                      uint32_t num_sites,
+                      uint32_t ray_index,
+                      std::vector<GradientRecord>* records,
+                      const float* identity) {
+  const size_t n = ray.num_pieces;
+  if (n == 0) return;
+  thread_local BackwardScratch s;
+  s.Reserve(n + 2 * kPlaneLanes);
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const Floats zero = hn::Zero(f);
+
+  // dL/dw, and what each piece adds to the suffix sum of those before it.
+  {
+    const Floats opacity = hn::Set(f, gradient.opacity);
+    const Floats red = hn::Set(f, gradient.color[0]);
+    const Floats green = hn::Set(f, gradient.color[1]);
+    const Floats blue = hn::Set(f, gradient.color[2]);
+    for (size_t k = 0; k < n; k += kStep) {
+      const Floats by_weight =
+          hn::MulAdd(red,
+                     hn::LoadU(f, ray.color[0].data() + k),
+                     hn::MulAdd(green,
+                                hn::LoadU(f, ray.color[1].data() + k),
+                                hn::MulAdd(blue, hn::LoadU(f, ray.color[2].data() + k), opacity)));
+      hn::StoreU(by_weight, f, s.by_weight.data() + k);
+      hn::StoreU(hn::Mul(by_weight, hn::LoadU(f, ray.weight.data() + k)), f, s.behind.data() + k);
+    }
+  }
+  if (identity != nullptr) AddIdentityByWeight(ray, gradient.identity, identity, &s);
+  const RayComposite<float>& composite = ray.composite;
+  for (int q = 0; q < kNumQuantiles; ++q) {
+    const int k = composite.quantile_piece[q];
+    if (k >= 0) s.behind[k] += gradient.quantile_depth[q] / ray.sites[k].density;
+  }
+  float suffix = 0;
+  for (size_t k = n; k-- > 0;) {
+    const float own = s.behind[k];
+    s.behind[k] = suffix;
+    suffix += own;
+  }
+
+  // dL/dx, and from it the density's gradient and the faces'.
+  s.by_t_own[n] = 0;
+  for (size_t k = 0; k < n; k += kStep) {
+    Floats x, y, z, density, cell, t_out, tau_in, optical_depth;
+    hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
+    hn::LoadInterleaved4(
+        f, reinterpret_cast<const float*>(&ray.pieces[k]), cell, t_out, tau_in, optical_depth);
+    const Floats by_depth = hn::Sub(
+        hn::Mul(hn::LoadU(f, s.by_weight.data() + k), hn::LoadU(f, ray.transmittance.data() + k)),
+        hn::LoadU(f, s.behind.data() + k));
+    const Floats by_density = hn::Div(hn::Mul(by_depth, optical_depth), density);
+    hn::StoreU(hn::IfThenElse(hn::Gt(density, zero), by_density, zero), f, s.density.data() + k);
+    hn::StoreU(hn::Mul(by_depth, density), f, s.by_t_own.data() + k);
+  }
+  for (size_t k = n; k < n + kStep; ++k) s.by_t_own[k] = 0;
+  for (size_t k = 0; k < n; k += kStep) {
+    hn::StoreU(
+        hn::Sub(hn::LoadU(f, s.by_t_own.data() + k), hn::LoadU(f, s.by_t_own.data() + k + 1)),
+        f,
+        s.by_t.data() + k);
+  }
+  for (int q = 0; q < kNumQuantiles; ++q) {
+    const int k = composite.quantile_piece[q];
+    if (k < 0) continue;
+    const float by_quantile = gradient.quantile_depth[q];
+    const float t_in = k == 0 ? 0.f : ray.pieces[k - 1].t_out;
+    s.density[k] -= by_quantile * (composite.quantile_depth[q] - t_in) / ray.sites[k].density;
+    if (k > 0) s.by_t[k - 1] += by_quantile;
+  }
+  // A clamped exit is the entry's distance: what is asked of it is asked of the entry.
+  for (size_t i = ray.clamped.size(); i-- > 0;) {
+    const uint32_t k = ray.clamped[i];
+    if (k > 0) s.by_t[k - 1] += s.by_t[k];
+    s.by_t[k] = 0;
+  }
+
+  // The faces' sites. In place of CrossingDerivatives and IsGrazing of walk.h.
+  {
+    const Floats dx = hn::Set(f, ray.direction[0]);
+    const Floats dy = hn::Set(f, ray.direction[1]);
+    const Floats dz = hn::Set(f, ray.direction[2]);
+    const Floats ox = hn::Set(f, ray.origin[0]);
+    const Floats oy = hn::Set(f, ray.origin[1]);
+    const Floats oz = hn::Set(f, ray.origin[2]);
+    const Floats grazing = hn::Set(f, 1e-10f);
+    for (size_t k = 0; k < n; k += kStep) {
+      Floats x, y, z, nx, ny, nz, density, cell, t, tau_in, optical_depth;
+      hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
+      hn::LoadInterleaved4(
+          f, reinterpret_cast<const float*>(&ray.sites[k + 1]), nx, ny, nz, density);
+      hn::LoadInterleaved4(
+          f, reinterpret_cast<const float*>(&ray.pieces[k]), cell, t, tau_in, optical_depth);
+      nx = hn::Sub(nx, x);
+      ny = hn::Sub(ny, y);
+      nz = hn::Sub(nz, z);
+      const Floats nd = hn::MulAdd(nx, dx, hn::MulAdd(ny, dy, hn::Mul(nz, dz)));
+      const Floats nn = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, hn::Mul(nz, nz)));
+      const auto is_constant = hn::Lt(hn::Mul(nd, nd), hn::Mul(grazing, nn));
+      const Floats by_t = hn::LoadU(f, s.by_t.data() + k);
+      const Floats scale =
+          hn::IfThenElse(hn::Or(is_constant, hn::Eq(by_t, zero)), zero, hn::Div(by_t, nd));
+      const Floats fx = hn::MulAdd(t, dx, hn::Sub(ox, x));
+      const Floats fy = hn::MulAdd(t, dy, hn::Sub(oy, y));
+      const Floats fz = hn::MulAdd(t, dz, hn::Sub(oz, z));
+      hn::StoreU(hn::Mul(scale, fx), f, s.here[0].data() + k);
+      hn::StoreU(hn::Mul(scale, fy), f, s.here[1].data() + k);
+      hn::StoreU(hn::Mul(scale, fz), f, s.here[2].data() + k);
+      hn::StoreU(hn::Mul(scale, hn::Sub(nx, fx)), f, s.beyond[0].data() + k);
+      hn::StoreU(hn::Mul(scale, hn::Sub(ny, fy)), f, s.beyond[1].data() + k);
+      hn::StoreU(hn::Mul(scale, hn::Sub(nz, fz)), f, s.beyond[2].data() + k);
+    }
+  }
+  for (size_t k = 0; k <= n; ++k) {
+    GradientRecord record{ray_index, {ray.pieces[k].cell, 0, 0, 0, Eigen::Vector3f::Zero()}};
+    CellContribution<float>& c = record.contribution;
+    if (c.cell >= num_sites) continue;
+    if (k > 0) c.position = {s.beyond[0][k - 1], s.beyond[1][k - 1], s.beyond[2][k - 1]};
+    if (k < n) {
+      c.position += Eigen::Vector3f(s.here[0][k], s.here[1][k], s.here[2][k]);
+      c.weight = ray.weight[k];
+      c.density = s.density[k];
+      for (int a = 0; a < 3; ++a) c.color_mask |= uint32_t{ray.color[a][k] > 0} << a;
+    }
+    if (c.weight == 0 && c.density == 0 && c.position.isZero(0)) continue;
+    records->push_back(record);
+  }
+}
+
+// The part of ClassLoss::Add that is the same for any classifier.
+float AddClassLoss(const ClassifierView<float>& classifier,
+                   const float* transposed,
+                   const float* padded_bias,
+                   size_t padded_classes,
+                   const float* identity,
+                   int32_t class_index,
+                   float weight,
+                   float scale,
+                   float* logits,
+                   float* identity_gradient,
+                   float* weight_gradient,
+                   float* bias_gradient) {
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  Floats largest = hn::Set(f, padded_bias[0]);
+  for (size_t k = 0; k < padded_classes; k += kStep) {
+    Floats sum = hn::Load(f, padded_bias + k);
+    for (int c = 0; c < kIdentityDim; ++c) {
+      sum = hn::MulAdd(
+          hn::Set(f, identity[c]), hn::Load(f, transposed + c * padded_classes + k), sum);
+    }
+    hn::Store(sum, f, logits + k);
+    largest = k == 0 ? sum : hn::Max(largest, sum);
+  }
+  largest = hn::MaxOfLanes(f, largest);
+  const float own_logit = logits[class_index] - hn::GetLane(largest);
+  Floats total = hn::Zero(f);
+  for (size_t k = 0; k < padded_classes; k += kStep) {
+    const Floats e = hn::Exp(f, hn::Sub(hn::Load(f, logits + k), largest));
+    hn::Store(e, f, logits + k);
+    total = hn::Add(total, e);
+  }
+  const float sum = hn::GetLane(hn::SumOfLanes(f, total));
+
+  // dL/dlogit = softmax - 1 at the true class.
+  const hn::CappedTag<float, kIdentityDim> id;
+  constexpr size_t kIdStep = hn::MaxLanes(id);
+  constexpr size_t kIdParts = kIdentityDim / kIdStep;
+  hn::Vec<decltype(id)> gradient[kIdParts], scaled_identity[kIdParts];
+  for (size_t p = 0; p < kIdParts; ++p) {
+    gradient[p] = hn::LoadU(id, identity_gradient + p * kIdStep);
+    scaled_identity[p] = hn::Mul(hn::Set(id, scale), hn::LoadU(id, identity + p * kIdStep));
+  }
+  const float normalization = static_cast<float>(ClassNormalization(classifier.num_classes));
+  const float per_class = weight / normalization;
+  for (int k = 0; k < classifier.num_classes; ++k) {
+    const float by_logit = per_class * (logits[k] / sum - static_cast<float>(k == class_index));
+    const auto by = hn::Set(id, by_logit);
+    const float* const row = classifier.weight + size_t(k) * kIdentityDim;
+    float* const out = weight_gradient + size_t(k) * kIdentityDim;
+    for (size_t p = 0; p < kIdParts; ++p) {
+      gradient[p] = hn::MulAdd(by, hn::LoadU(id, row + p * kIdStep), gradient[p]);
+      hn::StoreU(hn::MulAdd(by, scaled_identity[p], hn::LoadU(id, out + p * kIdStep)),
+                 id,
+                 out + p * kIdStep);
+    }
+    bias_gradient[k] += scale * by_logit;
+  }
+  for (size_t p = 0; p < kIdParts; ++p) {
+    hn::StoreU(gradient[p], id, identity_gradient + p * kIdStep);
+  }
+  return (std::log(sum) - own_logit) / normalization;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace semfoam
+HWY_AFTER_NAMESPACE();
+
+#endif

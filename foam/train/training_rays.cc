@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/train/training_rays.h"
+
+#include "foam/util/parallel.h"
+#include "foam/util/random.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace semfoam {
+namespace {
+
+constexpr uint64_t kQuantilePurpose = 0x4a2;
+
+bool RayOfPixel(const TrainingViews& views,
+                const ViewPixel& pixel,
+                const PixelValue* value,
+                TrainingRay* ray) {
+  return value == nullptr ? views.Ray(pixel.view, pixel.x, pixel.y, ray)
+                          : views.RayOf(pixel.view, pixel.x, pixel.y, *value, ray);
+}
+
+}  // namespace
+
+std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
+  std::vector<int> result;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (!views.IsHeldOut(view)) result.push_back(view);
+  }
+  return result;
+}
+
+std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
+                                   const ViewPixel& pixel,
+                                   const PixelValue* value,
+                                   uint32_t start_cell) {
+  TrainingRay ray;
+  if (!RayOfPixel(views, pixel, value, &ray) || !ray.color.allFinite()) return {};
+  BatchRay out;
+  out.origin = views.Origin(pixel.view).cast<float>();
+  out.direction = ray.direction;
+  out.start_cell = start_cell;
+  std::copy_n(ray.color.data(), 3, out.target.color);
+  out.target.class_index = ray.class_index;
+  return out;
+}
+
+int64_t DrawRays(const TrainingViews& views,
+                 const PixelRange& pixels,
+                 const PixelValue* values,
+                 const std::vector<uint32_t>& start_cells,
+                 int rays_per_iteration,
+                 uint64_t seed,
+                 int64_t iteration,
+                 std::vector<BatchRay>* rays) {
+  const int num_tiles = NumTiles(rays_per_iteration);
+  const std::vector<int64_t> tiles = DrawTiles(seed, iteration, num_tiles, pixels.size());
+  const int batch = num_tiles * kTileRays;
+  rays->resize(batch);
+
+  std::vector<uint8_t> valid(batch);
+  std::atomic<int64_t> nonfinite_pixels = 0;
+  ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const ViewPixel corner = pixels.At(tiles[i / kTileRays]);
+      const ViewPixel pixel = TilePixel(corner,
+                                        static_cast<int>(i % kTileRays),
+                                        views.Width(corner.view),
+                                        views.Height(corner.view));
+      TrainingRay ray;
+      valid[i] = RayOfPixel(views, pixel, values == nullptr ? nullptr : &values[i], &ray);
+      if (!valid[i]) continue;
+      if (!ray.color.allFinite()) {
+        valid[i] = false;
+        ++nonfinite_pixels;
+        continue;
+      }
+      BatchRay& out = (*rays)[i];
+      out.origin = views.Origin(pixel.view).cast<float>();
+      out.direction = ray.direction;
+      out.start_cell = start_cells[pixel.view];
+      CounterRandom random(seed, kQuantilePurpose, uint64_t(iteration) * batch + i);
+      const double tau0 = -std::log(1 - random.Uniform()), tau1 = -std::log(1 - random.Uniform());
+      out.quantile_tau[0] = static_cast<float>(std::min(tau0, tau1));
+      out.quantile_tau[1] = static_cast<float>(std::max(tau0, tau1));
+      for (int c = 0; c < 3; ++c) out.target.color[c] = ray.color[c];
+      out.target.class_index = ray.class_index;
+    }
+  });
+  size_t kept = 0;
+  for (int i = 0; i < batch; ++i) {
+    if (valid[i]) (*rays)[kept++] = (*rays)[i];
+  }
+  rays->resize(kept);
+  return nonfinite_pixels;
+}
+
+}  // namespace semfoam

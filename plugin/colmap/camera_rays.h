@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/geometry/similarity.h"
+#include "foam/model/model.h"
+#include "foam/view/view_renderer.h"
+#include "plugin/colmap/colmap_model.h"
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// The rays through the pixel centres of one camera, in the camera's own frame. Undistorted cameras
+// compute each ray; distorted ones look it up (12 bytes a pixel) or, without a table, run Newton's
+// method for each. All three give the same bits for the same camera.
+class PixelRays {
+ public:
+  // Builds the table in parallel.
+  PixelRays(const Camera& camera, bool tabulate);
+
+  // Bytes of the table that this camera would have: 0 where it needs none.
+  static uint64_t TableBytes(const Camera& camera);
+
+  // The unit direction through (x + 0.5, y + 0.5). False where the camera has no ray there.
+  bool Direction(int x, int y, Eigen::Vector3f* direction) const {
+    if (!table_.empty()) {
+      *direction = table_[static_cast<size_t>(y) * width_ + x];
+    } else if (distorted_) {
+      *direction = Compute(x, y);
+    } else {
+      *direction =
+          Eigen::Vector3d(
+              (x + 0.5 - center_.x()) / focal_.x(), (y + 0.5 - center_.y()) / focal_.y(), 1)
+              .normalized()
+              .cast<float>();
+    }
+    return direction->z() != 0 || direction->x() != 0 || direction->y() != 0;
+  }
+
+ private:
+  Eigen::Vector3f Compute(int x, int y) const;  // zero where there is no ray
+
+  Camera camera_;
+  bool distorted_ = false;
+  size_t width_ = 0;
+  Eigen::Vector2d focal_ = Eigen::Vector2d::Ones();
+  Eigen::Vector2d center_ = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector3f> table_;
+};
+
+// A direction of the camera frame in the world and in the normalised frame, which share their axes.
+inline Eigen::Vector3f TurnedRay(const Eigen::Matrix3d& world_from_cam,
+                                 const Eigen::Vector3f& direction) {
+  return (world_from_cam * direction.cast<double>()).cast<float>();
+}
+
+// All rays of a view, at the camera's size, in the normalised frame: the very rays that training
+// casts.
+CameraRays MakeCameraRays(const Camera& camera,
+                          const Pose& cam_from_world,
+                          const Similarity& world_from_normalized);
+
+// The same for a photo of a model file. Throws UserError naming `model_file` when the record holds
+// no valid camera (CameraOf).
+CameraRays MakeCameraRays(const PhotoRecord& photo,
+                          const Similarity& world_from_normalized,
+                          const std::filesystem::path& model_file);
+
+// A photo record and what COLMAP calls it. The record's rotation is made unit length.
+PhotoRecord MakePhotoRecord(const Camera& camera, const Image& image, bool held_out);
+Pose PoseOf(const PhotoRecord& photo);
+
+// Throws UserError naming `model_file` when the record's camera model is unknown, its parameters
+// are not the model's, or its size or focal length is not positive. The camera has the id 0.
+Camera CameraOf(const PhotoRecord& photo, const std::filesystem::path& model_file);
+
+}  // namespace semfoam

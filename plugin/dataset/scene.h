@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/training_views.h"
+#include "foam/geometry/similarity.h"
+#include "foam/image/image.h"
+#include "foam/model/model.h"
+#include "plugin/colmap/camera_rays.h"
+#include "plugin/colmap/tracks.h"
+#include "plugin/mask/mask_consistency.h"
+#include "plugin/mask/masks.h"
+#include "plugin/photo/photo.h"
+#include "plugin/photo/photo_light.h"
+#include "plugin/photo/photo_survey.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// Whether an effect is simulated: as the photos call for it, or as the user says.
+enum class EffectSwitch { kAuto, kOn, kOff };
+
+struct SceneOptions {
+  std::filesystem::path image_path;  // the folder that image names are relative to
+  std::filesystem::path input_path;  // a COLMAP model, or a folder that FindModelFolder knows
+  std::filesystem::path mask_path;   // empty: what FindMaskFolder finds in workspace_path, then
+                                     // beside image_path, if anything
+  std::filesystem::path workspace_path;
+  std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
+  int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
+  LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
+  MaskConsistency mask_consistency = MaskConsistency::kAuto;
+  int max_image_size = -1;  // larger photos are reduced to this longest side; -1 = none is
+  bool use_masks = true;    // false: as if there were none
+  // kAuto: cameras whose distortion moves no corner by kLeastDistortion are pinhole cameras.
+  EffectSwitch distortion = EffectSwitch::kAuto;
+  uint64_t random_seed = 0;  // of the tracks that are drawn
+};
+
+inline constexpr double kLeastDistortion = 0.1;  // pixels
+
+// What there is to load, found without decoding a pixel.
+struct ScenePlan {
+  std::vector<PhotoRecord> photos;           // the registered images, sorted by name; cameras have
+                                             // the size that is trained on
+  std::vector<std::filesystem::path> files;  // their photos
+  std::vector<PhotoSize> file_sizes;         // of `files`
+  std::vector<uint64_t> photo_decoding;      // PhotoHeader::decoding_bytes of `files`
+  std::vector<uint64_t> mask_decoding;       // MaskHeader::decoding_bytes; 0 without a mask
+  MaskPairing masks;                         // for `files`; all empty without masks
+  std::filesystem::path mask_folder;         // empty: no masks
+  std::filesystem::path labels_file;         // empty: no names
+  bool masks_are_given = false;              // mask_folder was named, not found
+  bool labels_are_given = false;             // labels_file was named, not found
+  LabelZero label_zero = LabelZero::kAuto;
+  MaskConsistency mask_consistency = MaskConsistency::kAuto;
+  Similarity world_from_normalized;
+  std::vector<SeedPoint> seeds;
+  // [seeds] where the photos that are not held out saw them; empty unless masks are held against
+  // them.
+  std::vector<Sightings> seed_sightings;
+  int64_t num_points = 0;        // of the model; more than seeds where some are unfit
+  int num_unregistered = 0;      // photos in the image folder that the model does not have
+  int num_rescaled = 0;          // photos of another size than their camera says
+  int num_reduced = 0;           // photos larger than max_image_size
+  std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
+  std::vector<Track> tracks;     // a sample, see SampleTracks
+  std::vector<int> lenses;       // for `photos`, see LensOfPhotos
+  double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
+  // Sentences for the user about the model and the masks that are found or not: scene_warnings.h,
+  // NoMasksWarning.
+  std::vector<std::string> warnings;
+
+  // Memory in bytes, at the most. Of all photos, masks and ray tables, where they are held.
+  uint64_t MemoryBytes() const;
+  // Of these, the tables.
+  uint64_t TableBytes() const;
+  // What loading one more photo and mask at a time takes beside what is held.
+  uint64_t LoadingBytes() const;
+  // What opening a photo and its mask takes (TrainingScene::OpenView), where they are not held.
+  uint64_t OpeningBytes() const;
+  // What holding the masks against the tracks takes, before there is a foam.
+  uint64_t CorrectionBytes() const;
+};
+
+// How a planned scene is loaded.
+struct LoadOptions {
+  // Photos and masks stay in memory where ScenePlan::MemoryBytes is no more than this. Else none
+  // does, and what is kept of them for training takes so much.
+  int64_t cache_bytes = std::numeric_limits<int64_t>::max();
+  // How many photos and masks are decoded at a time; 0 = as many as there are threads.
+  int most_at_once = 0;
+  // Called with how many of how many photos have been decoded; from any thread, one at a time.
+  std::function<void(int done, int total)> report;
+};
+
+// Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.
+//
+// Seeds are the model's points within kFarRadius, in ascending order of their ids, finite, each
+// position once (with the tracks of all points that are there). Points without a track are left
+// out, unless no point has one (models of other programs).
+//
+// Throws UserError, one sentence naming the file or option: whatever ReadReconstruction and
+// PairMasks throw; no registered image; a registered image without a photo, or whose photo is no
+// image or has another aspect than its camera; a test_every that
+// holds out everything or is negative; a mask or label path that is given but missing; a mask path
+// without a mask; a label path without masks; what ReadPhotoHeader and ReadMaskHeader throw of the
+// photos and masks.
+ScenePlan PlanScene(const SceneOptions& options);
+
+// The photos, their cameras and their labels, ready to train on and to compare with. Views are
+// sorted by name. In memory: 3 bytes a pixel for the photo, 1 or 2 for its classes, where all of
+// them fit into LoadOptions::cache_bytes (else HoldsPixels is false, and a photo and its mask are
+// decoded whenever they are asked for); and 12 for each distorted camera's table of rays (up to
+// 1 GiB of tables; cameras shared by the most photos come first, and those without a table compute
+// each ray).
+class TrainingScene final : public TrainingViews {
+ public:
+  // Decodes every photo and mask completely, in parallel. Throws UserError naming the first, by
+  // name, that is damaged, and whatever DecodeMask, NumberMasks, CorrectMasks and NameLabels throw.
+  // Also where masks in a folder that the user named have no id but 0. Labels are named by
+  // NameCorrectedLabels.
+  explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
+
+  int NumViews() const override { return static_cast<int>(views_.size()); }
+  int Width(int view) const override { return plan_.photos[view].width; }
+  int Height(int view) const override { return plan_.photos[view].height; }
+  bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
+  Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
+  // The colour is the pixel's; after SetLights, what ReferenceColor makes of it, not a number where
+  // that is not known.
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override;
+  bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
+  bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
+
+  bool HoldsPixels() const override { return holds_pixels_; }
+  int64_t CacheBytes() const override { return cache_bytes_; }
+  int MostOpenViews() const override { return most_open_views_; }
+  // Throws UserError also where a file is not what it was when the scene was loaded: gone, of
+  // another size, or a mask with other ids.
+  std::unique_ptr<ViewPixels> OpenView(int view) const override;
+
+  // From now on colours are brought to the reference exposure. One light for each view; none: the
+  // photos stay as they are, and nothing is stored.
+  void SetLights(std::vector<PhotoLight> lights);
+
+  const ScenePlan& Plan() const { return plan_; }
+  const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
+  const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
+  const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
+
+  // One label per class; none without masks, or when they are empty.
+  const std::vector<Label>& Labels() const { return labels_; }
+  int NumClasses() const { return static_cast<int>(labels_.size()); }
+
+  // CHECKs HoldsPixels().
+  const Image8& Photo(int view) const;
+  // At the places of ScenePlan::tracks in this view, in their order.
+  const PhotoSurvey& Survey(int view) const { return surveys_[view]; }
+  bool HasMask(int view) const { return !plan_.masks.masks[view].empty(); }
+  // The label ids (Label::id) of a view's pixels at the photo's size; 0 where unlabelled or without
+  // a mask.
+  LabelImage LabelIds(int view) const;
+
+  // Time that decoding and checking the photos and masks took.
+  double SecondsDecoding() const { return seconds_decoding_; }
+
+  // "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
+  std::string MaskReport() const;
+  // Sentences for the user about the masks and their names, besides those of the plan.
+  std::vector<std::string> Warnings() const;
+  // What holding the masks against the tracks has come to.
+  const MaskConsistencyReport& Consistency() const { return consistency_; }
+  // The photos, in one line: how many, how many held out, what was left out or rescaled.
+  std::string PhotoReport() const;
+
+ private:
+  struct View {
+    Image8 photo;
+    ClassImage classes;
+    Eigen::Vector3d origin;          // normalised frame
+    Eigen::Matrix3d world_from_cam;  // rotation
+    std::shared_ptr<const PixelRays> rays;
+  };
+
+  void LoadPhotosAndMasks(const LoadOptions& load);
+  // Masks without an id but 0; empty where there are ids, or no masks.
+  std::string NoIdsSentence() const;
+  void PlaceCameras();
+  Image8 DecodePhoto(int view) const;
+  // The classes that the corrected mask gives; `indices` as of DecodedMask.
+  ClassImage ClassesOfMask(int view, ClassImage indices) const;
+  PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
+
+  ScenePlan plan_;
+  std::vector<View> views_;
+  std::vector<PhotoSurvey> surveys_;
+  bool holds_pixels_ = true;
+  int64_t cache_bytes_ = 0;
+  int most_open_views_ = 1;
+  std::vector<MaskContents> mask_contents_;
+  MaskClasses mask_classes_;
+  std::shared_ptr<const MaskRewriter> mask_rewriter_;
+  std::vector<PhotoLight> lights_;  // empty: none
+  std::vector<Label> labels_;
+  MaskConsistencyReport consistency_;
+  std::string names_warning_;
+  double seconds_decoding_ = 0;
+};
+
+}  // namespace semfoam

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/dataset/scene_checksums.h"
+
+#include "foam/util/error.h"
+#include "plugin/util/files.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <type_traits>
+#include <vector>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Collects what is to be summed up.
+class Checksum {
+ public:
+  template <typename T>
+  void Add(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  void Add(const std::string& text) {
+    Add(text.size());
+    bytes_ += text;
+  }
+  template <typename Derived>
+  void AddVector(const Eigen::MatrixBase<Derived>& vector) {
+    for (Eigen::Index i = 0; i < vector.size(); ++i) Add(vector[i]);
+  }
+  void AddSightings(const Sightings& sightings) {
+    Add(sightings.size());
+    for (const Sighting& sighting : sightings) {
+      Add(sighting.view);
+      AddVector(sighting.pixel);
+    }
+  }
+
+  std::string Text() const {
+    char text[17];
+    std::snprintf(text,
+                  sizeof(text),
+                  "%016llx",
+                  static_cast<unsigned long long>(XXH64(bytes_.data(), bytes_.size(), 0)));
+    return text;
+  }
+
+ private:
+  std::string bytes_;
+};
+
+// By pieces, each with the checksum of those before it as its seed.
+uint64_t ChecksumOfFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> piece(size_t{1} << 18);
+  uint64_t checksum = 0;
+  while (file) {
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    checksum = XXH64(piece.data(), static_cast<size_t>(file.gcount()), checksum);
+  }
+  if (!file.eof()) {
+    throw UserError(path.string(), ": cannot be read; a file that may be read would be right.");
+  }
+  return checksum;
+}
+
+// Empty paths count as such.
+std::string ChecksumOfFiles(const std::vector<fs::path>& files) {
+  std::vector<uint64_t> values(files.size(), 0);
+  ForEachFile(static_cast<int64_t>(files.size()), [&](int64_t i) {
+    if (!files[i].empty()) values[i] = ChecksumOfFile(files[i]);
+  });
+  Checksum checksum;
+  for (size_t i = 0; i < files.size(); ++i) {
+    checksum.Add(files[i].empty());
+    checksum.Add(values[i]);
+  }
+  return checksum.Text();
+}
+
+std::string ChecksumOfModel(const ScenePlan& plan) {
+  Checksum checksum;
+  checksum.Add(plan.photos.size());
+  for (const PhotoRecord& photo : plan.photos) {
+    checksum.Add(photo.name);
+    checksum.Add(photo.camera_model);
+    checksum.Add(photo.width);
+    checksum.Add(photo.height);
+    for (const double parameter : photo.camera_params) checksum.Add(parameter);
+    checksum.AddVector(photo.cam_from_world_rotation.coeffs());
+    checksum.AddVector(photo.cam_from_world_translation);
+    checksum.Add(photo.held_out);
+  }
+  checksum.Add(plan.seeds.size());
+  for (const SeedPoint& seed : plan.seeds) {
+    checksum.AddVector(seed.position);
+    checksum.AddVector(seed.color);
+  }
+  for (const Sightings& sightings : plan.seed_sightings) checksum.AddSightings(sightings);
+  checksum.Add(plan.tracks.size());
+  for (const Track& track : plan.tracks) {
+    checksum.AddVector(track.position);
+    checksum.AddSightings(track.sightings);
+  }
+  for (const int lens : plan.lenses) checksum.Add(lens);
+  checksum.Add(plan.world_from_normalized.scale);
+  checksum.AddVector(plan.world_from_normalized.translation);
+  return checksum.Text();
+}
+
+}  // namespace
+
+SceneChecksums ChecksumsOf(const ScenePlan& plan) {
+  std::vector<fs::path> masks = plan.masks.masks;
+  masks.push_back(plan.labels_file);
+  return {ChecksumOfModel(plan), ChecksumOfFiles(plan.files), ChecksumOfFiles(masks)};
+}
+
+}  // namespace semfoam

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What of a TrainingScene decodes photos and masks, and what is made of their pixels.
+#include "foam/util/error.h"
+#include "foam/util/parallel.h"
+#include "plugin/dataset/scene.h"
+#include "plugin/util/files.h"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+
+namespace fs = std::filesystem;
+
+TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
+    : plan_(std::move(plan)),
+      views_(plan_.photos.size()),
+      holds_pixels_(plan_.MemoryBytes() <= static_cast<uint64_t>(load.cache_bytes)),
+      cache_bytes_(load.cache_bytes),
+      most_open_views_(load.most_at_once > 0 ? load.most_at_once : NumThreads()) {
+  const auto start = std::chrono::steady_clock::now();
+  LoadPhotosAndMasks(load);
+  if (plan_.masks.NumPaired() > 0) {
+    names_warning_ = NameCorrectedLabels(
+        plan_.labels_file, plan_.labels_are_given, consistency_, mask_classes_.labels, &labels_);
+  }
+  seconds_decoding_ =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  PlaceCameras();
+}
+
+// Every file is decoded once before anything is trained, whether its pixels stay or not: what is
+// damaged is told at once.
+void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
+  const auto num_views = static_cast<int64_t>(plan_.photos.size());
+  std::vector<std::vector<Eigen::Vector2d>> places(num_views);
+  for (const Track& track : plan_.tracks) {
+    for (const Sighting& seen : track.sightings) places[seen.view].push_back(seen.pixel);
+  }
+  const bool is_judged = !plan_.seed_sightings.empty();
+  const std::vector<std::vector<Eigen::Vector2f>> seed_places =
+      PlacesByView(plan_.seed_sightings, plan_.photos.size());
+  surveys_.resize(num_views);
+  mask_contents_.resize(num_views);
+  std::vector<ClassImage> indices(num_views);     // DecodedMask::indices of masks that stay
+  std::vector<ViewEvidence> evidence(num_views);  // in indices of the mask's own ids
+  std::mutex report_mutex;
+  int num_done = 0;
+  ForEachFile(num_views, most_open_views_, [&](int64_t i) {
+    Image8 photo = DecodePhoto(static_cast<int>(i));
+    surveys_[i] = SurveyPhoto(photo, places[i]);
+    if (holds_pixels_) views_[i].photo = std::move(photo);
+    photo = Image8();
+    const PhotoSize size = {Width(static_cast<int>(i)), Height(static_cast<int>(i))};
+    if (!plan_.masks.masks[i].empty()) {
+      DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
+      mask_contents_[i] = std::move(mask.contents);
+      if (is_judged) evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
+      if (holds_pixels_) indices[i] = std::move(mask.indices);
+    } else {
+      evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
+    }
+    if (!load.report) return;
+    const std::lock_guard lock(report_mutex);
+    load.report(++num_done, static_cast<int>(num_views));
+  });
+  if (plan_.mask_folder.empty()) return;
+  mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
+  if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
+  labels_ = mask_classes_.labels;
+  if (is_judged) {
+    for (int64_t i = 0; i < num_views; ++i) {
+      GiveClasses(mask_classes_.Of(mask_contents_[i]), &evidence[i]);
+    }
+    MaskCorrection correction = CorrectMasks(plan_.seeds,
+                                             plan_.seed_sightings,
+                                             plan_.photos,
+                                             plan_.mask_consistency,
+                                             mask_classes_.labels,
+                                             evidence);
+    plan_.seed_sightings = {};
+    consistency_ = std::move(correction.report);
+    mask_rewriter_ = std::move(correction.rewriter);
+    if (mask_rewriter_) labels_ = mask_rewriter_->labels();
+  }
+  if (!holds_pixels_) return;
+  ForEachFile(num_views, most_open_views_, [&](int64_t i) {
+    if (plan_.masks.masks[i].empty()) return;
+    views_[i].classes = ClassesOfMask(static_cast<int>(i), std::move(indices[i]));
+  });
+}
+
+Image8 TrainingScene::DecodePhoto(int view) const {
+  const PhotoSize size = {Width(view), Height(view)};
+  Image8 photo = ReadPhoto(plan_.files[view]);
+  if (PhotoSize{photo.width, photo.height} != plan_.file_sizes[view]) {
+    throw UserError(plan_.files[view].string(),
+                    ": has changed its size since it was first looked at; photos that stay as "
+                    "they are would be right.");
+  }
+  return size == plan_.file_sizes[view] ? std::move(photo) : ReducePhoto(photo, size);
+}
+
+ClassImage TrainingScene::ClassesOfMask(int view, ClassImage indices) const {
+  ClassImage classes = ClassesOf(indices,
+                                 mask_classes_.Of(mask_contents_[view]),
+                                 static_cast<int>(mask_classes_.labels.size()));
+  indices = {};
+  return mask_rewriter_ ? mask_rewriter_->Rewrite(view, plan_.photos[view], classes)
+                        : std::move(classes);
+}
+
+PixelValue TrainingScene::ValueAt(const Image8& photo,
+                                  const ClassImage& classes,
+                                  int x,
+                                  int y) const {
+  const size_t pixel = static_cast<size_t>(y) * photo.width + x;
+  PixelValue value;
+  std::copy_n(photo.data.data() + 3 * pixel, 3, value.color);
+  value.SetClass(classes.Empty() ? kUnlabelled : classes[pixel]);
+  return value;
+}
+
+std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
+  class Decoded final : public ViewPixels {
+   public:
+    Decoded(const TrainingScene& scene, int view) : scene_(scene), view_(scene.views_[view]) {
+      if (scene.holds_pixels_) return;
+      const fs::path& mask_file = scene.plan_.masks.masks[view];
+      for (const fs::path& file : {scene.plan_.files[view], mask_file}) {
+        if (file.empty() || fs::is_regular_file(file)) continue;
+        throw UserError(file.string(),
+                        ": is no longer there, while training still reads the photos and masks "
+                        "that --image_cache_gb does not hold; files that stay until the end would "
+                        "be right.");
+      }
+      // The mask first: its classes are made in several steps, each with an image of its own.
+      if (!mask_file.empty()) {
+        classes_ = scene.ClassesOfMask(
+            view,
+            DecodeMaskAgain(
+                mask_file, {scene.Width(view), scene.Height(view)}, scene.mask_contents_[view])
+                .indices);
+      }
+      photo_ = scene.DecodePhoto(view);
+    }
+    PixelValue At(int x, int y) const override {
+      return scene_.holds_pixels_ ? scene_.ValueAt(view_.photo, view_.classes, x, y)
+                                  : scene_.ValueAt(photo_, classes_, x, y);
+    }
+
+   private:
+    const TrainingScene& scene_;
+    const View& view_;
+    Image8 photo_;
+    ClassImage classes_;
+  };
+  return std::make_unique<Decoded>(*this, view);
+}
+
+const Image8& TrainingScene::Photo(int view) const {
+  CHECK(holds_pixels_);
+  return views_[view].photo;
+}
+
+bool TrainingScene::RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const {
+  const View& v = views_[view];
+  if (!v.rays->Direction(x, y, direction)) return false;
+  *direction = TurnedRay(v.world_from_cam, *direction);
+  return true;
+}
+
+bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
+  CHECK(holds_pixels_);
+  const View& v = views_[view];
+  return RayOf(view, x, y, ValueAt(v.photo, v.classes, x, y), ray);
+}
+
+bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const {
+  if (!RayDirection(view, x, y, &ray->direction)) return false;
+  const uint8_t* color = value.color;
+  if (lights_.empty()) {
+    ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+  } else {
+    const double squared_radius = SquaredRadius({x + 0.5, y + 0.5}, Width(view), Height(view));
+    ray->color = ReferenceColor(color, lights_[view], squared_radius);
+  }
+  ray->class_index = value.Class();
+  return true;
+}
+
+void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
+  CHECK(lights.empty() || lights.size() == views_.size());
+  lights_ = std::move(lights);
+}
+
+LabelImage TrainingScene::LabelIds(int view) const {
+  LabelImage image{Width(view), Height(view), {}};
+  image.data.assign(static_cast<size_t>(image.width) * image.height, 0);
+  if (!HasMask(view)) return image;
+  const std::unique_ptr<ViewPixels> pixels = OpenView(view);
+  size_t i = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x, ++i) {
+      const int32_t class_index = pixels->At(x, y).Class();
+      if (class_index != kUnlabelled) image.data[i] = labels_[class_index].id;
+    }
+  }
+  return image;
+}
+
+}  // namespace semfoam

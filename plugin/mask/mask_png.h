@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "plugin/photo/photo.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace semfoam {
+
+// What a mask's header says.
+struct MaskHeader {
+  PhotoSize size;
+  bool is_rgb = false;  // else grey values or palette indices
+  bool is_palette = false;
+  int bits = 0;  // of a channel, as stored: 1, 2, 4, 8 or 16
+  // Memory that ReadMaskRows takes: that of one row, or of all rows where they are interlaced.
+  uint64_t decoding_bytes = 0;
+};
+
+// Reads the header without decoding a pixel. Throws UserError, one sentence naming the file, when
+// it is missing, is no PNG, holds 16-bit colours, which no mask format has, or its header is
+// damaged or promises more pixels than the file's bytes could ever hold.
+MaskHeader ReadMaskHeader(const std::filesystem::path& path);
+
+// Decodes a whole PNG and calls on_row(header, y, values) for every row from the top one on;
+// `values` [width] are the stored values, before any interpretation as colour: the grey value (1 to
+// 16 bits, not stretched), the palette index, or R + 256 G + 65536 B. Throws UserError as
+// ReadMaskHeader does, when the file is cut or damaged, and when its rows are interlaced and there
+// is not the memory for all of them; also what on_row throws.
+MaskHeader ReadMaskRows(
+    const std::filesystem::path& path,
+    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
+        on_row);
+
+// All rows at once.
+struct MaskPng {
+  int width = 0;
+  int height = 0;
+  bool is_rgb = false;
+  std::vector<uint32_t> values;  // row-major, [height][width]
+};
+
+// As ReadMaskRows; throws UserError also when there is not the memory for all values.
+MaskPng ReadMaskPng(const std::filesystem::path& path);
+
+}  // namespace semfoam

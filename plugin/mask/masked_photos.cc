@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/mask/masked_photos.h"
+
+#include "foam/util/error.h"
+#include "plugin/colmap/camera_rays.h"
+#include "plugin/colmap/seeds.h"
+#include "plugin/mask/mask_evidence.h"
+#include "plugin/mask/mask_png.h"
+#include "plugin/util/files.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+std::vector<Image> SortedImages(const Reconstruction& model) {
+  std::vector<Image> images = model.images;
+  std::sort(
+      images.begin(), images.end(), [](const Image& a, const Image& b) { return a.name < b.name; });
+  return images;
+}
+
+}  // namespace
+
+std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model) {
+  std::unordered_map<uint32_t, const Camera*> cameras;
+  for (const Camera& camera : model.cameras) cameras.emplace(camera.id, &camera);
+  std::vector<PhotoRecord> photos;
+  photos.reserve(model.images.size());
+  for (const Image& image : model.images) {
+    photos.push_back(MakePhotoRecord(*cameras.at(image.camera_id), image, /*held_out=*/false));
+  }
+  std::sort(photos.begin(), photos.end(), [](const PhotoRecord& a, const PhotoRecord& b) {
+    return a.name < b.name;
+  });
+  return photos;
+}
+
+ClassImage MaskedPhotos::GivenMask(int view) const {
+  if (!HasMask(view)) return {};
+  const PhotoSize size = {photos[view].width, photos[view].height};
+  const DecodedMask mask = DecodeMaskAgain(pairing.masks[view], size, contents[view]);
+  return ClassesOf(mask.indices, given.Of(mask.contents), static_cast<int>(given.labels.size()));
+}
+
+void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos) {
+  struct Place {
+    size_t point, index;
+  };
+  std::vector<std::vector<Place>> places(photos->photos.size());
+  photos->shown.clear();
+  for (size_t point = 0; point < photos->sightings.size(); ++point) {
+    const Sightings& track = photos->sightings[point];
+    photos->shown.emplace_back(track.size());
+    for (size_t k = 0; k < track.size(); ++k) places[track[k].view].push_back({point, k});
+  }
+  ForEachFile(static_cast<int64_t>(places.size()), [&](int64_t view) {
+    if (places[view].empty()) return;
+    const ViewMasks masks = masks_of(static_cast<int>(view));
+    if (masks.given.Empty()) return;
+    const PhotoRecord& photo = photos->photos[view];
+    for (const Place& place : places[view]) {
+      const Eigen::Vector2f pixel = photos->sightings[place.point][place.index].pixel.cast<float>();
+      const float x = pixel.x(), y = pixel.y();
+      MaskSighting& shown = photos->shown[place.point][place.index];
+      shown.given_radius = UniformRadius(masks.given, photo, x, y, RaggedRadius(photo));
+      if (shown.given_radius < 0) continue;
+      shown.corrected_radius = UniformRadius(masks.corrected, photo, x, y, SafeRadius(photo));
+      const size_t at = static_cast<size_t>(y) * photo.width + static_cast<size_t>(x);
+      shown.given_class = masks.given[at];
+      shown.corrected_class = masks.corrected[at];
+    }
+  });
+}
+
+MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
+                              std::vector<PhotoRecord> photos,
+                              const MaskPairing& pairing,
+                              const std::filesystem::path& mask_folder,
+                              LabelZero label_zero,
+                              MaskConsistency consistency) {
+  CHECK_EQ(photos.size(), pairing.masks.size());
+  const auto num_views = static_cast<int64_t>(photos.size());
+  MaskedPhotos result;
+  result.pairing = pairing;
+  std::vector<PhotoSize> sizes(photos.size());
+  std::vector<PhotoSize> mask_sizes(photos.size());
+  ForEachFile(num_views, [&](int64_t i) {
+    sizes[i] = {photos[i].width, photos[i].height};
+    if (pairing.masks[i].empty()) return;
+    mask_sizes[i] = ReadMaskHeader(pairing.masks[i]).size;
+  });
+  result.size_warning = MaskSizeWarning(pairing, mask_sizes, sizes);
+  for (size_t i = 0; i < photos.size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    const PhotoSize mask = mask_sizes[i];
+    if (SameAspect(mask, sizes[i]) && mask.width < sizes[i].width) sizes[i] = mask;
+    photos[i].width = sizes[i].width;
+    photos[i].height = sizes[i].height;
+  }
+  result.photos = std::move(photos);
+
+  std::vector<SeedPoint> seeds;
+  std::vector<Sightings> seed_sightings;
+  if (model != nullptr) {
+    const std::vector<Image> images = SortedImages(*model);
+    const SeenImages seen = FindSeenImages(images, model->cameras, result.photos);
+    result.sightings.resize(model->points.size());
+    for (size_t i = 0; i < model->points.size(); ++i) {
+      AppendSightings(model->points[i], seen, &result.sightings[i]);
+    }
+    MakeSeeds(model->points, NormalizedFrameOf(*model), seen, &seeds, &seed_sightings);
+  }
+  const std::vector<std::vector<Eigen::Vector2f>> places =
+      PlacesByView(seed_sightings, result.photos.size());
+  std::vector<ViewEvidence> evidence(num_views);
+  result.contents.resize(num_views);
+  ForEachFile(num_views, [&](int64_t i) {
+    evidence[i].class_at.assign(places[i].size(), kNoLabel);
+    if (pairing.masks[i].empty()) return;
+    DecodedMask mask = DecodeMask(pairing.masks[i], sizes[i]);
+    result.contents[i] = std::move(mask.contents);
+    evidence[i] = LookAtMask(mask.indices, result.photos[i], places[i]);
+  });
+  result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
+  result.labels = result.given.labels;
+  for (int64_t i = 0; i < num_views; ++i) {
+    GiveClasses(result.given.Of(result.contents[i]), &evidence[i]);
+  }
+  if (model != nullptr) {
+    MaskCorrection correction = CorrectMasks(
+        seeds, seed_sightings, result.photos, consistency, result.given.labels, evidence);
+    result.consistency = std::move(correction.report);
+    const MaskRewriter* rewriter = correction.rewriter.get();
+    if (rewriter != nullptr) result.labels = rewriter->labels();
+    LookAtSightings(
+        [&](int view) {
+          ClassImage given = result.GivenMask(view);
+          ClassImage corrected =
+              rewriter == nullptr ? given : rewriter->Rewrite(view, result.photos[view], given);
+          return ViewMasks{std::move(given), std::move(corrected)};
+        },
+        &result);
+  }
+  for (ViewEvidence& view : evidence) result.pixels.push_back(std::move(view.pixels_of));
+  return result;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/model.h"
+#include "plugin/colmap/colmap_model.h"
+#include "plugin/colmap/tracks.h"
+#include "plugin/mask/mask_consistency.h"
+#include "plugin/mask/masks.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// A model's registered images with their masks, for what needs neither photos nor training. Only
+// what is asked of the masks is kept, never their pixels: each is decoded when it is looked at.
+
+// The registered images as records, sorted by name; their size is the camera's.
+std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model);
+
+// What a photo's mask shows at a sighting: the class, and UniformRadius around it; kUnlabelled and
+// -1 outside of the photo and without a mask.
+struct MaskSighting {
+  int32_t given_class = kUnlabelled;  // in the mask as it is
+  int32_t given_radius = -1;          // at most RaggedRadius
+  int32_t corrected_class = kUnlabelled;
+  int32_t corrected_radius = -1;  // at most SafeRadius
+};
+
+struct MaskedPhotos {
+  std::vector<PhotoRecord> photos;    // as given, at the size at which the masks are read
+  MaskPairing pairing;                // of the photos with their masks
+  MaskClasses given;                  // of the masks as they are
+  std::vector<Label> labels;          // of the masks held against the tracks: the corrected classes
+  MaskConsistencyReport consistency;  // what that has come to
+  std::vector<MaskContents> contents;              // [photos] of the masks at their own size
+  std::vector<std::map<int32_t, int64_t>> pixels;  // [photos] by given class, without kUnlabelled
+  // [points of the model] where the photos saw each, in pixels of the records' size, and what the
+  // masks show there; none for a model that is null.
+  std::vector<Sightings> sightings;
+  std::vector<std::vector<MaskSighting>> shown;
+  std::string size_warning;  // MaskSizeWarning, for the sizes of the photos as given
+
+  bool HasMask(int view) const { return !pairing.masks[view].empty(); }
+  // Decodes the mask as it is given, at the record's size; empty without a mask. Throws UserError
+  // as DecodeMaskAgain does.
+  ClassImage GivenMask(int view) const;
+};
+
+// Looks at the masks of `photos`, which are RegisteredPhotos of `model`, and holds them against the
+// model's tracks. A null model has no tracks: then masks are believed.
+//
+// Masks are read at the smaller size, the mask's or the camera's: none is blown up. Every one is
+// decoded once, and where the model has points a second time: the tables above take 48 bytes for
+// each sighting, and of the masks one for each thread is in memory. Throws UserError as DecodeMask,
+// NumberMasks, CorrectMasks and DecodeMaskAgain do, of several masks for the first.
+MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
+                              std::vector<PhotoRecord> photos,
+                              const MaskPairing& pairing,
+                              const std::filesystem::path& mask_folder,
+                              LabelZero label_zero,
+                              MaskConsistency consistency);
+
+// The masks of one photo, both of its size, or both empty.
+struct ViewMasks {
+  ClassImage given;
+  ClassImage corrected;
+};
+
+// Fills `photos->shown`: asks for the masks of each view that has sightings once, in parallel.
+// Throws what `masks_of` throws.
+void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos);
+
+}  // namespace semfoam

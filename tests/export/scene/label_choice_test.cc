@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/scene/label_choice.h"
+
+#include "foam/util/error.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// Label 4 is named "2", label 5 "5", and two are called "cup".
+const std::vector<NamedLabel> kLabels = {
+    {2, "mug"}, {4, "2"}, {5, "5"}, {6, "cup"}, {7, "cup"}, {8, "label_8"}, {9, "id:2"}};
+
+std::vector<int32_t> Ids(const std::string& text) {
+  const std::vector<LabelText> found = FindLabels(text, kLabels);
+  return found.size() == 1 ? found[0].ids : std::vector<int32_t>{-1};
+}
+
+template <typename Function>
+std::string ErrorOf(const Function& function) {
+  try {
+    function();
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string Error(const LabelChoice& choice) {
+  return ErrorOf([&] { ChooseLabels(choice, kLabels); });
+}
+
+TEST(LabelChoice, TakesIdsAndNames) {
+  EXPECT_THAT(Ids("mug"), ElementsAre(2));
+  EXPECT_THAT(Ids("4"), ElementsAre(4));
+  EXPECT_THAT(Ids(" label_8 "), ElementsAre(8));
+  EXPECT_THAT(Ids("cup"), ElementsAre(6, 7)) << "all labels of a name are meant";
+  EXPECT_THAT(Ids("5"), ElementsAre(5)) << "its name is its id";
+  EXPECT_THAT(Ids("04"), IsEmpty());
+  EXPECT_EQ(FindLabels("mug,,4", kLabels).size(), 3u);
+}
+
+TEST(LabelChoice, RefusesATextThatMeansTwoThings) {
+  EXPECT_EQ(Error({"mug, 2"}),
+            "The label '2' is ambiguous: it is the id of mug (2) and the name of label 4; write "
+            "id:2 or name:2.");
+  EXPECT_EQ(Error({"", "2"}), Error({"2"}));
+  EXPECT_THAT(Ids("id:2"), ElementsAre(2));
+  EXPECT_THAT(Ids("name:2"), ElementsAre(4));
+  EXPECT_THAT(Ids("name:id:2"), ElementsAre(9));
+  EXPECT_THAT(Ids("name:mug"), ElementsAre(2));
+  EXPECT_THAT(Ids("id:mug"), IsEmpty());
+}
+
+TEST(LabelChoice, TakesAndLeavesOut) {
+  EXPECT_TRUE(ChooseLabels({}, kLabels).IsAll());
+  const LabelFilter some = ChooseLabels({"cup, mug", "7"}, kLabels);
+  EXPECT_TRUE(some.Has(2));
+  EXPECT_TRUE(some.Has(6));
+  EXPECT_FALSE(some.Has(7));
+  EXPECT_FALSE(some.Has(8));
+  const LabelFilter most = ChooseLabels({"", "cup"}, kLabels);
+  EXPECT_TRUE(most.Has(2));
+  EXPECT_FALSE(most.Has(6));
+  EXPECT_FALSE(most.Has(7));
+  EXPECT_EQ(Error({"spoon"}).substr(0, 70),
+            "The labels name 'spoon', which is no label; there are 2 (mug), 4 (2), ");
+  EXPECT_EQ(Error({"", "spoon"}).substr(0, 51),
+            "The excluded labels name 'spoon', which is no label");
+  EXPECT_EQ(Error({"cup", "6,7"}),
+            "The excluded labels '6,7' leave none of the labels that are chosen; exclude fewer.");
+}
+
+TEST(LabelChoice, SaysBeforeTheIdsAreKnownWhatCannotBe) {
+  const std::map<uint32_t, std::string> names = {{2, "mug"}, {70000, "spoon"}};
+  for (const char* possible :
+       {"", "7", "mug", "spoon, 12", "id:7", "name:mug", "label_9", "name:label_9"}) {
+    EXPECT_NO_THROW(RequirePossible({possible, possible}, names, "t.json")) << possible;
+  }
+  for (const char* impossible : {"mgu", "7a", "id:", "name:", "label_", "mug,,7", " ", "-1"}) {
+    EXPECT_THROW(RequirePossible({impossible}, names, "t.json"), UserError) << impossible;
+    EXPECT_THROW(RequirePossible({"", impossible}, names, "t.json"), UserError) << impossible;
+  }
+  EXPECT_EQ(ErrorOf([&] { RequirePossible({"mug, mgu"}, names, "t.json"); }),
+            "The labels name 'mgu', which is no id and no name in t.json; there are 2 (mug), 70000 "
+            "(spoon).");
+}
+
+}  // namespace
+}  // namespace semfoam

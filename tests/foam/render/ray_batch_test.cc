@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A whole batch by vector code against the sum of its rays' gradients by the reference.
+#include "foam/render/ray_batch.h"
+
+#include "foam/model/activation.h"
+#include "foam/render/update_loops.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tests/foam/random_cells.h"
+#include "tests/foam/render/ray_replay.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+constexpr int kNumSites = 60, kNumClasses = 5, kShDegree = 2, kNumRays = 200;
+
+class RayBatch : public testing::TestWithParam<std::string> {
+ protected:
+  RayBatch()
+      : cells_(RandomSites(kNumSites, 21)),
+        parameters_(RandomParameters(
+            cells_.float_geometry.positions, kNumSites, kShDegree, kNumClasses, 21)) {
+    // What is saturated has gradients beyond the resolution of floats.
+    for (float& raw : parameters_.raw_density) raw = std::min(raw, 0.5f);
+    for (int i = 0; i < kNumRays; ++i) {
+      CounterRandom random(22, 0x53, i);
+      RayCase ray;
+      ray.origin = RandomPoint(&random, 0.8).cast<float>().cast<double>();
+      ray.direction = RandomDirection(&random).cast<float>().cast<double>();
+      ray.target.class_index = i % 4 == 3 ? kUnlabelled : i % kNumClasses;
+      cases_.push_back(ray);
+      BatchRay& in_batch = rays_.emplace_back();
+      in_batch.origin = ray.origin.cast<float>();
+      in_batch.direction = ray.direction.cast<float>();
+      in_batch.start_cell = cells_.BruteForceNearest(ray.origin);
+      for (int q = 0; q < kNumQuantiles; ++q) {
+        in_batch.quantile_tau[q] = static_cast<float>(ray.quantile_tau[q]);
+      }
+      in_batch.target = ray.target;
+    }
+  }
+  void SetUp() override { UseSimdTarget(GetParam()); }
+  void TearDown() override {
+    UseSimdTarget("");
+    SetNumThreads(-1);
+  }
+
+  BatchResult CastRays(const RayLossWeights& weights) const {
+    const std::vector<float> density = parameters_.Densities();
+    BatchResult result;
+    CastBatch(cells_.float_geometry,
+              {kShDegree, density.data(), parameters_.sh.data(), parameters_.identity.data()},
+              parameters_.Classifier(),
+              weights,
+              std::numeric_limits<float>::infinity(),
+              rays_,
+              &result);
+    result.gradients.Group(kNumSites);
+    return result;
+  }
+
+  std::vector<float> IdentityGradient(const BatchResult& result) const {
+    const ParameterRow row(kShDegree, true);
+    std::vector<float> gradient;
+    for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+      std::vector<float> sum(row.size, 0.f);
+      SumRecords(result.gradients.Of(cell), result.rays.data(), row, sum.data());
+      gradient.insert(gradient.end(), sum.begin(), sum.begin() + kIdentityDim);
+    }
+    return gradient;
+  }
+
+  WalkableCells cells_;
+  FoamParameters<float> parameters_;
+  std::vector<RayCase> cases_;
+  std::vector<BatchRay> rays_;
+};
+
+TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
+  const FoamParameters<double> p = Cast<double>(parameters_);
+  for (const double cell_identity : {0.0, 0.6}) {
+    SCOPED_TRACE(cell_identity);
+    const RayLossWeights weights{1, 0.7, 0.3, 0.9, cell_identity};
+    std::vector<double> identity(kNumSites * kIdentityDim), weight(p.weight.size()),
+        bias(kNumClasses);
+    double dominant_loss = 0;
+    for (int i = 0; i < kNumRays; ++i) {
+      const RayRecord<double> record =
+          TraceCase(cells_.geometry, p, p.Densities(), cases_[i], rays_[i].start_cell);
+      const auto gradient = HandWrittenGradient(cells_.geometry, record, cases_[i], p, weights);
+      for (size_t k = 0; k < identity.size(); ++k) identity[k] += gradient[3][k] / kNumRays;
+      for (size_t k = 0; k < weight.size(); ++k) weight[k] += gradient[4][k] / kNumRays;
+      for (size_t k = 0; k < bias.size(); ++k) bias[k] += gradient[5][k] / kNumRays;
+      RayLossWeights without = weights;
+      without.cell_identity = 0;
+      if (cell_identity > 0) {
+        dominant_loss += (ReplayLoss(record, cases_[i], p, weights) -
+                          ReplayLoss(record, cases_[i], p, without)) /
+                         cell_identity / kNumRays;
+      }
+    }
+    const BatchResult result = CastRays(weights);
+    const std::vector<float> got = IdentityGradient(result);
+    for (size_t k = 0; k < identity.size(); ++k) ASSERT_NEAR(got[k], identity[k], 2e-6) << k;
+    for (size_t k = 0; k < weight.size(); ++k) {
+      ASSERT_NEAR(result.classifier_weight_gradient[k], weight[k], 5e-6) << k;
+    }
+    for (size_t k = 0; k < bias.size(); ++k) {
+      ASSERT_NEAR(result.classifier_bias_gradient[k], bias[k], 5e-6) << k;
+    }
+    EXPECT_NEAR(result.totals.mean_loss.cell_identity, dominant_loss, 1e-5);
+    EXPECT_EQ(dominant_loss > 0, cell_identity > 0);
+  }
+}
+
+TEST_P(RayBatch, OfDominantCellsDoesNotDependOnTheThreads) {
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.6};
+  SetNumThreads(1);
+  const BatchResult one = CastRays(weights);
+  for (const int threads : {2, 5}) {
+    SetNumThreads(threads);
+    const BatchResult other = CastRays(weights);
+    EXPECT_EQ(IdentityGradient(other), IdentityGradient(one));
+    EXPECT_EQ(other.classifier_weight_gradient, one.classifier_weight_gradient);
+  }
+}
+
+// The term is about classes: neither colour nor geometry feel it.
+TEST_P(RayBatch, DominantCellsLearnNothingButTheirClass) {
+  const ParameterRow row(kShDegree, true);
+  const BatchResult without = CastRays({1, 0.7, 0.3, 0.9, 0});
+  const BatchResult with = CastRays({1, 0.7, 0.3, 0.9, 0.6});
+  EXPECT_GT(with.gradients.NumRecords(), without.gradients.NumRecords() + 20);
+  for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+    std::vector<float> a(row.size, 0.f), b(row.size, 0.f);
+    const RecordTotals expected =
+        SumRecords(without.gradients.Of(cell), without.rays.data(), row, a.data());
+    const RecordTotals got = SumRecords(with.gradients.Of(cell), with.rays.data(), row, b.data());
+    EXPECT_EQ(got.largest_weight, expected.largest_weight);
+    EXPECT_EQ(got.squared_error, expected.squared_error);
+    for (int k = row.position; k < row.size; ++k) EXPECT_EQ(a[k], b[k]);
+  }
+}
+
+// Only where it is asked to, the identity term says something to densities and positions: what the
+// reference says.
+TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
+  const ParameterRow row(kShDegree, true);
+  const FoamParameters<double> p = Cast<double>(parameters_);
+  std::vector<std::vector<float>> density_gradients;
+  for (const double to_density : {0.0, 0.25, 1.0}) {
+    SCOPED_TRACE(to_density);
+    std::vector<float>& density_gradient = density_gradients.emplace_back();
+    const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.6, to_density};
+    std::vector<double> raw_density(kNumSites), position(3 * kNumSites);
+    for (int i = 0; i < kNumRays; ++i) {
+      const RayRecord<double> record =
+          TraceCase(cells_.geometry, p, p.Densities(), cases_[i], rays_[i].start_cell);
+      const auto gradient = HandWrittenGradient(cells_.geometry, record, cases_[i], p, weights);
+      for (size_t k = 0; k < position.size(); ++k) position[k] += gradient[0][k] / kNumRays;
+      for (int k = 0; k < kNumSites; ++k) raw_density[k] += gradient[1][k] / kNumRays;
+    }
+    double position_scale = 0, density_scale = 0;
+    for (const double g : position) position_scale = std::max(position_scale, std::abs(g));
+    for (const double g : raw_density) density_scale = std::max(density_scale, std::abs(g));
+    const BatchResult result = CastRays(weights);
+    for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+      std::vector<float> sum(row.size, 0.f);
+      SumRecords(result.gradients.Of(cell), result.rays.data(), row, sum.data());
+      const double by_raw = sum[row.density] * DensityDerivative(p.raw_density[cell]);
+      ASSERT_NEAR(by_raw, raw_density[cell], 1e-4 * density_scale) << cell;
+      for (int a = 0; a < 3; ++a) {
+        ASSERT_NEAR(sum[row.position + a], position[3 * cell + a], 1e-4 * position_scale) << cell;
+      }
+      density_gradient.push_back(sum[row.density]);
+    }
+  }
+  EXPECT_NE(density_gradients[0], density_gradients[1]);
+  EXPECT_NE(density_gradients[1], density_gradients[2]);
+}
+
+INSTANTIATE_TEST_SUITE_P(InstructionSets,
+                         RayBatch,
+                         testing::ValuesIn(SimdTargets()),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace semfoam

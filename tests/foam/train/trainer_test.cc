@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/train/trainer.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/model/cell_labels.h"
+#include "foam/util/error.h"
+#include "foam/util/parallel.h"
+#include "foam/view/view_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/foam/foam_digest.h"
+#include "tests/foam/synthetic_views.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+TrainingOptions SmallRun() {
+  TrainingOptions options;
+  options.num_rays = 400'000;
+  options.rays_per_iteration = 1024;
+  options.initial_sites = 1000;
+  options.final_sites = 3000;
+  options.sh_degree = 1;
+  options.densify_events = 6;
+  return options;
+}
+
+TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {
+  const SyntheticViews views(16, 64, 48);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 200'000;
+  options.densify_events = 0;
+  options.position_rate = 1e-5;
+  const TrainingSummary resting = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
+  // At the start and when positions freeze, and nothing in between: 195 iterations are no age.
+  EXPECT_EQ(resting.triangulations, 2);
+  options.position_rate = 0.1;
+  const TrainingSummary moving = TrainFoam(views, views.Seeds(800), 0, options, nullptr);
+  EXPECT_GT(moving.triangulations, 3);
+  EXPECT_EQ(moving.step_limit_hits, 0);
+}
+
+TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
+  const SyntheticViews views(16, 64, 48);
+  const TrainingSummary summary = TrainFoam(views, views.Seeds(800), 3, SmallRun(), nullptr);
+  EXPECT_EQ(summary.step_limit_hits, 0);
+  EXPECT_EQ(summary.nonfinite_gradients, 0);
+  EXPECT_GT(summary.foam.NumSites(), 2500u);
+  EXPECT_LE(summary.foam.NumSites(), 3100u);
+
+  const ViewRenderer renderer(summary.foam);
+  double squared_error = 0;
+  int pixels = 0, right = 0, balls = 0;
+  for (int view = 0; view < views.NumViews(); view += 4) {
+    const RenderedView render = renderer.Render(views.Rays(view));
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        TrainingRay truth;
+        views.Ray(view, x, y, &truth);
+        const size_t i = size_t(y) * 64 + x;
+        squared_error += (render.color[i].cwiseMin(1.f) - truth.color).squaredNorm() / 3;
+        right += render.class_index[i] == truth.class_index;
+        balls += truth.class_index < 2 && render.class_index[i] == truth.class_index;
+        ++pixels;
+      }
+    }
+  }
+  const double psnr = -10 * std::log10(squared_error / pixels);
+  EXPECT_GT(psnr, 20) << "held-out views";
+  EXPECT_GT(right, 0.93 * pixels);
+  EXPECT_GT(balls, 0.05 * pixels) << "all is background";
+  EXPECT_GT(summary.last.held_out_miou, 0.7);
+  EXPECT_LE(summary.last.held_out_miou, 1);
+
+  // Cells know what they are: solid cells around the balls carry the balls' classes, with both
+  // balls present.
+  const CellLabels labels = LabelCells(summary.foam, renderer.delaunay());
+  int count[3] = {0, 0, 0}, inside = 0;
+  for (size_t i = 0; i < summary.foam.NumSites(); ++i) {
+    if (!labels.solid[i] || summary.statistics.contribution[i] < 0.1f) continue;
+    ++count[labels.class_index[i]];
+    inside += labels.class_index[i] == 0 && summary.foam.positions[i].x() > 0;
+  }
+  EXPECT_GT(count[0], 10);
+  EXPECT_GT(count[1], 10);
+  EXPECT_GT(count[2], 10);
+  EXPECT_GT(inside, 0.8 * count[0]);
+}
+
+TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  uint64_t digest[3];
+  const int threads[3] = {1, 2, 5};
+  for (int k = 0; k < 3; ++k) {
+    SetNumThreads(threads[k]);
+    digest[k] = DigestOf(TrainFoam(views, views.Seeds(500), 3, options, nullptr));
+  }
+  SetNumThreads(-1);
+  EXPECT_EQ(digest[0], digest[1]);
+  EXPECT_EQ(digest[0], digest[2]);
+  options.random_seed = 1;
+  EXPECT_NE(DigestOf(TrainFoam(views, views.Seeds(500), 3, options, nullptr)), digest[0])
+      << "the digest tells nothing";
+}
+
+TEST(Trainer, FitsItsLatePartToSecondsAndSaysHowToRepeatIt) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  // Less than any run takes: the late part becomes as short as it may, a tenth of its share.
+  options.seconds = 1e-6;
+  const TrainingSummary hurried = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  const int64_t iterations = (options.num_rays + 1023) / 1024;
+  const auto early = static_cast<int64_t>(std::ceil(options.densify_until * iterations));
+  EXPECT_EQ(hurried.late_rays, (iterations - early) / 10 * 1024);
+  EXPECT_EQ(hurried.last.iteration, early + (iterations - early) / 10);
+
+  // More than any run takes: the late part becomes as long as it may.
+  options.seconds = 1e6;
+  const TrainingSummary patient = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_EQ(patient.late_rays, (iterations - early) * 10 * 1024);
+
+  options.seconds = 0;
+  options.late_rays = hurried.late_rays;
+  const TrainingSummary repeated = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_EQ(DigestOf(repeated), DigestOf(hurried));
+
+  // More than its share: the run becomes longer, and still ends at the end of its schedules.
+  options.late_rays = 40'960;
+  const TrainingSummary longer = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_EQ(longer.last.iteration, early + 40);
+  options.late_rays = 0;
+  EXPECT_EQ(TrainFoam(views, views.Seeds(500), 3, options, nullptr).last.iteration, iterations);
+}
+
+TEST(Trainer, LabelsShapeMatterOnlyWhereAskedTo) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const auto train = [&](double identity_weight, double identity_to_density) {
+    options.identity_weight = identity_weight;
+    options.identity_to_density = identity_to_density;
+    return TrainFoam(views, views.Seeds(800), 3, options, nullptr).foam;
+  };
+  const Foam unlabelled = train(0, 0), cut = train(1, 0), shaped = train(1, 0.01);
+  EXPECT_NE(cut.identity, unlabelled.identity);
+  EXPECT_EQ(cut.raw_density, unlabelled.raw_density);
+  EXPECT_EQ(DigestOf(cut.positions, 0), DigestOf(unlabelled.positions, 0));
+  EXPECT_NE(shaped.raw_density, cut.raw_density);
+}
+
+TEST(Trainer, RaysThatStopEarlierTrainAnotherFoam) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const TrainingSummary usual = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  options.transmittance_cutoff = 0.3;
+  const TrainingSummary early = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
+  EXPECT_LT(early.pieces, usual.pieces);
+  options.transmittance_cutoff = 1;
+  EXPECT_NE(options.Check().find("transmittance_cutoff"), std::string::npos);
+}
+
+TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 60'000;
+  const TrainingSummary summary = TrainFoam(views, {}, 0, options, nullptr);
+  EXPECT_FALSE(summary.foam.HasSemantics());
+  EXPECT_TRUE(summary.foam.identity.empty());
+  EXPECT_TRUE(std::isnan(summary.last.identity_loss));
+  EXPECT_TRUE(std::isnan(summary.last.held_out_miou));
+  EXPECT_GT(summary.last.held_out_psnr, 10);
+}
+
+TEST(Trainer, RaisesTheShDegreeOnlyWhereColourChangesWithDirection) {
+  TrainingOptions options = SmallRun();
+  // While cells are few and not yet in place, some change with direction makes up for that.
+  options.num_rays = 800'000;
+  options.sh_degree = 3;
+  const auto degree = [&](float gloss) {
+    const SyntheticViews views(16, 64, 48, gloss);
+    const Foam foam = TrainFoam(views, views.Seeds(500), 0, options, nullptr).foam;
+    EXPECT_EQ(foam.sh.size(), foam.NumSites() * 3 * NumShCoefficients(foam.sh_degree));
+    return foam.sh_degree;
+  };
+  EXPECT_EQ(degree(0), 0);
+  EXPECT_GE(degree(0.5), 1);
+}
+
+TEST(Trainer, KeepsEveryParameterFiniteAtAbsurdLearningRates) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 30'000;
+  options.position_rate = 1000;
+  options.density_rate = 1000;
+  options.color_rate = 100;
+  const TrainingSummary summary = TrainFoam(views, views.Seeds(300), 3, options, nullptr);
+  for (const Eigen::Vector3f& p : summary.foam.positions) {
+    ASSERT_TRUE(p.allFinite());
+    ASSERT_LE(p.norm(), 1.001f * kFarRadius);
+  }
+  for (const float raw : summary.foam.raw_density) ASSERT_TRUE(std::isfinite(raw));
+}
+
+TEST(Trainer, SaysWhichOptionIsOutOfRange) {
+  TrainingOptions options;
+  EXPECT_EQ(options.Check(), "");
+  options.sh_degree = 4;
+  EXPECT_NE(options.Check().find("sh_degree"), std::string::npos);
+  options = {};
+  options.tv_weight = NAN;
+  EXPECT_NE(options.Check().find("tv_weight"), std::string::npos);
+  options = {};
+  options.num_rays = 0;
+  const SyntheticViews views(8, 32, 24);
+  EXPECT_THROW(TrainFoam(views, {}, 0, options, nullptr), UserError);
+}
+
+TEST(Trainer, RefusesViewsThatAreAllHeldOut) {
+  const SyntheticViews views(1, 32, 24);
+  EXPECT_THROW(TrainFoam(views, {}, 0, SmallRun(), nullptr), UserError);
+}
+
+}  // namespace
+}  // namespace semfoam

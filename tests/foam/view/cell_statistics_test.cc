@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/view/cell_statistics.h"
+
+#include "foam/model/activation.h"
+#include "foam/render/ray_record.h"
+#include "foam/util/parallel.h"
+#include "foam/util/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/foam/random_cells.h"
+#include "tests/foam/synthetic_views.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+// Random cells, every third of them matter from haze to opaque, the others air.
+Foam RandomFoam() {
+  Foam foam;
+  foam.positions = RandomSites(400, 5);
+  for (int i = 0; i < 400; ++i) {
+    CounterRandom random(5, 1, i);
+    const double density = i % 3 == 0 ? std::pow(10, 3 * random.Uniform()) : 1e-4;
+    foam.raw_density.push_back(static_cast<float>(RawDensity(density)));
+    for (int c = 0; c < 3; ++c) foam.sh.push_back(static_cast<float>(2 * random.Uniform() - 1));
+  }
+  return foam;
+}
+
+TEST(CellStatistics, AreTheSumsOfTheirDefinition) {
+  constexpr int kStride = 2;
+  const Foam foam = RandomFoam();
+  const SyntheticViews views(6, 32, 24);
+  const ViewRenderer renderer(foam);
+  const CellStatistics got = MeasureCells(foam, renderer, views, kStride);
+
+  std::vector<double> contribution(400, 0.0), passed(400, 0.0), stopped(400, 0.0);
+  double rays = 0, left_over = 0;
+  RayRecord<float> record;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view)) continue;
+    for (int y = 0; y < views.Height(view); y += kStride) {
+      for (int x = 0; x < views.Width(view); x += kStride) {
+        TrainingRay ray;
+        ASSERT_TRUE(views.Ray(view, x, y, &ray));
+        record.origin = views.Origin(view).cast<float>();
+        record.direction = ray.direction;
+        record.composite = {};
+        TraceRay(renderer.geometry(),
+                 renderer.shading(),
+                 renderer.StartCell(views.Origin(view)),
+                 static_cast<float>(-std::log(kTransmittanceCutoff)),
+                 &record);
+        double before = 1;
+        for (const RecordedPiece<float>& piece : record.pieces) {
+          double behind = before;
+          if (piece.shaded >= 0) {
+            const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
+            behind = std::exp(-double(shaded.tau_in) - shaded.optical_depth);
+          }
+          if (piece.cell < 400) {
+            contribution[piece.cell] = std::max(contribution[piece.cell], before - behind);
+            // Of the light above one half, what is left; below it, what is taken.
+            if (behind > 0.5) passed[piece.cell] += 2 * (behind - 0.5);
+            if (behind < 0.5) stopped[piece.cell] += 2 * (std::min(before, 0.5) - behind);
+          }
+          before = behind;
+        }
+        ++rays;
+        left_over += 2 * std::min(before, 0.5);
+      }
+    }
+  }
+  double all_stopped = 0;
+  for (int i = 0; i < 400; ++i) {
+    EXPECT_NEAR(got.contribution[i], contribution[i], 2e-4);
+    EXPECT_NEAR(got.passed[i], passed[i], 1e-4 * (1 + passed[i]));
+    EXPECT_NEAR(got.stopped[i], stopped[i], 1e-4 * (1 + stopped[i]));
+    all_stopped += got.stopped[i];
+  }
+  // Every ray ends somewhere, or goes on.
+  EXPECT_NEAR(all_stopped + left_over, rays, 1e-3 * rays);
+  EXPECT_GT(all_stopped, 0.1 * rays);
+}
+
+TEST(CellStatistics, AreTheSameOnAnyNumberOfThreads) {
+  const Foam foam = RandomFoam();
+  const SyntheticViews views(6, 32, 24);
+  const ViewRenderer renderer(foam);
+  SetNumThreads(1);
+  const CellStatistics one = MeasureCells(foam, renderer, views, 1);
+  for (const int threads : {2, 5}) {
+    SetNumThreads(threads);
+    const CellStatistics more = MeasureCells(foam, renderer, views, 1);
+    EXPECT_EQ(more.contribution, one.contribution);
+    EXPECT_EQ(more.mean_color, one.mean_color);
+    EXPECT_EQ(more.passed, one.passed);
+    EXPECT_EQ(more.stopped, one.stopped);
+  }
+  SetNumThreads(-1);
+}
+
+}  // namespace
+}  // namespace semfoam

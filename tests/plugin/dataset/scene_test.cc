@@ -1,0 +1,739 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/dataset/scene.h"
+
+#include "foam/geometry/guard_sites.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/plugin/test_util.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kTabletop = fs::path(SEMFOAM_TEST_DATA) / "tabletop";
+
+SceneOptions TabletopOptions() {
+  SceneOptions options;
+  options.image_path = kTabletop / "images";
+  options.input_path = kTabletop / "sparse/0";
+  return options;
+}
+
+// A workspace of three 8 x 6 photos by two cameras, whose pixels tell their place, with masks.
+class SmallWorkspace {
+ public:
+  SmallWorkspace() {
+    Camera pinhole;
+    pinhole.id = 1;
+    pinhole.model_id = 1;
+    pinhole.width = 8;
+    pinhole.height = 6;
+    pinhole.params = {10, 11, 4, 3};
+    Camera distorted = pinhole;
+    distorted.id = 2;
+    distorted.model_id = 4;
+    distorted.params = {10, 11, 4, 3, -0.1, 0.01, 1e-3, 1e-3};
+    model.cameras = {distorted, pinhole};
+    // Not in the order of their names.
+    for (const auto& [id, name] :
+         {std::pair(9u, "sub/c.png"), std::pair(4u, "a.png"), std::pair(6u, "b.png")}) {
+      Image image;
+      image.id = id;
+      image.name = name;
+      image.camera_id = id == 4 ? 1 : 2;
+      image.cam_from_world.rotation =
+          Eigen::Quaterniond(Eigen::AngleAxisd(0.1 * id, Eigen::Vector3d(1, 2, 3).normalized()));
+      image.cam_from_world.translation = {0.1 * id, 0.2, 3};
+      model.images.push_back(image);
+      WritePhoto(name, 8, 6);
+      WriteMask(name, 8, 6);
+    }
+    for (uint64_t id : {5u, 3u, 8u}) {
+      Point3D point;
+      point.id = id;
+      point.position = {0.1 * static_cast<double>(id), 0.3, -0.2};
+      point.color = {static_cast<uint8_t>(id), 128, 255};
+      point.track = {{4, 0}, {6, 0}};
+      model.points.push_back(point);
+    }
+    WriteModelFiles();
+  }
+
+  void WriteModelFiles() const {
+    WriteReconstruction(temp / "sparse/0", model, ModelFormat::kBinary);
+  }
+
+  void WritePhoto(const std::string& name, int width, int height) const {
+    std::vector<uint8_t> samples;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        samples.push_back(static_cast<uint8_t>(10 * x));
+        samples.push_back(static_cast<uint8_t>(20 * y));
+        samples.push_back(static_cast<uint8_t>(name[0] == 's' ? name[4] : name[0]));
+      }
+    }
+    WritePng(temp / "images" / name, width, height, 8, PNG_COLOR_TYPE_RGB, samples);
+  }
+
+  // Id 0 in the left column, then 10 + the row.
+  void WriteMask(const std::string& name, int width, int height) const {
+    std::vector<uint8_t> samples;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        samples.push_back(x == 0 ? 0 : static_cast<uint8_t>(10 + y));
+      }
+    }
+    WritePng(temp / "object_mask" / name, width, height, 8, PNG_COLOR_TYPE_GRAY, samples);
+  }
+
+  SceneOptions Options() const {
+    SceneOptions options;
+    options.image_path = temp / "images/";
+    options.input_path = temp.path();
+    options.label_zero = LabelZero::kIgnore;
+    return options;
+  }
+
+  TempFolder temp;
+  Reconstruction model;
+};
+
+std::string SceneErrorOf(const SceneOptions& options) {
+  return UserErrorOf([&] { TrainingScene scene(PlanScene(options)); });
+}
+
+TEST(Scene, TabletopSaysWhatItMatched) {
+  SceneOptions options = TabletopOptions();
+  options.test_every = 8;
+  ScenePlan plan = PlanScene(options);
+  EXPECT_THAT(plan.warnings, testing::IsEmpty());
+  EXPECT_EQ(plan.num_unregistered, 0);
+  EXPECT_EQ(plan.num_rescaled, 0);
+  // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
+  EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 5);
+  // A decoded photo and the classes of its mask; one more image of classes.
+  EXPECT_EQ(plan.OpeningBytes(), 320u * 240 * (3 + 2));
+  EXPECT_EQ(plan.LoadingBytes(), 320u * 240 * 2);
+  const TrainingScene scene(std::move(plan));
+  EXPECT_EQ(scene.NumViews(), 64);
+  EXPECT_THAT(scene.MaskReport(),
+              testing::MatchesRegex("64 of 64 photos have a mask, [0-9]+ "
+                                    "labels, 0 masks unused"));
+  EXPECT_THAT(scene.PhotoReport(), testing::StartsWith("64 photos, 8 held out; "));
+  // 13 things; the tracker's other ids are fragments and errors.
+  EXPECT_EQ(scene.Consistency().used, MaskConsistency::kTracks);
+  EXPECT_GT(scene.Consistency().agreement_after, scene.Consistency().agreement_before + 0.05);
+  EXPECT_GT(scene.Consistency().labels_before, 40);
+  EXPECT_GE(scene.NumClasses(), 13);
+  EXPECT_LE(scene.NumClasses(), 18);
+  EXPECT_GT(scene.SecondsDecoding(), 0);
+  int held_out = 0;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    EXPECT_EQ(scene.IsHeldOut(view), view % 8 == 0);
+    EXPECT_EQ(scene.Photos()[view].held_out, view % 8 == 0);
+    held_out += scene.IsHeldOut(view);
+    if (view == 0) continue;
+    EXPECT_LT(scene.Photos()[view - 1].name, scene.Photos()[view].name);
+  }
+  EXPECT_EQ(held_out, 8);
+  const auto mug = std::find_if(scene.Labels().begin(),
+                                scene.Labels().end(),
+                                [](const Label& label) { return label.name == "mug"; });
+  ASSERT_NE(mug, scene.Labels().end());
+  EXPECT_EQ(mug->id, 6);
+  EXPECT_EQ(mug->source_id, 6u);
+}
+
+// Photos, poses, camera and frame together: the ray of the pixel at which COLMAP saw a point must
+// pass by that point, in the normalised frame, by less than a pixel.
+TEST(Scene, RaysPassThroughThePointsThatColmapSawThere) {
+  const TrainingScene scene(PlanScene(TabletopOptions()));
+  const Reconstruction model = ReadReconstruction(kTabletop / "sparse/0");
+  double sum = 0;
+  int count = 0;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    const PhotoRecord& record = scene.Photos()[view];
+    const auto image = std::find_if(model.images.begin(), model.images.end(), [&](const Image& i) {
+      return i.name == record.name;
+    });
+    std::map<uint64_t, const Point3D*> points;
+    for (const Point3D& point : model.points) points[point.id] = &point;
+    for (const Point2D& seen : image->points) {
+      if (seen.point3d_id == kNoPoint3D) continue;
+      TrainingRay ray;
+      const int x = static_cast<int>(seen.x);
+      const int y = static_cast<int>(seen.y);
+      if (x < 0 || y < 0 || x >= scene.Width(view) || y >= scene.Height(view)) continue;
+      ASSERT_TRUE(scene.Ray(view, x, y, &ray));
+      ASSERT_NEAR(ray.direction.norm(), 1, 1e-6);
+      const Eigen::Vector3d to_point =
+          scene.WorldFromNormalized().Invert(points.at(seen.point3d_id)->position) -
+          scene.Origin(view);
+      // A pixel is 1 / f of an angle; what the whole-pixel ray misses of (x, y) is known.
+      const double miss = to_point.normalized().cross(ray.direction.cast<double>()).norm();
+      const double focal = record.camera_params[0];
+      const double rounding = std::hypot(seen.x - (x + 0.5), seen.y - (y + 0.5));
+      sum += std::max(0.0, miss * focal - rounding);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 10'000);
+  EXPECT_LT(sum / count, 1);
+}
+
+TEST(Scene, ColourClassAndRayBelongToTheSamePixel) {
+  const SmallWorkspace workspace;
+  const TrainingScene scene(PlanScene(workspace.Options()));
+  ASSERT_EQ(scene.NumViews(), 3);
+  EXPECT_EQ(scene.Photos()[0].name, "a.png");
+  EXPECT_EQ(scene.Photos()[2].name, "sub/c.png");
+  ASSERT_EQ(scene.NumClasses(), 6);
+  for (int view = 0; view < 3; ++view) {
+    const LabelImage ids = scene.LabelIds(view);
+    EXPECT_TRUE(scene.HasMask(view));
+    for (int y = 0; y < 6; ++y) {
+      for (int x = 0; x < 8; ++x) {
+        TrainingRay ray;
+        ASSERT_TRUE(scene.Ray(view, x, y, &ray));
+        EXPECT_FLOAT_EQ(ray.color.x(), 10 * x / 255.0f);
+        EXPECT_FLOAT_EQ(ray.color.y(), 20 * y / 255.0f);
+        EXPECT_FLOAT_EQ(ray.color.z(), "abc"[view] / 255.0f);
+        EXPECT_EQ(ray.class_index, x == 0 ? kUnlabelled : y);
+        EXPECT_EQ(ids.data[y * 8 + x], x == 0 ? 0 : 10 + y);
+        EXPECT_EQ(scene.Photo(view).data[3 * (y * 8 + x)], 10 * x);
+        // A point on the ray is seen in the middle of the pixel.
+        const Image& image = workspace.model.images[view == 0 ? 1 : view == 1 ? 2 : 0];
+        const Camera& camera = workspace.model.cameras[image.camera_id == 2 ? 0 : 1];
+        const Eigen::Vector3d world = scene.WorldFromNormalized().Apply(
+            scene.Origin(view) + 0.7 * ray.direction.cast<double>());
+        const auto pixel = Project(
+            camera, image.cam_from_world.UnitRotation() * world + image.cam_from_world.translation);
+        ASSERT_TRUE(pixel);
+        EXPECT_NEAR(pixel->x(), x + 0.5, 1e-4);
+        EXPECT_NEAR(pixel->y(), y + 0.5, 1e-4);
+      }
+    }
+  }
+}
+
+TEST(Scene, RenderingCastsTheVeryRaysOfTraining) {
+  const SmallWorkspace workspace;
+  const TrainingScene scene(PlanScene(workspace.Options()));
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    const CameraRays rays =
+        MakeCameraRays(scene.Photos()[view], scene.WorldFromNormalized(), "scene.foam");
+    EXPECT_EQ(rays.width, 8);
+    EXPECT_EQ(rays.height, 6);
+    EXPECT_EQ(rays.origin, scene.Origin(view));
+    for (int y = 0; y < 6; ++y) {
+      for (int x = 0; x < 8; ++x) {
+        TrainingRay ray;
+        ASSERT_TRUE(scene.Ray(view, x, y, &ray));
+        EXPECT_EQ(rays.directions[y * 8 + x], ray.direction);  // to the bit
+      }
+    }
+  }
+}
+
+TEST(Scene, PixelsWithoutARayAreSaidToBe) {
+  SmallWorkspace workspace;
+  workspace.model.cameras[0].params = {10, 11, 4, 3, -3, 0, 0, 0};
+  workspace.WriteModelFiles();
+  const TrainingScene scene(PlanScene(workspace.Options()));
+  TrainingRay ray;
+  EXPECT_TRUE(scene.Ray(1, 4, 3, &ray));
+  EXPECT_FALSE(scene.Ray(1, 0, 0, &ray));
+  const CameraRays rays =
+      MakeCameraRays(scene.Photos()[1], scene.WorldFromNormalized(), "scene.foam");
+  EXPECT_EQ(rays.directions[0], Eigen::Vector3f::Zero());
+  EXPECT_NEAR(rays.directions[3 * 8 + 4].norm(), 1, 1e-6);
+}
+
+TEST(Scene, TablesAndNewtonGiveTheSameBits) {
+  Camera camera;
+  camera.model_id = 10;
+  camera.width = 61;
+  camera.height = 43;
+  camera.params = {30, 31, 30, 21, 0.03, -0.006, 4e-4, -6e-4, 1e-3, -1e-4, 8e-4, -5e-4};
+  const PixelRays table(camera, /*tabulate=*/true);
+  const PixelRays newton(camera, /*tabulate=*/false);
+  EXPECT_EQ(PixelRays::TableBytes(camera), 61u * 43 * 12);
+  for (int y = 0; y < 43; ++y) {
+    for (int x = 0; x < 61; ++x) {
+      Eigen::Vector3f a, b;
+      EXPECT_EQ(table.Direction(x, y, &a), newton.Direction(x, y, &b));
+      EXPECT_EQ(a, b);
+    }
+  }
+}
+
+TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
+  const SmallWorkspace workspace;
+  const ScenePlan plan = PlanScene(workspace.Options());
+  // Two views share the distorted camera, and one table.
+  EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
+  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 2 + 12));
+}
+
+TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
+  SmallWorkspace workspace;
+  const TrainingScene whole(PlanScene(workspace.Options()));
+  workspace.WritePhoto("a.png", 4, 3);
+  workspace.WritePhoto("b.png", 16, 12);
+  ScenePlan plan = PlanScene(workspace.Options());
+  EXPECT_EQ(plan.num_rescaled, 2);
+  const TrainingScene scene(std::move(plan));
+  EXPECT_EQ(scene.Width(0), 4);
+  EXPECT_EQ(scene.Height(0), 3);
+  EXPECT_EQ(scene.Photos()[0].width, 4);
+  EXPECT_THAT(scene.Photos()[0].camera_params, testing::ElementsAre(5, 5.5, 2, 1.5));
+  EXPECT_EQ(scene.LabelIds(0).width, 4);
+  // The corner that four small pixels share is the middle of the large one.
+  TrainingRay large;
+  ASSERT_TRUE(whole.Ray(1, 2, 2, &large));
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+  for (int k = 0; k < 4; ++k) {
+    TrainingRay small;
+    ASSERT_TRUE(scene.Ray(1, 4 + k % 2, 4 + k / 2, &small));
+    mean += small.direction / 4;
+  }
+  EXPECT_LT((mean.normalized() - large.direction).norm(), 1e-4);
+  workspace.WritePhoto("b.png", 6, 8);
+  EXPECT_THAT(SceneErrorOf(workspace.Options()),
+              HasSubstr("b.png: is 6 x 8 pixels, while its camera (2) has 8 x 6"));
+}
+
+// The photos' files count, not what is left of them for training.
+TEST(Scene, MasksOfPhotosBeforeUndistortionAreToldOf) {
+  SmallWorkspace w;
+  for (Camera& camera : w.model.cameras) {
+    camera.width = 41;
+    camera.height = 30;
+  }
+  w.WriteModelFiles();
+  for (const Image& image : w.model.images) {
+    w.WritePhoto(image.name, 41, 30);
+    w.WriteMask(image.name, image.name == "a.png" ? 41 : 40, 30);
+  }
+  EXPECT_THAT(
+      TrainingScene(PlanScene(w.Options())).Warnings(),
+      testing::ElementsAre(
+          "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
+          (w.temp / "object_mask/b.png").string() +
+          ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
+          "would be right."));
+  for (const Image& image : w.model.images) w.WriteMask(image.name, 41, 30);
+  SceneOptions reduced = w.Options();
+  reduced.max_image_size = 40;
+  EXPECT_THAT(TrainingScene(PlanScene(reduced)).Warnings(), testing::IsEmpty());
+}
+
+TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
+  const SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.max_image_size = 4;
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_THAT(scene.PhotoReport(), HasSubstr("3 reduced"));
+  ASSERT_EQ(scene.Width(0), 4);
+  ASSERT_EQ(scene.Height(0), 3);
+  EXPECT_EQ(scene.Photo(0).width, 4);
+  EXPECT_NEAR(scene.Photos()[0].camera_params[0], 5, 1e-12);
+  EXPECT_NEAR(scene.Photos()[0].camera_params[2], 2, 1e-12);
+  // Red is 10 times the column: the first pixel lies between columns 0 and 1.
+  TrainingRay ray;
+  ASSERT_TRUE(scene.Ray(0, 0, 0, &ray));
+  EXPECT_GT(ray.color.x(), 0);
+  EXPECT_LT(ray.color.x(), 10 / 255.0f);
+  // Masks follow by the nearest pixel, and a bound that is no bound changes nothing.
+  EXPECT_EQ(scene.LabelIds(0).width, 4);
+  options.max_image_size = 8;
+  EXPECT_EQ(TrainingScene(PlanScene(options)).Width(0), 8);
+}
+
+TEST(Scene, SeedsAreFitSortedAndSingle) {
+  SmallWorkspace workspace;
+  auto& points = workspace.model.points;
+  Point3D twin = points[0];
+  twin.id = 100;
+  Point3D trackless = points[0];
+  trackless.id = 101;
+  trackless.position.x() += 0.01;
+  trackless.track.clear();
+  Point3D nan = points[0];
+  nan.id = 102;
+  nan.position.y() = NAN;
+  Point3D far = points[0];
+  far.id = 103;
+  far.position.z() = 1e4;
+  points.insert(points.end(), {twin, trackless, nan, far});
+  workspace.WriteModelFiles();
+  const ScenePlan plan = PlanScene(workspace.Options());
+  EXPECT_EQ(plan.num_points, 7);
+  ASSERT_EQ(plan.seeds.size(), 3u);
+  EXPECT_FLOAT_EQ(plan.seeds[0].color.x(), 3 / 255.0f);
+  EXPECT_FLOAT_EQ(plan.seeds[1].color.x(), 5 / 255.0f);
+  EXPECT_FLOAT_EQ(plan.seeds[2].color.x(), 8 / 255.0f);
+  for (const SeedPoint& seed : plan.seeds) EXPECT_LE(seed.position.norm(), kFarRadius);
+  const Eigen::Vector3d back =
+      plan.world_from_normalized.Apply(plan.seeds[0].position.cast<double>());
+  EXPECT_LT((back - Eigen::Vector3d(0.3, 0.3, -0.2)).norm(), 1e-6);
+  // Models of other programs have no tracks at all.
+  for (Point3D& point : points) point.track.clear();
+  workspace.WriteModelFiles();
+  EXPECT_EQ(PlanScene(workspace.Options()).seeds.size(), 4u);
+  points.clear();
+  workspace.WriteModelFiles();
+  EXPECT_EQ(PlanScene(workspace.Options()).seeds.size(), 0u);
+}
+
+// Tracks in photos that are smaller than COLMAP saw them, and in none that is held out.
+TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
+  SmallWorkspace workspace;
+  for (Image& image : workspace.model.images) {
+    image.points = {{4, 3, 5}, {5, 2, 3}};
+  }
+  workspace.model.points[0].track = {{4, 0}, {6, 0}, {9, 0}, {9, 7}};  // the last is not there
+  workspace.WriteModelFiles();
+  workspace.WritePhoto("b.png", 16, 12);
+  SceneOptions options = workspace.Options();
+  options.test_every = 3;
+  const ScenePlan plan = PlanScene(options);
+  ASSERT_EQ(plan.seed_sightings.size(), plan.seeds.size());
+  const Sightings& track = plan.seed_sightings[1];  // of point 5
+  ASSERT_EQ(track.size(), 2u);                      // photo 0 is held out
+  EXPECT_EQ(track[0].view, 1);
+  EXPECT_EQ(track[0].pixel, Eigen::Vector2d(8, 6));
+  EXPECT_EQ(track[1].view, 2);
+  EXPECT_EQ(track[1].pixel.x(), 4);
+  options.mask_consistency = MaskConsistency::kOff;
+  EXPECT_TRUE(PlanScene(options).seed_sightings.empty());
+}
+
+TEST(Scene, MaskFoldersThatYieldNothingAreToldOf) {
+  const SmallWorkspace w;
+  const std::string root = w.temp.path().string();
+  EXPECT_THAT(PlanScene(w.Options()).warnings, testing::IsEmpty());
+  SceneOptions given = w.Options();
+  given.mask_path = w.temp / "object_mask";
+
+  fs::rename(w.temp / "object_mask", w.temp / "Masks");
+  EXPECT_THAT(
+      PlanScene(w.Options()).warnings,
+      testing::ElementsAre(root + "/Masks holds 3 .png files and is not looked at, so there are no "
+                                  "labels; object_mask/ or Annotations/ would be looked at, and "
+                                  "--mask_path would take it."));
+  fs::create_directories(w.temp / "object_mask");
+  EXPECT_THAT(
+      PlanScene(w.Options()).warnings,
+      testing::ElementsAre(root +
+                           "/object_mask: is empty, where a PNG for each photo would be "
+                           "right, so there are no labels; " +
+                           root + "/Masks holds 3 .png files, and --mask_path would take it."));
+  EXPECT_EQ(SceneErrorOf(given),
+            root + "/object_mask: is empty, where a PNG for each photo would be right.");
+  fs::rename(w.temp / "Masks", w.temp / "elsewhere");
+  for (const char* file : {"a.jpg", "b.JPG", "sub/c.jpg", "pred.json", "README", "x.txt"}) {
+    WriteFile(w.temp / "object_mask" / file, "");
+  }
+  const std::string holds = root +
+                            "/object_mask: holds no mask but 3 .jpg files, 1 other file, 1 .json "
+                            "file and others, where a PNG for each photo would be right";
+  EXPECT_THAT(PlanScene(w.Options()).warnings,
+              testing::ElementsAre(holds + ", so there are no labels."));
+  EXPECT_EQ(SceneErrorOf(given), holds + ".");
+  SceneOptions with_names = w.Options();
+  with_names.labels_path = w.temp / "labels.json";
+  WriteFile(with_names.labels_path, R"({"labels": {"12": "ball"}})");
+  EXPECT_THAT(SceneErrorOf(with_names), HasSubstr("names labels, while there are no masks: "));
+  given.use_masks = false;
+  EXPECT_EQ(SceneErrorOf(given), "");
+  EXPECT_THAT(PlanScene(given).warnings, testing::IsEmpty());
+  // Where nothing looks like masks there is nothing to say: colour alone is wanted.
+  fs::remove_all(w.temp / "object_mask");
+  EXPECT_THAT(PlanScene(w.Options()).warnings, testing::IsEmpty());
+  // A workspace's masks come before those beside the photos.
+  fs::create_directories(w.temp / "work");
+  fs::rename(w.temp / "elsewhere", w.temp / "work/object_mask");
+  SceneOptions in_workspace = w.Options();
+  in_workspace.workspace_path = w.temp / "work";
+  EXPECT_EQ(PlanScene(in_workspace).masks.NumPaired(), 3);
+}
+
+TEST(Scene, MasksWithoutIdsAreToldOf) {
+  const SmallWorkspace w;
+  for (const Image& image : w.model.images) {
+    WritePng(w.temp / "object_mask" / image.name,
+             8,
+             6,
+             8,
+             PNG_COLOR_TYPE_GRAY,
+             std::vector<uint8_t>(48));
+  }
+  const std::string sentence = (w.temp / "object_mask").string() +
+                               ": its 3 masks have no id but 0, which is no object; an id for each "
+                               "object would be right.";
+  for (const LabelZero zero : {LabelZero::kAuto, LabelZero::kIgnore}) {
+    SceneOptions options = w.Options();
+    options.label_zero = zero;
+    EXPECT_THAT(TrainingScene(PlanScene(options)).Warnings(), testing::ElementsAre(sentence));
+    options.mask_path = w.temp / "object_mask";
+    EXPECT_EQ(SceneErrorOf(options), sentence);
+  }
+}
+
+TEST(Scene, NamesOfNoMaskAreToldOf) {
+  const SmallWorkspace w;
+  WriteFile(w.temp / "labels.json", R"({"labels": {"12": "ball", "112": "mug"}})");
+  EXPECT_THAT(
+      TrainingScene(PlanScene(w.Options())).Warnings(),
+      testing::ElementsAre((w.temp / "labels.json").string() +
+                           ": 1 of its 2 names are of ids that no mask has: 112 (mug); names "
+                           "of the masks' own ids would be right."));
+}
+
+TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
+  const SmallWorkspace workspace;
+  const fs::path root = workspace.temp.path();
+  WriteFile(root / "labels.json", R"({"labels": {"12": "ball"}})");
+  const TrainingScene scene(PlanScene(workspace.Options()));
+  EXPECT_EQ(scene.MaskReport(), "3 of 3 photos have a mask, 6 labels, 0 masks unused");
+  EXPECT_EQ(scene.Labels()[2].name, "ball");
+
+  fs::rename(root / "object_mask", root / "Annotations");
+  workspace.WritePhoto("unregistered.png", 8, 6);
+  fs::copy(root / "Annotations/a.png", root / "Annotations/unregistered.png");
+  fs::remove(root / "Annotations/b.png");
+  const TrainingScene other(PlanScene(workspace.Options()));
+  EXPECT_EQ(other.MaskReport(), "2 of 3 photos have a mask, 6 labels, 1 mask unused");
+  EXPECT_THAT(other.PhotoReport(), HasSubstr("1 more not registered"));
+  EXPECT_FALSE(other.HasMask(1));
+  EXPECT_THAT(other.LabelIds(1).data, testing::Each(0));
+  TrainingRay ray;
+  ASSERT_TRUE(other.Ray(1, 3, 3, &ray));
+  EXPECT_EQ(ray.class_index, kUnlabelled);
+
+  fs::remove_all(root / "Annotations");
+  const TrainingScene colour_only(PlanScene(workspace.Options()));
+  EXPECT_EQ(colour_only.NumClasses(), 0);
+  EXPECT_THAT(colour_only.MaskReport(), testing::StartsWith("no masks"));
+
+  SceneOptions options = workspace.Options();
+  options.mask_path = root / "nowhere";
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("nowhere: there is no such folder"));
+  options = workspace.Options();
+  options.labels_path = root / "no.json";
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
+  WriteFile(root / "no.json", R"({"labels": {"7": "mug"}})");
+  EXPECT_EQ(
+      SceneErrorOf(options),
+      (root / "no.json").string() +
+          ": names labels, while there are no masks: neither object_mask/ nor Annotations/ is "
+          "beside the photos; --mask_path would name their folder.");
+  options.use_masks = false;
+  options.labels_path.clear();
+  EXPECT_EQ(SceneErrorOf(options), "");
+}
+
+TEST(Scene, MasksAndDistortionCanBeLeftOut) {
+  SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.use_masks = false;
+  options.mask_path = workspace.temp / "object_mask";
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_EQ(scene.NumClasses(), 0);
+  EXPECT_FALSE(scene.HasMask(0));
+
+  ScenePlan plan = PlanScene(workspace.Options());
+  EXPECT_GT(plan.distortion, kLeastDistortion);
+  EXPECT_EQ(plan.photos[1].camera_model, "OPENCV");
+  EXPECT_EQ(plan.table_views.size(), 1u);
+  options.distortion = EffectSwitch::kOff;
+  plan = PlanScene(options);
+  EXPECT_EQ(plan.photos[1].camera_model, "PINHOLE");
+  EXPECT_TRUE(plan.table_views.empty());
+  // One that moves nothing by a tenth of a pixel is none, unless the user says so.
+  workspace.model.cameras[0].params = {10, 11, 4, 3, -1e-4, 0, 0, 0};
+  workspace.WriteModelFiles();
+  EXPECT_EQ(PlanScene(workspace.Options()).photos[1].camera_model, "PINHOLE");
+  options.distortion = EffectSwitch::kOn;
+  EXPECT_EQ(PlanScene(options).photos[1].camera_model, "OPENCV");
+}
+
+TEST(Scene, ZeroIsAClassOnRequest) {
+  const SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.label_zero = LabelZero::kClass;
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_EQ(scene.NumClasses(), 7);
+  EXPECT_EQ(scene.Labels()[0].id, 0);
+  EXPECT_EQ(scene.MaskReport(), "3 of 3 photos have a mask, 6 labels, 0 masks unused");
+  TrainingRay ray;
+  ASSERT_TRUE(scene.Ray(0, 0, 2, &ray));
+  EXPECT_EQ(ray.class_index, 0);
+}
+
+TEST(Scene, HoldingOutLeavesSomethingToTrainOn) {
+  const SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  options.test_every = 2;
+  const TrainingScene scene(PlanScene(options));
+  EXPECT_TRUE(scene.IsHeldOut(0));
+  EXPECT_FALSE(scene.IsHeldOut(1));
+  EXPECT_TRUE(scene.IsHeldOut(2));
+  options.test_every = 1;
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every 1: holds out all of the 3 photos"));
+  options.test_every = -1;
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every -1"));
+}
+
+// Nothing but the memory differs: every ray, every label and every finding is that of a scene whose
+// photos stay.
+void ExpectTheSameWithoutMemory(const SceneOptions& options) {
+  const TrainingScene held(PlanScene(options));
+  ScenePlan plan = PlanScene(options);
+  LoadOptions load;
+  load.cache_bytes = static_cast<int64_t>(plan.MemoryBytes()) - 1;
+  std::vector<int> reports;
+  load.report = [&](int done, int total) {
+    EXPECT_EQ(total, held.NumViews());
+    reports.push_back(done);
+  };
+  TrainingScene scene(std::move(plan), load);
+  EXPECT_TRUE(held.HoldsPixels());
+  ASSERT_FALSE(scene.HoldsPixels());
+  EXPECT_EQ(scene.CacheBytes(), load.cache_bytes);
+  EXPECT_EQ(reports.size(), static_cast<size_t>(held.NumViews()));
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_EQ(scene.MaskReport(), held.MaskReport());
+  EXPECT_EQ(scene.Consistency().Line(), held.Consistency().Line());
+  ASSERT_EQ(scene.NumClasses(), held.NumClasses());
+  for (int c = 0; c < held.NumClasses(); ++c) {
+    EXPECT_EQ(scene.Labels()[c].id, held.Labels()[c].id);
+    EXPECT_EQ(scene.Labels()[c].name, held.Labels()[c].name);
+  }
+  for (int view = 0; view < held.NumViews(); ++view) {
+    EXPECT_EQ(scene.LabelIds(view).data, held.LabelIds(view).data);
+    EXPECT_EQ(scene.Survey(view).patches, held.Survey(view).patches);
+    const std::unique_ptr<ViewPixels> pixels = scene.OpenView(view);
+    for (int y = 0; y < held.Height(view); ++y) {
+      for (int x = 0; x < held.Width(view); ++x) {
+        TrainingRay a, b;
+        const bool is_ray = held.Ray(view, x, y, &a);
+        ASSERT_EQ(scene.RayOf(view, x, y, pixels->At(x, y), &b), is_ray);
+        Eigen::Vector3f direction;
+        ASSERT_EQ(scene.RayDirection(view, x, y, &direction), is_ray);
+        if (!is_ray) continue;
+        ASSERT_EQ(a.direction, b.direction);
+        ASSERT_EQ(a.direction, direction);
+        ASSERT_EQ(a.color, b.color);
+        ASSERT_EQ(a.class_index, b.class_index);
+      }
+    }
+  }
+}
+
+TEST(Scene, PhotosThatDoNotFitIntoMemoryAreTheSame) {
+  SmallWorkspace workspace;
+  ExpectTheSameWithoutMemory(workspace.Options());
+  fs::remove(workspace.temp / "object_mask/b.png");
+  SceneOptions options = workspace.Options();
+  options.max_image_size = 4;
+  options.label_zero = LabelZero::kClass;
+  ExpectTheSameWithoutMemory(options);
+  options.use_masks = false;
+  ExpectTheSameWithoutMemory(options);
+  // Masks of a tracker that the tracks correct: split, renamed and dropped regions.
+  options = TabletopOptions();
+  options.test_every = 8;
+  ExpectTheSameWithoutMemory(options);
+  options.mask_consistency = MaskConsistency::kIndependent;
+  ExpectTheSameWithoutMemory(options);
+}
+
+TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
+  SmallWorkspace workspace;
+  LoadOptions load;
+  load.cache_bytes = 1;
+  const TrainingScene scene(PlanScene(workspace.Options()), load);
+  const auto error_of = [&](int view) { return UserErrorOf([&] { scene.OpenView(view); }); };
+  EXPECT_EQ(error_of(0), "");
+  workspace.WritePhoto("a.png", 16, 12);
+  EXPECT_THAT(error_of(0), HasSubstr("a.png: has changed its size since it was first looked at"));
+  fs::remove(workspace.temp / "images/a.png");
+  EXPECT_THAT(
+      error_of(0),
+      testing::MatchesRegex(".*images/a.png: is no longer there, while training still reads "
+                            "the photos and masks that --image_cache_gb does not hold; "
+                            "files that stay until the end would be right."));
+  std::vector<uint8_t> other(8 * 6, 77);
+  WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);
+  EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: has changed its ids"));
+  fs::remove(workspace.temp / "object_mask/b.png");
+  EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: is no longer there"));
+}
+
+TEST(Scene, WhatIsMissingOrDamagedIsNamed) {
+  SmallWorkspace workspace;
+  const fs::path root = workspace.temp.path();
+  SceneOptions options = workspace.Options();
+  options.image_path = root / "photos";
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("photos: there is no such folder"));
+  options = workspace.Options();
+  options.input_path = root / "dense";
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("dense: there is no such folder"));
+
+  const std::string photo = ReadFile(root / "images/b.png");
+  fs::remove(root / "images/b.png");
+  EXPECT_THAT(SceneErrorOf(workspace.Options()), HasSubstr("images/b.png: is missing, while"));
+  WriteFile(root / "images/b.png", photo.substr(0, photo.size() - 20));
+  EXPECT_THAT(SceneErrorOf(workspace.Options()),
+              HasSubstr("images/b.png: cannot be decoded completely"));
+  WriteFile(root / "images/b.png", photo);
+  const std::string mask = ReadFile(root / "object_mask/a.png");
+  WriteFile(root / "object_mask/a.png", mask.substr(0, mask.size() - 20));
+  EXPECT_THAT(SceneErrorOf(workspace.Options()),
+              HasSubstr("object_mask/a.png: cannot be decoded completely"));
+  WriteFile(root / "object_mask/a.png", mask);
+  EXPECT_EQ(SceneErrorOf(workspace.Options()), "");
+
+  workspace.model.images.clear();
+  workspace.model.points.clear();
+  workspace.WriteModelFiles();
+  EXPECT_THAT(SceneErrorOf(workspace.Options()), HasSubstr("images.bin: has no registered image"));
+}
+
+TEST(Scene, PhotoRecordsKeepTheCameraAndThePose) {
+  const SmallWorkspace workspace;
+  const Image& image = workspace.model.images[0];
+  const Camera& camera = workspace.model.cameras[0];
+  const PhotoRecord record = MakePhotoRecord(camera, image, true);
+  EXPECT_TRUE(record.held_out);
+  EXPECT_EQ(record.camera_model, "OPENCV");
+  Camera back = CameraOf(record, "scene.foam");
+  back.id = camera.id;
+  EXPECT_EQ(back, camera);
+  EXPECT_LT((PoseOf(record).Center() - image.cam_from_world.Center()).norm(), 1e-15);
+  for (const auto& damage : std::vector<std::function<void(PhotoRecord&)>>{
+           [](PhotoRecord& r) { r.camera_model = "FISHY"; },
+           [](PhotoRecord& r) { r.camera_model = "FISHEYE"; },
+           [](PhotoRecord& r) { r.camera_params.pop_back(); },
+           [](PhotoRecord& r) { r.camera_params[0] = NAN; },
+           [](PhotoRecord& r) { r.camera_params[1] = 0; },
+           [](PhotoRecord& r) { r.width = 0; },
+           [](PhotoRecord& r) { r.height = -1; }}) {
+    PhotoRecord broken = record;
+    damage(broken);
+    EXPECT_THAT(UserErrorOf([&] { CameraOf(broken, "scene.foam"); }),
+                HasSubstr("scene.foam: the photo sub/c.png has no valid camera"));
+  }
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/image/srgb.h"
+#include "foam/util/random.h"
+#include "plugin/colmap/colmap_model.h"
+#include "plugin/photo/photo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/plugin/test_util.h"
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// What a camera on automatic does to the photos of a set, put in by us: so it is known.
+struct CameraHabits {
+  double exposure = 0;       // standard deviation of the log gains
+  double white_balance = 0;  // of the channels around them
+  double falloff = 0;        // light lost in the corners, as a share: 1 - falloff r^2
+  double shading = 0;        // not the camera's: standard deviation of the log light's slopes, over
+                             // the width of a photo, that a lamp makes which moves with it
+  uint64_t seed = 0;
+};
+
+// The gains of the photo of that number in the order of names.
+inline Eigen::Vector3d DrawGain(const CameraHabits& habits, uint64_t number) {
+  CounterRandom random(habits.seed, 0x6761696e, number);
+  const double exposure = habits.exposure * random.Normal();
+  Eigen::Vector3d log_gain;
+  for (int c = 0; c < 3; ++c) log_gain[c] = exposure + habits.white_balance * random.Normal();
+  return log_gain.array().exp();
+}
+
+// The slopes, likewise.
+inline Eigen::Vector2d DrawSlopes(const CameraHabits& habits, uint64_t number) {
+  CounterRandom random(habits.seed, 0x736c6f70, number);
+  const double horizontal = habits.shading * random.Normal();
+  return {horizontal, habits.shading * random.Normal()};
+}
+
+// The photo as that camera would have taken it: in linear light, cut off at white, in 8 bits.
+inline void ChangePhoto(const Eigen::Vector3d& gain,
+                        double falloff,
+                        const Eigen::Vector2d& slopes,
+                        Image8* photo) {
+  const Eigen::Vector2f half(0.5f * photo->width, 0.5f * photo->height);
+  float light_of[256];
+  for (int i = 0; i < 256; ++i) light_of[i] = LinearFromDisplay(i / 255.0f);
+  for (int y = 0; y < photo->height; ++y) {
+    for (int x = 0; x < photo->width; ++x) {
+      const Eigen::Vector2f place = Eigen::Vector2f(x + 0.5f, y + 0.5f) - half;
+      const float kept =
+          (1 - static_cast<float>(falloff) * place.squaredNorm() / half.squaredNorm()) *
+          std::exp(slopes.cast<float>().dot(place) / photo->width);
+      uint8_t* rgb = &photo->data[3 * (static_cast<size_t>(y) * photo->width + x)];
+      for (int c = 0; c < 3; ++c) {
+        const float light = std::min(1.0f, static_cast<float>(gain[c]) * kept * light_of[rgb[c]]);
+        rgb[c] = static_cast<uint8_t>(std::lround(255 * DisplayFromLinear(light)));
+      }
+    }
+  }
+}
+
+// A copy of a workspace whose photos, as PNG, are changed. Returns the gains, in the order of
+// names.
+inline std::vector<Eigen::Vector3d> WriteChangedWorkspace(const std::filesystem::path& source,
+                                                          const std::filesystem::path& target,
+                                                          const CameraHabits& habits) {
+  namespace fs = std::filesystem;
+  fs::create_directories(target);
+  for (const char* part : {"object_mask", "labels.json", "segmentation_labels"}) {
+    if (fs::exists(source / part)) {
+      fs::copy(source / part, target / part, fs::copy_options::recursive);
+    }
+  }
+  Reconstruction model = ReadReconstruction(source / "sparse/0");
+  std::sort(model.images.begin(), model.images.end(), [](const Image& a, const Image& b) {
+    return a.name < b.name;
+  });
+  std::vector<Eigen::Vector3d> gains;
+  for (Image& image : model.images) {
+    gains.push_back(DrawGain(habits, gains.size()));
+    Image8 photo = ReadPhoto(source / "images" / image.name);
+    ChangePhoto(gains.back(), habits.falloff, DrawSlopes(habits, gains.size() - 1), &photo);
+    image.name = fs::path(image.name).replace_extension(".png").generic_string();
+    WritePng(target / "images" / image.name,
+             photo.width,
+             photo.height,
+             8,
+             PNG_COLOR_TYPE_RGB,
+             photo.data);
+  }
+  WriteReconstruction(target / "sparse/0", model, ModelFormat::kBinary);
+  return gains;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/cli/option_manager.h"
+
+#include "foam/device/device.h"
+#include "foam/util/error.h"
+#include "foam/util/input_file.h"
+#include "foam/util/number_text.h"
+#include "foam/util/parallel.h"
+#include "tools/cli/logging.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <sstream>
+
+#include <boost/program_options.hpp>
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace po = boost::program_options;
+
+// Numbers of the user's are finite.
+template <typename T>
+bool ParseFinite(const std::string& text, T* value) {
+  T parsed{};
+  if (!ParseNumber(text, &parsed)) return false;
+  if constexpr (std::is_floating_point_v<T>) {
+    if (!std::isfinite(parsed)) return false;
+  }
+  *value = parsed;
+  return true;
+}
+
+std::string Join(const std::vector<std::string>& parts, const std::string& separator) {
+  std::string joined;
+  for (const std::string& part : parts) {
+    if (!joined.empty()) joined += separator;
+    joined += part;
+  }
+  return joined;
+}
+
+// The text as one word of a POSIX shell.
+std::string ShellQuoted(const std::string& text) {
+  const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string("_-+=./:,@%").find(c) != std::string::npos;
+  });
+  if (is_plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
+std::string Trim(const std::string& text) {
+  const char* space = " \t\r";
+  const size_t begin = text.find_first_not_of(space);
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(space) - begin + 1);
+}
+
+// Boost's parser for the command line alone: every option is a text to it. Types, defaults and the
+// required are ours, the same for command line and file.
+po::options_description Describe(const std::vector<std::string>& names) {
+  po::options_description description;
+  description.add_options()("help,h", "");
+  for (const std::string& name : names) {
+    description.add_options()(name.c_str(), po::value<std::string>(), "");
+  }
+  return description;
+}
+
+}  // namespace
+
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ',') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+bool ParseValue(const std::string& text, std::string* value) {
+  *value = text;
+  return true;
+}
+
+bool ParseValue(const std::string& text, bool* value) {
+  if (text != "0" && text != "1" && text != "true" && text != "false") return false;
+  *value = text == "1" || text == "true";
+  return true;
+}
+
+bool ParseValue(const std::string& text, int* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, int64_t* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, uint64_t* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, float* value) { return ParseFinite(text, value); }
+bool ParseValue(const std::string& text, double* value) { return ParseFinite(text, value); }
+
+std::string FormatValue(const std::string& value) { return value; }
+std::string FormatValue(bool value) { return value ? "1" : "0"; }
+std::string FormatValue(int value) { return FormatNumber(value); }
+std::string FormatValue(int64_t value) { return FormatNumber(value); }
+std::string FormatValue(uint64_t value) { return FormatNumber(value); }
+std::string FormatValue(float value) { return FormatNumber(value); }
+std::string FormatValue(double value) { return FormatNumber(value); }
+
+OptionManager::OptionManager(std::string command, std::string summary)
+    : command_(std::move(command)), summary_(std::move(summary)) {
+  AddDefaultOption("project_path", &project_path_, "an .ini file that holds options of this list");
+  AddDefaultOption("random_seed", &random_seed_, "same seed, input and options: same bytes");
+  AddDefaultOption("default_random_seed", &random_seed_, "the same, as COLMAP 4 spells it");
+  AddDefaultOption("num_threads", &num_threads_, "-1 = all cores; changes no result");
+  AddDefaultOption("log_to_stderr", &log_to_stderr_, "0 = only warnings and errors");
+  AddDefaultOption("log_level", &log_level_, "verbosity of the log, as glog's v");
+}
+
+void OptionManager::AddDeviceOption() {
+  AddDefaultOption("device",
+                   &device_,
+                   "where rays are cast: cpu, cuda:N (the graphics card of that number, from 0), "
+                   "or auto, the first card that can be used, else cpu");
+}
+
+void OptionManager::AddOption(Option option) {
+  CHECK(Find(option.name) == nullptr) << option.name;
+  option.default_text = option.format();
+  options_.push_back(std::move(option));
+}
+
+OptionManager::Option* OptionManager::Find(const std::string& name) {
+  const auto found = std::find_if(
+      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
+  return found == options_.end() ? nullptr : &*found;
+}
+
+void OptionManager::AddShortName(const std::string& short_name, const std::string& name) {
+  CHECK(Find(short_name) == nullptr && FullName(short_name) == short_name) << short_name;
+  Option* const option = Find(name);
+  CHECK(option != nullptr) << name;
+  option->short_name = short_name;
+}
+
+std::string OptionManager::FullName(const std::string& name) const {
+  const auto found = std::find_if(options_.begin(), options_.end(), [&](const Option& o) {
+    return !name.empty() && o.short_name == name;
+  });
+  return found == options_.end() ? name : found->name;
+}
+
+bool OptionManager::IsGiven(const std::string& name) const {
+  return std::any_of(
+      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name && o.given; });
+}
+
+bool OptionManager::IsChosen(const std::string& name) const {
+  const auto option = std::find_if(
+      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
+  CHECK(option != options_.end()) << name;
+  return option->given && option->format() != option->default_text;
+}
+
+void OptionManager::RequireEffect(const std::vector<std::string>& names,
+                                  const std::string& why) const {
+  for (const std::string& name : names) {
+    if (!IsChosen(name)) continue;
+    throw UserError("Failed to parse options - --", name, " has no effect ", why, ".");
+  }
+}
+
+void OptionManager::WarnWithoutEffect(const std::vector<std::string>& names,
+                                      const std::string& why) const {
+  for (const std::string& name : names) {
+    if (IsChosen(name)) LOG(WARNING) << "--" << name << " has no effect " << why << ".";
+  }
+}
+
+std::map<std::string, std::string> OptionManager::GroupValues(const std::string& group) const {
+  std::map<std::string, std::string> values;
+  const std::string prefix = group + ".";
+  for (const Option& option : options_) {
+    if (option.name.compare(0, prefix.size(), prefix) == 0) {
+      values[option.name.substr(prefix.size())] = option.format();
+    }
+  }
+  return values;
+}
+
+std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
+                                                                  const char* const* argv) const {
+  std::vector<std::string> names;
+  for (const Option& option : options_) {
+    names.push_back(option.name);
+    if (!option.short_name.empty()) names.push_back(option.short_name);
+  }
+  const po::options_description description = Describe(names);
+  // No guessing: an option that is short for another today is short for two tomorrow.
+  const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
+  std::map<std::string, std::string> values;
+  try {
+    const po::parsed_options parsed =
+        po::command_line_parser(argc, argv).options(description).style(style).run();
+    for (const po::option& option : parsed.options) {
+      if (option.position_key != -1) {
+        throw UserError("Failed to parse options - '",
+                        Shortened(Join(option.value, " ")),
+                        "' stands where an option was expected; options are written '--name "
+                        "value'.");
+      }
+      const std::string value = option.value.empty() ? "" : option.value.front();
+      // Boost takes the next option for the value of one that came without.
+      if (option.original_tokens.size() > 1 && value.compare(0, 2, "--") == 0) {
+        throw UserError("Failed to parse options - the required argument for option '--",
+                        option.string_key,
+                        "' is missing.");
+      }
+      if (!values.emplace(FullName(option.string_key), value).second) {
+        throw UserError("Failed to parse options - the option '--",
+                        option.string_key,
+                        "' is given more than once; give it once.");
+      }
+    }
+  } catch (const po::error& error) {
+    throw UserError("Failed to parse options - ", error.what(), ".");
+  }
+  return values;
+}
+
+std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::string& path) const {
+  if (path.empty()) {
+    throw UserError(
+        "Failed to parse options - the argument ('') for option '--project_path' is invalid; it "
+        "takes an .ini file.");
+  }
+  const std::string bytes = ReadFileBytes(path, "an .ini file for --project_path");
+  std::istringstream file{std::string(WithoutByteOrderMark(bytes))};
+  std::map<std::string, std::string> values;
+  std::string group;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    line = Trim(line);
+    if (line.empty() || line[0] == '#' || line[0] == ';') continue;
+    if (line.front() == '[' && line.back() == ']') {
+      group = Trim(line.substr(1, line.size() - 2)) + ".";
+      continue;
+    }
+    const size_t equals = line.find('=');
+    if (equals == std::string::npos) {
+      throw UserError(path,
+                      ": line ",
+                      number,
+                      " is neither 'option = value' nor '[Group]' nor a comment that begins with "
+                      "'#' or ';'.");
+    }
+    const std::string name = group + Trim(line.substr(0, equals));
+    if (!values.emplace(FullName(name), Trim(line.substr(equals + 1))).second) {
+      throw UserError(
+          path, ": gives the option '", Shortened(name), "' more than once; give it once.");
+    }
+  }
+  return values;
+}
+
+void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
+                          const std::map<std::string, std::string>& from_command_line,
+                          const std::string& project_path) {
+  for (const auto& [name, value] : from_file) {
+    if (Find(name) == nullptr || name == "project_path") {
+      throw UserError(project_path,
+                      ": holds the option '",
+                      Shortened(name),
+                      "', which the command ",
+                      command_,
+                      " does not have; `semfoam ",
+                      command_,
+                      " -h` lists those it has.");
+    }
+  }
+  for (Option& option : options_) {
+    const auto in_line = from_command_line.find(option.name);
+    const auto in_file = from_file.find(option.name);
+    const bool is_in_line = in_line != from_command_line.end();
+    option.given = is_in_line || in_file != from_file.end();
+    if (!option.given) {
+      if (option.required) {
+        throw UserError(
+            "Failed to parse options - the option '--", option.name, "' is required but missing.");
+      }
+    } else {
+      const std::string& text = is_in_line ? in_line->second : in_file->second;
+      const std::string where =
+          is_in_line ? "Failed to parse options - the" : project_path + ": the";
+      const bool is_choice =
+          option.choices.empty() ||
+          std::find(option.choices.begin(), option.choices.end(), text) != option.choices.end();
+      const bool lacks_value = option.required && text.empty();
+      if (!is_choice || lacks_value || !option.parse(text)) {
+        throw UserError(where,
+                        " argument ('",
+                        Shortened(text),
+                        "') for option '--",
+                        option.name,
+                        "' is invalid; it takes ",
+                        lacks_value ? "what is not empty"
+                        : is_choice ? option.expected
+                                    : "{" + Join(option.choices, ", ") + "}",
+                        ".");
+      }
+    }
+    if (option.then) option.then();
+  }
+}
+
+std::string OptionManager::CommandLineWith(const std::string& program,
+                                           const std::string& name,
+                                           const std::string& value) const {
+  std::vector<std::string> words = {program};
+  for (size_t i = 0; i < arguments_.size(); ++i) {
+    if (arguments_[i] == "--" + name) {
+      ++i;  // its value
+    } else if (arguments_[i].compare(0, name.size() + 3, "--" + name + "=") != 0) {
+      words.push_back(arguments_[i]);
+    }
+  }
+  words.insert(words.end(), {"--" + name, value});
+  for (std::string& word : words) word = ShellQuoted(word);
+  return Join(words, " ");
+}
+
+bool OptionManager::Parse(int argc, const char* const* argv) {
+  arguments_.assign(argv, argv + argc);
+  const std::map<std::string, std::string> from_command_line = ReadCommandLine(argc, argv);
+  if (from_command_line.count("help") != 0) {
+    std::cout << Help() << std::flush;
+    return false;
+  }
+  std::map<std::string, std::string> from_file;
+  std::string project_path;
+  if (const auto given = from_command_line.find("project_path"); given != from_command_line.end()) {
+    project_path = given->second;
+    from_file = ReadProjectFile(project_path);
+  }
+  Apply(from_file, from_command_line, project_path);
+
+  if (num_threads_ != -1 && num_threads_ < 1) {
+    throw UserError("Failed to parse options - the argument ('",
+                    num_threads_,
+                    "') for option '--num_threads' is invalid; it takes -1 for all cores or a "
+                    "number of threads from 1 on.");
+  }
+  SetNumThreads(num_threads_);
+  if (Find("device") != nullptr) UseDevice(device_);
+  SetLogVerbosity(log_to_stderr_, log_level_);
+  return true;
+}
+
+std::string OptionManager::Help() const {
+  po::options_description description("Options", 100, 40);
+  description.add_options()("help,h", "lists the options");
+  for (const Option& option : options_) {
+    std::string help = option.required ? "(required) " : "";
+    if (!option.choices.empty()) help.append("{").append(Join(option.choices, ", ")).append("} ");
+    help += option.help;
+    auto* value = po::value<std::string>();
+    const bool names_default = !option.required && !option.default_text.empty();
+    value->value_name(names_default ? "arg (=" + option.default_text + ")" : "arg");
+    if (!option.short_name.empty()) help.append("; --").append(option.short_name + " is the same");
+    description.add_options()(option.name.c_str(), value, help.c_str());
+  }
+  std::ostringstream text;
+  text << "semfoam " << command_ << ": " << summary_ << "\n\n"
+       << "Options can either be given on the command line or in an .ini file that --project_path "
+          "names.\n\n"
+       << description;
+  return text.str();
+}
+
+}  // namespace semfoam

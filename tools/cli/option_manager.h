@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace semfoam {
+
+// The options of one command, spelled as COLMAP spells them: `--input_path sparse/0`,
+// `--Group.option value`, booleans with a value (0, 1, true, false), `--project_path x.ini` for the
+// same options in a file (top keys first, then [Group] sections), -h for help. An option on the
+// command line wins over the file's.
+//
+//   OptionManager options("mesh_exporter", "Writes every object's surface.");
+//   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
+//   options.AddDefaultOption("label_id", &label_id, "this object alone; -1 = all");
+//   if (!options.Parse(argc, argv)) return;  // help was asked for and given
+//
+// Options are applied in the order in which they were added, whatever the order in which the user
+// gives them. So an option that presets others is added before them, and they win.
+class OptionManager {
+ public:
+  // Adds the options that every command has: help, project_path, random_seed (COLMAP 4 spells it
+  // default_random_seed; both are taken), num_threads, log_to_stderr, log_level.
+  OptionManager(std::string command, std::string summary);
+
+  // T is std::string, bool, int, int64_t, uint64_t, float or double. The value that `value` points
+  // to before Parse is the default. Names are unique (CHECK).
+  template <typename T>
+  void AddRequiredOption(const std::string& name, T* value, const std::string& help) {
+    Add(name, help, /*required=*/true, {}, value, nullptr);
+  }
+  template <typename T>
+  void AddDefaultOption(const std::string& name, T* value, const std::string& help) {
+    Add(name, help, /*required=*/false, {}, value, nullptr);
+  }
+  // One of `choices`. `then`, if any, is called once its value is known, the default's too.
+  void AddChoiceOption(const std::string& name,
+                       std::string* value,
+                       const std::vector<std::string>& choices,
+                       const std::string& help,
+                       const std::function<void()>& then = nullptr) {
+    Add(name, help, /*required=*/false, choices, value, then);
+  }
+
+  // device, for commands that train or render; Parse applies it (UseDevice).
+  void AddDeviceOption();
+
+  // Another spelling of an option that is there (CHECK): `--voxel_size` for
+  // `--VolumeExport.voxel_size`. Both in one place are the same option given twice.
+  void AddShortName(const std::string& short_name, const std::string& name);
+
+  // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
+  // names, sets all values, and applies what all commands have in common: threads, device and
+  // log. Returns false when help was asked for and has been printed to stdout. Throws UserError,
+  // one sentence in COLMAP's words, on an unknown, missing or repeated option and on a bad value.
+  bool Parse(int argc, const char* const* argv);
+
+  // The values of all options of a group, by their names without the group, as text that reads back
+  // as the same value.
+  std::map<std::string, std::string> GroupValues(const std::string& group) const;
+
+  // Whether the user gave this option, on the command line or in the project file.
+  bool IsGiven(const std::string& name) const;
+
+  // For options that do nothing beside, or without, another one. Throws UserError for the first of
+  // these that the user gave, unless as its default: "--frames has no effect " and `why`, which
+  // says what would be right, too: "without --trajectory; give both, or neither".
+  void RequireEffect(const std::vector<std::string>& names, const std::string& why) const;
+  // Warns instead, of options of which nobody expects anything: a command line may be another's.
+  void WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const;
+
+  // The command line as it was given, with this option set so: to be pasted into a shell. `program`
+  // comes first.
+  std::string CommandLineWith(const std::string& program,
+                              const std::string& name,
+                              const std::string& value) const;
+
+  std::string Help() const;
+
+  // As given by the user; 0 by default.
+  uint64_t RandomSeed() const { return random_seed_; }
+
+ private:
+  struct Option {
+    std::string name;
+    std::string short_name;  // may be empty
+    std::string help;
+    bool required = false;
+    std::vector<std::string> choices;
+    std::function<bool(const std::string&)> parse;  // false: not a value of the option's type
+    std::function<std::string()> format;
+    std::string expected;  // "an integer"
+    std::function<void()> then;
+    std::string default_text;
+    bool given = false;
+  };
+
+  template <typename T>
+  void Add(const std::string& name,
+           const std::string& help,
+           bool required,
+           const std::vector<std::string>& choices,
+           T* value,
+           const std::function<void()>& then);
+  void AddOption(Option option);
+  Option* Find(const std::string& name);
+  // Whether the user gave this option, which must be there (CHECK), another value than its default.
+  bool IsChosen(const std::string& name) const;
+  // The option's name, whichever of its two spellings is given; an unknown one as it is.
+  std::string FullName(const std::string& name) const;
+  std::map<std::string, std::string> ReadCommandLine(int argc, const char* const* argv) const;
+  std::map<std::string, std::string> ReadProjectFile(const std::string& path) const;
+  void Apply(const std::map<std::string, std::string>& from_file,
+             const std::map<std::string, std::string>& from_command_line,
+             const std::string& project_path);
+
+  std::string command_;
+  std::string summary_;
+  std::vector<Option> options_;
+  std::vector<std::string> arguments_;  // of the command line, its command's name first
+  std::string project_path_;
+  uint64_t random_seed_ = 0;
+  int num_threads_ = -1;
+  std::string device_ = "cpu";  // until foam/device/cuda has run on a card
+  bool log_to_stderr_ = true;
+  int log_level_ = 0;
+};
+
+// The parts between the commas, at least one: "a,,b" has three, "" has one.
+std::vector<std::string> SplitAtCommas(const std::string& text);
+
+// One value from and to text: the whole text must be the value, in its type's range; numbers that
+// are not finite are refused. FormatValue's text reads back as the same value.
+bool ParseValue(const std::string& text, std::string* value);
+bool ParseValue(const std::string& text, bool* value);
+bool ParseValue(const std::string& text, int* value);
+bool ParseValue(const std::string& text, int64_t* value);
+bool ParseValue(const std::string& text, uint64_t* value);
+bool ParseValue(const std::string& text, float* value);
+bool ParseValue(const std::string& text, double* value);
+std::string FormatValue(const std::string& value);
+std::string FormatValue(bool value);
+std::string FormatValue(int value);
+std::string FormatValue(int64_t value);
+std::string FormatValue(uint64_t value);
+std::string FormatValue(float value);
+std::string FormatValue(double value);
+
+template <typename T>
+void OptionManager::Add(const std::string& name,
+                        const std::string& help,
+                        bool required,
+                        const std::vector<std::string>& choices,
+                        T* value,
+                        const std::function<void()>& then) {
+  Option option;
+  option.name = name;
+  option.help = help;
+  option.required = required;
+  option.choices = choices;
+  option.parse = [value](const std::string& text) { return ParseValue(text, value); };
+  option.format = [value] { return FormatValue(*value); };
+  option.expected = std::is_same_v<T, bool>       ? "0, 1, true or false"
+                    : std::is_unsigned_v<T>       ? "an integer that is not negative"
+                    : std::is_integral_v<T>       ? "an integer"
+                    : std::is_floating_point_v<T> ? "a number"
+                                                  : "a text";
+  option.then = then;
+  AddOption(std::move(option));
+}
+
+}  // namespace semfoam

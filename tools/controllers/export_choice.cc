@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/export_choice.h"
+
+#include "export/scene/object_selection.h"
+#include "export/volume/volume_forecast.h"
+#include "foam/util/error.h"
+#include "plugin/mask/mask_tables.h"
+#include "tools/controllers/exports.h"
+
+#include <map>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
+  if (choice.IsAll()) return;
+  if (plan.masks.NumPaired() == 0) {
+    throw UserError(
+        "Failed to parse options - --labels and --exclude_labels choose objects, and without masks "
+        "there will be none; leave them out, or give the masks with --mask_path.");
+  }
+  std::map<uint32_t, std::string> names;
+  if (!plan.labels_file.empty()) {
+    for (const LabelName& label : ReadLabelNames(plan.labels_file)) {
+      names.emplace(label.id, label.name);
+    }
+  }
+  RequirePossible(choice,
+                  names,
+                  plan.labels_file.empty()
+                      ? "a table of labels (no labels.json is beside the masks)"
+                      : plan.labels_file.string());
+}
+
+// A file is renamed into its place at the end of its making, and then it is too late.
+void RequireFreePlaces(const fs::path& output_path, const std::set<std::string>& formats) {
+  const fs::path objects = output_path / "objects";
+  if (fs::exists(objects) && !fs::is_directory(objects)) {
+    throw UserError(objects.string(),
+                    ": is a file, in the way of the folder of that name; choose another "
+                    "--output_path.");
+  }
+  for (const char* format : {"vdb", "glb", "usda"}) {
+    const fs::path scene = output_path / (std::string("scene.") + format);
+    if (formats.count(format) == 0 || !fs::is_directory(scene)) continue;
+    throw UserError(scene.string(),
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "--output_path.");
+  }
+}
+
+void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
+  if (planned.formats.count("vdb") == 0) return;
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(plan.seeds.size());
+  for (const SeedPoint& seed : plan.seeds) {
+    points.push_back(plan.world_from_normalized.Apply(seed.position.cast<double>()));
+  }
+  VolumeExportOptions volume = planned.volume;
+  // Which ones does not matter yet.
+  if (!planned.choice.labels.empty()) volume.objects.only.emplace();
+  const std::string wrong = VoxelsThatCannotFit(points, planned.transform.scale, volume);
+  if (!wrong.empty()) throw UserError("Failed to parse options - ", wrong);
+}
+
+}  // namespace
+
+void AddLabelOptions(OptionManager* options, LabelChoice* choice) {
+  options->AddDefaultOption("labels",
+                            &choice->labels,
+                            "these objects alone: ids or names, apart by commas, as mug,7; id:7 "
+                            "and name:7 where a name is a number");
+  options->AddDefaultOption("exclude_labels",
+                            &choice->exclude_labels,
+                            "all objects but these, or of --labels all but these");
+}
+
+void AddVolumeLabelsName(OptionManager* options) {
+  options->AddShortName("VolumeExport.labels", "labels");
+}
+
+void RequirePossible(const PlannedExport& planned, const ScenePlan& plan) {
+  RequireLabels(planned.choice, plan);
+  ExportTransform transform = planned.transform;
+  TurnUpright(plan.photos, &transform);
+  RequireFreePlaces(planned.output_path, planned.formats);
+  RequireVoxels(planned, plan);
+}
+
+void RequirePossible(const LabelChoice& choice, const std::vector<Label>& labels) {
+  if (!choice.IsAll()) ChooseLabels(choice, NamedLabels(labels));
+}
+
+}  // namespace semfoam

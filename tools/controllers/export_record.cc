@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/export_record.h"
+
+#include "export/io/label_sidecar.h"
+#include "foam/util/error.h"
+#include "foam/util/json_file.h"
+#include "tools/controllers/exports.h"
+
+#include <algorithm>
+#include <set>
+#include <system_error>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr int kLargestId = 65535;
+
+// Key in labels.json and path of every file of a whole scene, and of an object: the order in which
+// labels.json lists them.
+struct ExportName {
+  const char* format;
+  const char* name;
+};
+constexpr ExportName kSceneFiles[] = {{"vdb", "scene.vdb"},
+                                      {"nvdb", "scene.nvdb"},
+                                      {"vdb_labels_int32", "scene_labels_int32.vdb"},
+                                      {"nvdb_labels_int32", "scene_labels_int32.nvdb"},
+                                      {"vdb_points", "scene_points.vdb"},
+                                      {"glb", "scene.glb"},
+                                      {"usda", "scene.usda"}};
+constexpr const char* kObjectFormats[] = {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"};
+
+// Whether it is a path that exports write. Another one, in a file that somebody has changed, is
+// none of ours to remove.
+bool IsExportPath(const std::string& path) {
+  for (const ExportName& file : kSceneFiles) {
+    if (path == file.name) return true;
+  }
+  const std::string folder = "objects/";
+  const size_t dot = path.rfind('.');
+  if (!path.starts_with(folder) || dot == std::string::npos) return false;
+  const std::string stem = path.substr(folder.size(), dot - folder.size());
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  return !stem.empty() && is_digit(stem[0]) && std::all_of(stem.begin(), stem.end(), [&](char c) {
+    return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '-';
+  }) && std::count(std::begin(kObjectFormats), std::end(kObjectFormats), path.substr(dot + 1)) > 0;
+}
+
+void AddFiles(const Json& owner,
+              int32_t object_id,
+              const fs::path& output_path,
+              ExportRecord* record) {
+  const auto files = owner.find("files");
+  if (files == owner.end() || !files->is_object()) return;
+  for (const auto& [format, path] : files->items()) {
+    if (!path.is_string() || !IsExportPath(path.get<std::string>())) continue;
+    if (!fs::exists(output_path / path.get<std::string>())) continue;
+    record->files.push_back({object_id, format, path.get<std::string>()});
+  }
+}
+
+// "objects/7_mug.ply" and "objects/7_mug.obj" as one text, "objects/7_mug.ply, .obj".
+std::vector<std::string> TogetherByStem(const std::vector<std::string>& paths) {
+  std::vector<std::string> stems, lines;
+  for (const std::string& path : paths) {
+    const std::string stem = path.substr(0, path.rfind('.'));
+    const auto found = std::find(stems.begin(), stems.end(), stem);
+    if (found == stems.end()) {
+      stems.push_back(stem);
+      lines.push_back(path);
+    } else {
+      lines[found - stems.begin()] += ", " + path.substr(stem.size());
+    }
+  }
+  return lines;
+}
+
+void Remove(const fs::path& output_path,
+            const std::vector<std::string>& paths,
+            const std::string& why) {
+  std::vector<std::string> removed;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    fs::remove(output_path / path, error);
+    if (error) {
+      LOG(WARNING) << (output_path / path).string() << ": " << why << ", and cannot be removed ("
+                   << error.message() << "); labels.json does not list it.";
+    } else {
+      removed.push_back(path);
+    }
+  }
+  for (const std::string& line : TogetherByStem(removed)) {
+    LOG(WARNING) << "Removed " << line << ": " << why << ".";
+  }
+  std::error_code not_empty;
+  if (!removed.empty()) fs::remove(output_path / "objects", not_empty);
+}
+
+}  // namespace
+
+std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
+  const fs::path path = output_path / "labels.json";
+  if (fs::is_directory(path)) {
+    throw UserError(path.string(),
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "--output_path.");
+  }
+  if (!fs::is_regular_file(path)) return std::nullopt;
+  Json json = ReadJsonFile(path);
+  // Every one of ours tells of a frame and objects; the names that a user wrote do not.
+  if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
+    throw UserError(path.string(),
+                    ": was not written by an export and would be lost; choose another "
+                    "--output_path.");
+  }
+  if (json.contains("version") && json["version"] != kLabelSidecarVersion) {
+    throw UserError(path.string(),
+                    ": has format version ",
+                    json["version"].dump(),
+                    ", and this program knows version ",
+                    kLabelSidecarVersion,
+                    "; choose another --output_path, or the program version that wrote it.");
+  }
+  ExportRecord record;
+  if (const Json& checksum = json[kSourceModelKey]; checksum.is_string()) {
+    record.foam_checksum = checksum.get<std::string>();
+  }
+  record.frame = json["frame"].dump();
+  if (const Json& labels = json["labels"]; labels.is_object()) {
+    for (const auto& [id, name] : labels.items()) {
+      const auto number = JsonInteger(Json::parse(id, nullptr, false), 0, kLargestId);
+      if (number && name.is_string()) {
+        record.label_names[static_cast<int32_t>(*number)] = name.get<std::string>();
+      }
+    }
+  }
+  AddFiles(json, 0, output_path, &record);
+  for (const Json& object : json["objects"]) {
+    if (!object.is_object()) continue;
+    const auto id = JsonInteger(object.value("id", Json()), 0, kLargestId);
+    const Json name = object.value("name", Json());
+    if (!id) continue;
+    const auto object_id = static_cast<int32_t>(*id);
+    if (name.is_string()) record.object_names[object_id] = name.get<std::string>();
+    AddFiles(object, object_id, output_path, &record);
+  }
+  return record;
+}
+
+bool IsInFrame(const ExportRecord& record, const ExportTransform& transform) {
+  Json there = Json::parse(record.frame), here = Json::parse(ExportTransformJson(transform));
+  // It places nothing, and older files do not hold it.
+  for (Json* frame : {&there, &here}) {
+    if (frame->is_object()) frame->erase("up_tilt_degrees");
+  }
+  return there == here;
+}
+
+void RequireSameFoam(const fs::path& output_path, const std::string& foam_checksum) {
+  ReadExportRecord(output_path);
+  const fs::path path = output_path / "scene.foam";
+  if (!fs::exists(path) || ModelChecksum(path) == foam_checksum) return;
+  throw UserError(path.string(),
+                  ": is another foam than the one to export, whose files would lie beside it; "
+                  "choose another --output_path.");
+}
+
+void WarnOfOtherExports(const fs::path& output_path) {
+  std::optional<ExportRecord> record;
+  try {
+    record = ReadExportRecord(output_path);
+  } catch (const UserError&) {
+    return;  // nothing there claims to be an export of ours
+  }
+  if (!record || record->files.empty() ||
+      record->foam_checksum == ModelChecksum(output_path / "scene.foam")) {
+    return;
+  }
+  LOG(WARNING) << (output_path / "labels.json").string()
+               << " and the files that it lists are of the foam that was here before; "
+                  "mesh_exporter and volume_exporter replace them.";
+}
+
+void WriteLabels(const ExportableScene& scene,
+                 const fs::path& output_path,
+                 const FinishedExport& finished) {
+  // All that this foam may have here, as labels.json is to list it.
+  std::vector<WrittenFile> files;
+  std::map<int32_t, std::string> object_names;
+  for (const ExportName& file : kSceneFiles) files.push_back({0, file.format, file.name, ""});
+  for (const ObjectInfo& object : scene.objects) {
+    object_names[object.id] = object.name;
+    for (const std::string format : kObjectFormats) {
+      files.push_back({object.id, format, "objects/" + object.file_stem + "." + format, ""});
+    }
+  }
+  std::set<std::string> of_scene, claimed;
+  for (const WrittenFile& file : files) of_scene.insert(file.path);
+  for (const WrittenFile& file : finished.files) claimed.insert(file.path);
+
+  if (std::optional<ExportRecord> record = ReadExportRecord(output_path)) {
+    const bool is_same_foam = record->foam_checksum == finished.foam_checksum;
+    const bool is_same_frame = IsInFrame(*record, scene.transform);
+    std::vector<std::string> other_foam, other_objects, other_frame, unknown;
+    const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
+      if (of_scene.count(path) == 0) return false;
+      if (object_id != 0) return object_names[object_id] == record->object_names[object_id];
+      // The meshes of the scene hold all objects by name; its volumes hold ids.
+      return (path != "scene.glb" && path != "scene.usda") || object_names == record->object_names;
+    };
+    for (const auto& [object_id, format, path] : record->files) {
+      if (claimed.count(path) != 0) {
+        continue;
+      } else if (!is_same_foam && (finished.is_new_foam || !record->foam_checksum.empty())) {
+        other_foam.push_back(path);
+      } else if (!is_same_foam) {
+        unknown.push_back(path);
+      } else if (!has_same_objects(path, object_id)) {
+        other_objects.push_back(path);
+      } else if (!is_same_frame) {
+        other_frame.push_back(path);
+      } else {
+        claimed.insert(path);
+      }
+    }
+    std::string other_names;
+    for (const auto& [id, name] : object_names) {
+      const auto before = record->label_names.find(id);
+      if (is_same_foam || before == record->label_names.end() || before->second == name) continue;
+      other_names += (other_names.empty() ? "" : ", ") + std::to_string(id) + " was " +
+                     before->second + ", is " + name;
+    }
+    if (finished.is_new_foam && !other_names.empty()) {
+      LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";
+    }
+    Remove(output_path, other_foam, "it is of another foam");
+    Remove(output_path, other_objects, "it shows an object or a name that is not there any more");
+    Remove(output_path, other_frame, "it is in another frame");
+    if (!unknown.empty()) {
+      std::string text;
+      for (const std::string& line : TogetherByStem(unknown)) {
+        text += (text.empty() ? "" : "; ") + line;
+      }
+      LOG(WARNING) << "The labels.json that was in " << output_path.string()
+                   << " does not say of which foam its files are: these stay and are listed no "
+                      "more: "
+                   << text;
+    }
+  }
+  std::erase_if(files, [&](const WrittenFile& file) { return claimed.count(file.path) == 0; });
+  WriteLabelSidecar(output_path / "labels.json", scene, files, finished.foam_checksum);
+}
+
+}  // namespace semfoam

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/object_choice.h"
+
+#include "export/scene/names.h"
+#include "export/scene/object_selection.h"
+#include "foam/util/error.h"
+#include "plugin/colmap/camera_rays.h"
+#include "tools/cli/input_protection.h"
+#include "tools/controllers/export_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+const PhotoRecord& FindPhoto(const Model& model,
+                             const PhotoPixel& pixel,
+                             const fs::path& foam_path) {
+  const auto photo =
+      std::find_if(model.photos.begin(), model.photos.end(), [&](const PhotoRecord& record) {
+        return record.name == pixel.image;
+      });
+  if (photo == model.photos.end()) {
+    throw UserError(foam_path.string(),
+                    ": has no photo ",
+                    pixel.image,
+                    model.photos.empty() ? "; it has none at all."
+                                         : "; one of its photos is " + model.photos[0].name + ".");
+  }
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= photo->width || pixel.y >= photo->height) {
+    throw UserError(foam_path.string(),
+                    ": the photo ",
+                    pixel.image,
+                    " has ",
+                    photo->width,
+                    "x",
+                    photo->height,
+                    " pixels, and none at ",
+                    pixel.x,
+                    ",",
+                    pixel.y,
+                    ".");
+  }
+  return *photo;
+}
+
+// The normal of the plane through points, unit length, of either sign: the direction in which they
+// spread least. The third that lies farthest off the plane through all of them is left out.
+Eigen::Vector3d PlaneNormal(std::vector<Eigen::Vector3d> points) {
+  const auto fit = [&](Eigen::Vector3d* mean) {
+    *mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : points) *mean += p / static_cast<double>(points.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& p : points) spread += (p - *mean) * (p - *mean).transpose();
+    return Eigen::Vector3d(
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0));
+  };
+  Eigen::Vector3d mean;
+  const Eigen::Vector3d normal = fit(&mean);
+  std::stable_sort(points.begin(), points.end(), [&](const auto& a, const auto& b) {
+    return std::abs(normal.dot(a - mean)) < std::abs(normal.dot(b - mean));
+  });
+  points.resize(std::max<size_t>(3, points.size() * 2 / 3));
+  return fit(&mean);
+}
+
+ExportableScene SceneWithObjects(const Model& model, const fs::path& foam_path) {
+  ExportableScene scene = MakeExportableScene(model, EveryObject());
+  if (scene.objects.empty()) {
+    throw UserError(foam_path.string(),
+                    ": has no objects; a foam has them where it was trained with instance masks.");
+  }
+  return scene;
+}
+
+ChosenObjects ChosenOf(const Model& model, const LabelFilter& filter, ExportableScene scene) {
+  ChosenObjects chosen;
+  for (const ObjectInfo* object : SelectObjects(scene, filter)) {
+    ObjectCells& cells = chosen.objects.emplace_back();
+    while (model.labels[cells.class_index].id != object->id) ++cells.class_index;
+    cells.cells = object->cells;
+    chosen.names.push_back(object->name + " (" + std::to_string(object->id) + ")");
+    chosen.num_cells += object->cells.size();
+  }
+  for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
+  chosen.delaunay = std::move(scene.delaunay);
+  chosen.cell_labels = std::move(scene.labels);
+  return chosen;
+}
+
+}  // namespace
+
+PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text) {
+  const std::string separators = ", ";
+  PhotoPixel pixel;
+  std::string rest = text;
+  bool valid = true;
+  for (int* number : {&pixel.y, &pixel.x}) {
+    const size_t last = rest.find_last_not_of(separators);
+    rest.resize(last == std::string::npos ? 0 : last + 1);
+    const size_t before = rest.find_last_of(separators);
+    valid = valid && before != std::string::npos && ParseValue(rest.substr(before + 1), number);
+    rest.resize(before == std::string::npos ? 0 : before);
+  }
+  rest.resize(rest.find_last_not_of(separators) + 1);
+  pixel.image = rest;
+  if (!valid || pixel.image.empty()) {
+    throw UserError("Failed to parse options - the argument ('",
+                    text,
+                    "') for option '--",
+                    option,
+                    "' is invalid; it takes a photo's name and a pixel, IMAGE,x,y.");
+  }
+  return pixel;
+}
+
+SeenSurface SurfaceAt(const Model& model,
+                      const ViewRenderer& renderer,
+                      const PhotoPixel& pixel,
+                      const fs::path& foam_path) {
+  const PhotoRecord& photo = FindPhoto(model, pixel, foam_path);
+  const CameraRays all = MakeCameraRays(photo, model.world_from_normalized, foam_path);
+  const int reach = std::max(2, photo.width / 30);
+  const int x0 = std::max(0, pixel.x - reach), x1 = std::min(photo.width - 1, pixel.x + reach);
+  const int y0 = std::max(0, pixel.y - reach), y1 = std::min(photo.height - 1, pixel.y + reach);
+  CameraRays window{x1 - x0 + 1, y1 - y0 + 1, all.origin, {}};
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      window.directions.push_back(all.directions[static_cast<size_t>(y) * photo.width + x]);
+    }
+  }
+  const RenderedView view = renderer.Render(window);
+  const size_t middle = static_cast<size_t>(pixel.y - y0) * window.width + (pixel.x - x0);
+  if (!(view.distance[middle] > 0)) {
+    throw UserError(foam_path.string(),
+                    ": there is nothing at ",
+                    pixel.x,
+                    ",",
+                    pixel.y,
+                    " of ",
+                    pixel.image,
+                    "; choose a pixel that shows something.");
+  }
+  const auto point = [&](size_t i) {
+    return model.world_from_normalized.Apply(
+        window.origin + double(view.distance[i]) * window.directions[i].cast<double>());
+  };
+  SeenSurface seen;
+  const int32_t class_index = view.class_index[middle];
+  seen.label_id = class_index < 0 ? 0 : model.labels[class_index].id;
+  seen.point = point(middle);
+  std::vector<Eigen::Vector3d> points;
+  for (size_t i = 0; i < view.distance.size(); ++i) {
+    if (view.distance[i] > 0 && view.class_index[i] == class_index) points.push_back(point(i));
+  }
+  const Eigen::Vector3d to_camera = -window.directions[middle].cast<double>();
+  if (points.size() < 3) {
+    seen.normal = to_camera;
+  } else {
+    seen.normal = PlaneNormal(std::move(points));
+    if (seen.normal.dot(to_camera) < 0) seen.normal = -seen.normal;
+  }
+  return seen;
+}
+
+void AddSelectionOptions(OptionManager* options, ObjectSelection* selection) {
+  AddLabelOptions(options, &selection->choice);
+  options->AddDefaultOption("pick",
+                            &selection->pick,
+                            "or the object seen at a pixel, \"IMAGE,x,y\": a photo of the foam, "
+                            "column and row from its upper left corner, at the size it was trained "
+                            "with");
+}
+
+void RequireValid(const ObjectSelection& selection) {
+  const LabelChoice& choice = selection.choice;
+  if (choice.IsAll() == selection.pick.empty()) {
+    throw UserError("Failed to parse options - ",
+                    choice.IsAll()          ? "no object is named"
+                    : choice.labels.empty() ? "both --exclude_labels and --pick"
+                                            : "both --labels and --pick",
+                    "; give either --labels (as mug,7) or --pick (IMAGE,x,y).");
+  }
+  if (!selection.pick.empty()) ParsePhotoPixel("pick", selection.pick);
+}
+
+ExportableSceneOptions EveryObject() {
+  ExportableSceneOptions options;
+  options.pieces.keep_fragments = true;
+  return options;
+}
+
+ChosenObjects ChooseObjects(const Model& model,
+                            const LabelChoice& choice,
+                            const fs::path& foam_path) {
+  ExportableScene scene = SceneWithObjects(model, foam_path);
+  const LabelFilter filter = FilterObjects(scene, choice);
+  return ChosenOf(model, filter, std::move(scene));
+}
+
+ChosenObjects ChooseObjects(const Model& model,
+                            const ObjectSelection& selection,
+                            const fs::path& foam_path) {
+  if (selection.pick.empty()) return ChooseObjects(model, selection.choice, foam_path);
+  const PhotoPixel pixel = ParsePhotoPixel("pick", selection.pick);
+  const SeenSurface seen = SurfaceAt(model, ViewRenderer(model.foam), pixel, foam_path);
+  if (seen.label_id == 0) {
+    throw UserError(foam_path.string(),
+                    ": what is seen at ",
+                    pixel.x,
+                    ",",
+                    pixel.y,
+                    " of ",
+                    pixel.image,
+                    " has no label; choose a pixel of an object.");
+  }
+  ExportableScene scene = SceneWithObjects(model, foam_path);
+  LabelFilter picked;
+  picked.only.emplace({seen.label_id});
+  if (SelectObjects(scene, picked).empty()) {
+    throw UserError(foam_path.string(),
+                    ": what is seen at ",
+                    pixel.x,
+                    ",",
+                    pixel.y,
+                    " of ",
+                    pixel.image,
+                    " has label ",
+                    seen.label_id,
+                    ", of which there is no object; choose a pixel of an object.");
+  }
+  return ChosenOf(model, picked, std::move(scene));
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {
+  fs::path target = output_path / "scene.foam";
+  RequireInputsStay(inputs, {target});
+  if (fs::exists(target) && fs::exists(output_path / "training_log.csv")) {
+    throw UserError(target.string(),
+                    ": holds a trained foam, which would be lost; choose another --output_path.");
+  }
+  return target;
+}
+
+}  // namespace semfoam

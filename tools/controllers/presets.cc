@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/presets.h"
+
+#include <array>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+struct Preset {
+  const char* quality;
+  int64_t num_rays;
+  int rays_per_iteration;
+  int final_sites;
+  int sh_degree;
+  int densify_events;  // as many as make the sites grow by some 15 % each time, as the papers do
+};
+
+constexpr std::array<Preset, 4> kPresets = {{
+    {"low", 20'000'000, 4096, 80'000, 2, 7},
+    {"medium", 140'000'000, 8192, 250'000, 2, 11},
+    {"high", 400'000'000, 16384, 450'000, 2, 13},
+    {"extreme", 1'200'000'000, 32768, 1'000'000, 3, 15},
+}};
+
+}  // namespace
+
+const std::vector<std::string>& Qualities() {
+  static const std::vector<std::string> qualities = [] {
+    std::vector<std::string> names;
+    names.reserve(std::size(kPresets));
+    for (const Preset& preset : kPresets) names.emplace_back(preset.quality);
+    return names;
+  }();
+  return qualities;
+}
+
+TrainingOptions OptionsForQuality(const std::string& quality) {
+  for (const Preset& preset : kPresets) {
+    if (quality != preset.quality) continue;
+    TrainingOptions options;
+    options.num_rays = preset.num_rays;
+    options.rays_per_iteration = preset.rays_per_iteration;
+    options.final_sites = preset.final_sites;
+    options.sh_degree = preset.sh_degree;
+    options.densify_events = preset.densify_events;
+    return options;
+  }
+  LOG(FATAL) << "no preset " << quality;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/scene_loading.h"
+
+#include "foam/train/memory_plan.h"
+#include "foam/util/parallel.h"
+#include "tools/cli/memory_task.h"
+#include "tools/cli/progress.h"
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <utility>
+
+#include <unistd.h>
+
+namespace semfoam {
+namespace {
+
+constexpr double kShareOfFreeMemory = 0.75;
+
+// How many threads may decode at a time, each in `bytes` of `room`.
+int MostAtOnce(int64_t room, int64_t bytes) {
+  return static_cast<int>(std::clamp<int64_t>(room / std::max<int64_t>(1, bytes), 1, NumThreads()));
+}
+
+}  // namespace
+
+ImageMemory PlanImageMemory(double image_cache_gb,
+                            const ScenePlan& plan,
+                            const TrainingOptions& training,
+                            bool draws_any_number,
+                            int64_t available) {
+  const int num_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
+  const MemoryPlan rest =
+      PlanMemory(training, num_classes, static_cast<int64_t>(plan.seeds.size()), /*photo_bytes=*/0);
+  ImageMemory memory;
+  memory.cache_bytes =
+      image_cache_gb >= 0
+          ? static_cast<int64_t>(1e9 * image_cache_gb)
+          : static_cast<int64_t>(kShareOfFreeMemory * static_cast<double>(std::max<int64_t>(
+                                                          0, available - rest.Total())));
+  for (size_t i = 0; i < plan.files.size(); ++i) {
+    RequireDecodingMemory(plan.files[i], plan.file_sizes[i], plan.photo_decoding[i], available);
+  }
+  const auto all = static_cast<int64_t>(plan.MemoryBytes());
+  memory.holds_all = all <= memory.cache_bytes;
+  // There is no foam yet when photos are decoded, so that up to its size, more of them at a time
+  // make no higher peak.
+  const int64_t of_foam = rest.OfSites() + rest.batch;
+  const auto correcting = static_cast<int64_t>(plan.CorrectionBytes());
+  if (memory.holds_all) {
+    const auto loading = static_cast<int64_t>(plan.LoadingBytes());
+    memory.most_at_once = MostAtOnce(std::max(memory.cache_bytes - all, of_foam), loading);
+    memory.bytes =
+        all + std::max<int64_t>(0, std::max(memory.most_at_once * loading, correcting) - of_foam);
+    return memory;
+  }
+  const auto opening = static_cast<int64_t>(plan.OpeningBytes());
+  memory.most_at_once = MostAtOnce(memory.cache_bytes, opening);
+  const int64_t drawn = DrawnPixelBytes(training);
+  const bool reads_again = draws_any_number || drawn > memory.cache_bytes;
+  // While many are decoded at a time, training waits, and so do triangulations.
+  const int64_t at_once = memory.most_at_once * opening - rest.triangulation;
+  memory.bytes = (reads_again ? memory.cache_bytes : drawn) +
+                 static_cast<int64_t>(plan.TableBytes()) +
+                 std::max({int64_t{0}, reads_again ? opening : 0, at_once, correcting - of_foam});
+  return memory;
+}
+
+TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
+  const MemoryTask task("photos and masks are decoded",
+                        "a smaller --image_cache_gb, --FoamTraining.max_image_size or "
+                        "--num_threads");
+  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  const auto begin = std::chrono::steady_clock::now();
+  LoadOptions load;
+  load.cache_bytes = memory.cache_bytes;
+  load.most_at_once = memory.most_at_once;
+  load.report = [&](int done, int total) {
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    line.Show(FormatCount("checking photos", done, total, seconds.count()), seconds.count());
+  };
+  TrainingScene scene(std::move(plan), load);
+  line.Clear();
+  return scene;
+}
+
+std::string FormatCount(const std::string& what, int done, int total, double seconds) {
+  std::string text = what + " " + std::to_string(done) + "/" + std::to_string(total);
+  if (done > 0 && done < total) {
+    text += ", " + FormatDuration(seconds * (total - done) / done) + " left";
+  }
+  return text;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/time_budget.h"
+
+#include "foam/train/training_schedule.h"
+#include "tools/controllers/object_photos.h"
+#include "tools/controllers/presets.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// The time of a ray grows with about this power of the sites (foam/README.md: render/backward, and
+// more of it where all sites are updated).
+constexpr double kSitesPower = 0.3;
+// Triangulating, labelling and writing a site at the end, in the time of a ray.
+constexpr double kClosedSite = 7;
+
+constexpr int64_t kPilotRays = 200'000;
+constexpr int kPilotViews = 8;
+
+// From `a` to `b` in ratios.
+double Between(double a, double b, double share) { return a * std::pow(b / a, share); }
+
+double ToDigits(double value, int digits) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - digits + 1);
+  return std::round(value / unit) * unit;
+}
+
+// A few of the training views, spread over all of them.
+class FewViews final : public TrainingViews {
+ public:
+  explicit FewViews(const TrainingViews& views) : views_(views) {
+    std::vector<int> all;
+    for (int view = 0; view < views.NumViews(); ++view) {
+      if (!views.IsHeldOut(view)) all.push_back(view);
+    }
+    const int count = std::min(kPilotViews, static_cast<int>(all.size()));
+    for (int i = 0; i < count; ++i) chosen_.push_back(all[i * all.size() / count]);
+  }
+
+  int NumViews() const override { return static_cast<int>(chosen_.size()); }
+  int Width(int view) const override { return views_.Width(chosen_[view]); }
+  int Height(int view) const override { return views_.Height(chosen_[view]); }
+  bool IsHeldOut(int) const override { return false; }
+  Eigen::Vector3d Origin(int view) const override { return views_.Origin(chosen_[view]); }
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
+    return views_.Ray(chosen_[view], x, y, ray);
+  }
+  bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override {
+    return views_.RayDirection(chosen_[view], x, y, direction);
+  }
+  bool HoldsPixels() const override { return views_.HoldsPixels(); }
+  int64_t CacheBytes() const override { return views_.CacheBytes(); }
+  int MostOpenViews() const override { return views_.MostOpenViews(); }
+  std::unique_ptr<ViewPixels> OpenView(int view) const override {
+    return views_.OpenView(chosen_[view]);
+  }
+  bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override {
+    return views_.RayOf(chosen_[view], x, y, value, ray);
+  }
+
+ private:
+  const TrainingViews& views_;
+  std::vector<int> chosen_;
+};
+
+}  // namespace
+
+TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
+  CHECK_GT(num_rays, 0);
+  std::vector<TrainingOptions> presets;
+  for (const std::string& quality : Qualities()) presets.push_back(OptionsForQuality(quality));
+  const auto above = std::find_if(
+      presets.begin() + 1, presets.end() - 1, [&](const auto& o) { return o.num_rays > num_rays; });
+  const TrainingOptions& a = *std::prev(above);
+  const TrainingOptions& b = *above;
+  const double share = std::min(
+      std::log(double(num_rays) / double(a.num_rays)) / std::log(double(b.num_rays) / a.num_rays),
+      1.0);
+  TrainingOptions options = share < 0.5 ? a : b;
+  options.num_rays = num_rays;
+  options.final_sites =
+      std::max(64, static_cast<int>(ToDigits(Between(a.final_sites, b.final_sites, share), 3)));
+  // Below a thousand rays, what each iteration costs besides them begins to tell.
+  options.rays_per_iteration =
+      std::max(4,
+               static_cast<int>(
+                   std::lround(Between(a.rays_per_iteration, b.rays_per_iteration, share) / 256))) *
+      256;
+  options.densify_events = std::max(
+      1, static_cast<int>(std::lround(Between(a.densify_events, b.densify_events, share))));
+  return options;
+}
+
+TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
+                                     const std::vector<SeedPoint>& seeds,
+                                     int num_classes,
+                                     double seconds) {
+  const FewViews few(views);
+  forward_rays_ = StatisticsRays(few);
+  for (int64_t rays = kPilotRays;;) {
+    const TrainingOptions options = OptionsOnPresetLine(rays);
+    const auto begin = std::chrono::steady_clock::now();
+    const TrainingSummary summary = TrainFoam(few, seeds, num_classes, options, nullptr);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    const double growth = std::pow(options.final_sites, kSitesPower);
+    learning_ = summary.last.seconds / double(summary.last.rays) / growth;
+    // Of few small views the rays cost less than what goes with them; a ray that is looked at costs
+    // less than one that is learned from.
+    looking_ = std::min(
+        learning_, (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth);
+    const int64_t more = RaysOnPresetLine(seconds);
+    if (rays != kPilotRays || more < 2 * kPilotRays) break;
+    rays = more;
+  }
+  forward_rays_ = EvaluationRays(views) + StatisticsRays(views);
+  for (int view = 0; num_classes > 0 && view < views.NumViews(); ++view) {
+    const double width = views.Width(view), height = views.Height(view);
+    const double reduced = std::min(1.0, kObjectSamplesAlongEdge / std::max(width, height));
+    object_rays_ += reduced * width * reduced * height;
+  }
+}
+
+double TrainingTimeModel::TrainingSeconds(const TrainingOptions& options) const {
+  const double early = options.late_rays > 0 ? options.densify_until : 1;
+  const double rays = early * double(options.num_rays) + double(options.late_rays);
+  return (learning_ * rays + looking_ * double(forward_rays_)) *
+         std::pow(options.final_sites, kSitesPower);
+}
+
+double TrainingTimeModel::ClosingSeconds(const TrainingOptions& options) const {
+  return (learning_ * kClosedSite * options.final_sites + looking_ * object_rays_) *
+         std::pow(options.final_sites, kSitesPower);
+}
+
+int64_t TrainingTimeModel::RaysOnPresetLine(double seconds) const {
+  double low = std::log(1e3), high = std::log(1e13);
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    const TrainingOptions options = OptionsOnPresetLine(std::llround(std::exp(middle)));
+    (TrainingSeconds(options) + ClosingSeconds(options) < seconds ? low : high) = middle;
+  }
+  return std::llround(ToDigits(std::exp(low), 3));
+}
+
+}  // namespace semfoam

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/training_log.h"
+
+#include "foam/util/error.h"
+#include "tools/cli/option_manager.h"
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+namespace semfoam {
+namespace {
+
+constexpr const char* kHead =
+    "seconds,iteration,rays,sites,color_loss,opacity_loss,quantile_loss,identity_loss,tv_loss,"
+    "held_out_psnr,held_out_miou";
+
+// The columns from the fifth on: those that may be empty.
+constexpr std::array<double TrainingProgress::*, 7> kMeasures = {&TrainingProgress::color_loss,
+                                                                 &TrainingProgress::opacity_loss,
+                                                                 &TrainingProgress::quantile_loss,
+                                                                 &TrainingProgress::identity_loss,
+                                                                 &TrainingProgress::tv_loss,
+                                                                 &TrainingProgress::held_out_psnr,
+                                                                 &TrainingProgress::held_out_miou};
+
+// False where the line is not one of a training log.
+bool ParseLine(const std::string& line, TrainingProgress* report) {
+  const std::vector<std::string> fields = SplitAtCommas(line);
+  if (fields.size() != 4 + kMeasures.size()) return false;
+  bool good = ParseValue(fields[0], &report->seconds) &&
+              ParseValue(fields[1], &report->iteration) && ParseValue(fields[2], &report->rays) &&
+              ParseValue(fields[3], &report->sites);
+  for (size_t i = 0; i < kMeasures.size(); ++i) {
+    const std::string& field = fields[4 + i];
+    good = good && (field.empty() || ParseValue(field, &(report->*kMeasures[i])));
+  }
+  return good;
+}
+
+}  // namespace
+
+std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports) {
+  std::ostringstream log;
+  log << kHead << '\n';
+  for (const TrainingProgress& report : reports) {
+    log << std::fixed << std::setprecision(3) << report.seconds << ',' << report.iteration << ','
+        << report.rays << ',' << report.sites << std::defaultfloat << std::setprecision(6);
+    for (const auto measure : kMeasures) {
+      log << ',';
+      if (!std::isnan(report.*measure)) log << report.*measure;
+    }
+    log << '\n';
+  }
+  return log.str();
+}
+
+std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  if (!std::getline(file, line) || line != kHead) {
+    throw UserError(path.string(),
+                    ": is missing or no training log; it should be the training_log.csv of a "
+                    "training.");
+  }
+  std::vector<TrainingProgress> reports;
+  while (std::getline(file, line)) {
+    TrainingProgress report;
+    if (!ParseLine(line, &report)) {
+      throw UserError(path.string(),
+                      ": line ",
+                      reports.size() + 2,
+                      " does not hold the numbers that the head line names; a training log that "
+                      "nothing else has changed would be right.");
+    }
+    reports.push_back(report);
+  }
+  return reports;
+}
+
+Plot TrainingPlot(const std::vector<TrainingCurve>& curves) {
+  Plot plot{"Held-out quality while training", "", {}};
+  const auto add = [&](const char* name, double TrainingProgress::*value) {
+    PlotPanel panel{"seconds", name, /*log_x=*/curves.size() > 1, {}, {}};
+    for (const TrainingCurve& curve : curves) {
+      PlotSeries series{curve.name, {}, /*line=*/true, /*markers=*/true};
+      for (const TrainingProgress& report : curve.reports) {
+        // Reports between two evaluations repeat what the last one said.
+        const double known = report.*value;
+        if (std::isnan(known) || (!series.points.empty() && series.points.back().y == known)) {
+          continue;
+        }
+        series.points.push_back({report.seconds, known});
+      }
+      if (!series.points.empty()) panel.series.push_back(std::move(series));
+    }
+    if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
+  };
+  add("PSNR in dB", &TrainingProgress::held_out_psnr);
+  add("mIoU", &TrainingProgress::held_out_miou);
+  return plot;
+}
+
+}  // namespace semfoam

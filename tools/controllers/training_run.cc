@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/training_run.h"
+
+#include "foam/device/device.h"
+#include "foam/train/checkpoint_state.h"
+#include "foam/train/memory_plan.h"
+#include "foam/util/available_memory.h"
+#include "foam/util/error.h"
+#include "foam/util/interruption.h"
+#include "foam/util/output_file.h"
+#include "foam/util/photo_name.h"
+#include "plugin/dataset/scene_checksums.h"
+#include "tools/cli/memory_task.h"
+#include "tools/cli/progress.h"
+#include "tools/controllers/presets.h"
+#include "tools/controllers/scene_loading.h"
+#include "tools/controllers/time_budget.h"
+#include "tools/controllers/training_log.h"
+#include "tools/controllers/training_options.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <glog/logging.h>
+#include <unistd.h>
+
+namespace semfoam {
+namespace {
+
+// A foam that shows less of the photos' contrast than this has hardly learned them.
+constexpr double kLeastExplainedContrast = 0.5;
+
+std::string Seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f s", seconds);
+  return text;
+}
+
+std::string Millions(int64_t count) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3g M", static_cast<double>(count) / 1e6);
+  return text;
+}
+
+std::map<std::string, std::string> ModelOptions(const OptionManager& options,
+                                                const TrainingRun& run,
+                                                const SceneEffects& effects) {
+  std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
+  values["mask_consistency"] = run.masks.consistency;
+  // What the budget chose is there; the seconds themselves shape nothing.
+  values.erase("time_budget");
+  values["sh_degree"] = FormatValue(effects.sh_degree);
+  for (const char* name : {"exposure", "vignetting"}) {
+    if (effects.Find(name).on) values[name] = FormatValue(true);
+  }
+  values["quality"] = run.quality;
+  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["test_every"] = FormatValue(run.scene.test_every);
+  return values;
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Fits the run to its budget, of which `begin` was the beginning. Measures for less than a tenth of
+// it; the rest of the fitting happens on the way (TrainingOptions::seconds).
+void FitToBudget(const OptionManager& options,
+                 const TrainingScene& scene,
+                 std::chrono::steady_clock::time_point begin,
+                 TrainingRun* run) {
+  constexpr double kPilotShare = 0.07;
+  const double before = SecondsSince(begin);
+  const TrainingTimeModel model(
+      scene, scene.Seeds(), scene.NumClasses(), kPilotShare * run->time_budget);
+  const double left = run->time_budget - SecondsSince(begin);
+  TakeSchedule(
+      options, OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))), &run->training);
+  run->training.seconds =
+      std::max(left - model.ClosingSeconds(run->training), 0.05 * run->time_budget);
+  LOG(INFO) << "Time budget of " << run->time_budget << " s: " << Seconds(before)
+            << " went into loading and probing, " << Seconds(SecondsSince(begin) - before)
+            << " into measuring this machine; " << Seconds(run->training.seconds)
+            << " of training follow";
+}
+
+// The schedule as options, to have the same foam again on any machine.
+std::string ScheduleOptions(const TrainingOptions& training) {
+  std::string text;
+  const auto add = [&](const char* name, auto value) {
+    text += std::string(" --FoamTraining.") + name + " " + FormatValue(value);
+  };
+  add("num_rays", training.num_rays);
+  add("late_rays", training.late_rays);
+  add("rays_per_iteration", training.rays_per_iteration);
+  add("final_sites", training.final_sites);
+  add("sh_degree", training.sh_degree);
+  add("densify_events", training.densify_events);
+  return text;
+}
+
+// What shapes the result: options and inputs, by which a checkpoint is known again.
+CheckpointTexts IdentityOf(const OptionManager& options,
+                           const TrainingRun& run,
+                           const ScenePlan& plan) {
+  CheckpointTexts identity;
+  auto& values = identity["options"];
+  for (const char* group : {"Effects", "FoamTraining", "Masks"}) {
+    for (const auto& [name, value] : options.GroupValues(group)) {
+      values[std::string(group) + "." + name] = value;
+    }
+  }
+  values["quality"] = run.quality;
+  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["test_every"] = FormatValue(run.scene.test_every);
+  const SceneChecksums checksums = ChecksumsOf(plan);
+  identity["inputs"] = {
+      {"masks", checksums.masks}, {"model", checksums.model}, {"photos", checksums.photos}};
+  return identity;
+}
+
+// The checkpoint's labels are for people who look into the file.
+std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) {
+  std::map<std::string, std::string> texts;
+  for (const Label& label : labels) texts[std::to_string(label.id)] = label.name;
+  return texts;
+}
+
+// Trains, with checkpoints. Throws Interruption where a signal has asked for it, after the last.
+TrainingSummary Train(const TrainingScene& scene,
+                      const TrainingOptions& training,
+                      const CheckpointTexts& texts,
+                      std::unique_ptr<Checkpoint> checkpoint,
+                      TrainingFolder* folder) {
+  const MemoryTask task("the foam is trained",
+                        "a smaller --FoamTraining.final_sites, --FoamTraining.rays_per_iteration "
+                        "or --image_cache_gb");
+  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  TrainingHooks hooks;
+  hooks.report = [&](const TrainingProgress& progress) {
+    if (progress.photos_to_read > 0) {
+      line.Show(
+          FormatCount(
+              "reading photos", progress.photos_read, progress.photos_to_read, progress.seconds),
+          progress.seconds);
+    } else {
+      line.Update(progress);
+    }
+  };
+  hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    const int signal = InterruptionRequested();
+    if (signal == 0 && !folder->IsDue()) return;
+    CheckpointContents contents;
+    contents.texts = texts;
+    save(&contents);
+    folder->Write(iteration, std::move(contents));
+    if (signal == 0) return;
+    folder->SayStopped(iteration);
+    throw Interruption(signal);
+  };
+  hooks.resume_from = std::move(checkpoint);
+  folder->Begin();
+  return TrainFoam(scene, scene.Seeds(), scene.NumClasses(), training, std::move(hooks));
+}
+
+}  // namespace
+
+void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
+  options->AddDeviceOption();
+  AddMaskPathOptions(options, &run->masks);
+  options->AddDefaultOption("test_every",
+                            &run->scene.test_every,
+                            "hold out every so many photos by name, from the first; 0 = none");
+  options->AddDefaultOption("image_cache_gb",
+                            &run->image_cache_gb,
+                            "GB of memory for photos and masks; where they need more, only the "
+                            "pixels that training draws are kept and files are read again, with "
+                            "the same result; -1 = 3/4 of the free memory beside the foam");
+  AddTrainingOptions(options, &run->quality, &run->training);
+  options->AddDefaultOption("FoamTraining.time_budget",
+                            &run->time_budget,
+                            "seconds for all that foam_trainer does: chooses num_rays and with "
+                            "them what the presets preset, by the speed of this machine; 0 = off");
+  options->AddDefaultOption("FoamTraining.max_image_size",
+                            &run->scene.max_image_size,
+                            "larger photos are reduced to this longest side, in pixels; -1 = none");
+  AddMaskReadingOptions(options, &run->masks);
+  AddEffectsOptions(options, &run->effects_choices);
+}
+
+void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
+  RequireWorkspace(workspace);
+  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
+  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
+  run->scene.workspace_path = workspace;
+}
+
+void TakeSchedule(const OptionManager& options,
+                  const TrainingOptions& schedule,
+                  TrainingOptions* training) {
+  const auto take = [&](const char* name, auto TrainingOptions::*field) {
+    if (!options.IsGiven(std::string("FoamTraining.") + name)) training->*field = schedule.*field;
+  };
+  take("num_rays", &TrainingOptions::num_rays);
+  take("rays_per_iteration", &TrainingOptions::rays_per_iteration);
+  take("final_sites", &TrainingOptions::final_sites);
+  take("sh_degree", &TrainingOptions::sh_degree);
+  take("densify_events", &TrainingOptions::densify_events);
+}
+
+void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
+  run->training.random_seed = options.RandomSeed();
+  run->scene.image_path = run->image_path;
+  run->scene.input_path = run->input_path;
+  run->scene.mask_path = run->masks.mask_path;
+  run->scene.labels_path = run->masks.labels_path;
+  run->scene.label_zero = run->masks.Zero();
+  run->scene.mask_consistency = run->masks.Consistency();
+  run->effects = MakeEffectsOptions(run->effects_choices);
+  run->effects.sh_degree = run->training.sh_degree;
+  run->training.fixed_sh_degree = run->effects.fixed_sh_degree;
+  run->scene.use_masks = run->effects.semantics;
+  run->scene.distortion = run->effects.distortion;
+  run->scene.random_seed = options.RandomSeed();
+  if (const std::string wrong = run->training.Check(); !wrong.empty()) {
+    throw UserError("Failed to parse options - ", wrong);
+  }
+  if (run->scene.max_image_size != -1 && run->scene.max_image_size < 1) {
+    throw UserError("Failed to parse options - --FoamTraining.max_image_size is ",
+                    run->scene.max_image_size,
+                    "; it must be a number of pixels from 1 on, or -1 for photos as they are.");
+  }
+  if (run->image_cache_gb != -1 && !(run->image_cache_gb > 0 && run->image_cache_gb <= 1e6)) {
+    throw UserError("Failed to parse options - --image_cache_gb is ",
+                    run->image_cache_gb,
+                    "; it must be a number of GB greater than 0 and up to 1000000, or -1 to choose "
+                    "by the memory that is free.");
+  }
+  if (run->time_budget < 0) {
+    throw UserError("Failed to parse options - --FoamTraining.time_budget is ",
+                    run->time_budget,
+                    "; it must be a number of seconds, or 0 for none.");
+  }
+  if (run->time_budget > 0) {
+    options.WarnWithoutEffect({"quality"}, "beside --FoamTraining.time_budget");
+  }
+  if (!run->effects.semantics) {
+    options.WarnWithoutEffect(
+        {"mask_path", "labels_path", "Masks.consistency", "FoamTraining.label_zero"},
+        "with --Effects.semantics off");
+  }
+  for (const char* name : {"num_rays", "late_rays"}) {
+    if (run->time_budget > 0 && options.IsGiven(std::string("FoamTraining.") + name)) {
+      throw UserError("Failed to parse options - --FoamTraining.",
+                      name,
+                      " and --FoamTraining.time_budget both say how long to train; give one of "
+                      "them.");
+    }
+  }
+}
+
+TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
+  ScenePlan plan = PlanScene(scene);
+  const ImageMemory images = PlanImageMemory(
+      run.image_cache_gb, plan, run.training, /*draws_any_number=*/false, AvailableMemory());
+  return LoadScene(std::move(plan), images);
+}
+
+void LogWarnings(const TrainingScene& scene) {
+  for (const std::string& warning : scene.Plan().warnings) LOG(WARNING) << warning;
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+}
+
+Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::filesystem::path& output_path = folder->path();
+  ScenePlan plan = PlanScene(run->scene);
+  for (const std::string& warning : plan.warnings) LOG(WARNING) << warning;
+  if (run->when_planned) run->when_planned(plan);
+  for (const PhotoRecord& photo : plan.photos) {
+    if (IsUtf8(photo.name)) continue;
+    // Before the training, not at its end.
+    throw UserError((run->scene.image_path / photo.name).string(),
+                    ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
+                    "COLMAP model too.");
+  }
+  const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
+  const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
+  const int64_t available = AvailableMemory();
+  const ImageMemory images =
+      PlanImageMemory(run->image_cache_gb, plan, run->training, run->time_budget > 0, available);
+  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
+            << PlanMemory(run->training, usual_classes, num_seeds, images.bytes).Report() << ", "
+            << FormatBytes(available) << " available";
+  RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
+  folder->SetIdentity(IdentityOf(options, *run, plan));
+  if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
+  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
+  const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  if (images.holds_all) {
+    LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
+  } else {
+    LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
+              << ") only the pixels that are drawn are kept, in up to "
+              << FormatBytes(images.cache_bytes) << " (--image_cache_gb)";
+  }
+  TrainingScene scene = LoadScene(std::move(plan), images);
+  if (run->when_labels_are_known) run->when_labels_are_known(scene.Labels());
+  LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
+            << Seconds(scene.SecondsDecoding());
+  LOG(INFO) << scene.MaskReport();
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+  if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
+    LOG(INFO) << scene.Consistency().Line();
+  }
+  if (scene.NumClasses() > 0 && scene.Labels()[0].id == 0) {
+    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
+  }
+  if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
+  if (scene.NumClasses() > kUsualClasses) {
+    LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
+              << PlanMemory(run->training, scene.NumClasses(), num_seeds, images.bytes).Report();
+    RequireMemory(run->training,
+                  scene.NumClasses(),
+                  num_seeds,
+                  images.holds_all ? 0 : images.bytes,
+                  AvailableMemory());
+  }
+  CheckpointTexts texts;
+  texts["labels"] = LabelTexts(scene.Labels());
+  // Before a budget is divided: this takes of it too.
+  SceneEffects effects = ProbeEffects(scene, run->effects);
+  scene.SetLights(effects.lights);
+  if (run->time_budget > 0) {
+    if (checkpoint != nullptr) {
+      StateReader chosen("chosen_options", *checkpoint);
+      run->training.Serialize(&chosen);
+    } else {
+      FitToBudget(options, scene, begin, run);
+      RequireMemory(run->training,
+                    scene.NumClasses(),
+                    num_seeds,
+                    images.holds_all ? 0 : images.bytes,
+                    AvailableMemory());
+    }
+    CheckpointContents contents;
+    StateWriter chosen("chosen_options", &contents);
+    run->training.Serialize(&chosen);
+    texts.merge(contents.texts);
+    run->effects.sh_degree = run->training.sh_degree;
+    ChooseShDegree(run->effects, &effects);
+  }
+  for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
+  run->training.sh_degree = effects.sh_degree;
+  LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
+            << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
+            << DeviceInWords();
+
+  // A signal that comes when the last iteration has begun waits until the result is safe.
+  const DeferInterruption until_written;
+  TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
+  const std::vector<TrainingProgress>& reports = summary.log;
+  LOG(INFO) << summary.BriefReport();
+  if (run->scene.test_every == 0) {
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; --test_every 8 "
+                 "would hold out every 8th photo and measure it there.";
+  }
+  if (run->time_budget > 0) {
+    run->training.seconds = 0;
+    run->training.late_rays = summary.late_rays;
+    LOG(INFO) << "The same foam again, without a budget:" << ScheduleOptions(run->training);
+  }
+  if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
+    LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
+                 << " rays hit the step limit, " << summary.nonfinite_gradients
+                 << " updates were skipped; both should be 0.";
+  }
+
+  if (summary.nonfinite_pixels > 0) {
+    // Photos hold whole numbers; only ReferenceColor makes others.
+    LOG(INFO) << summary.nonfinite_pixels
+              << " of the drawn pixels are saturated in photos brighter "
+              << "than the reference exposure and were left out.";
+  }
+  if (summary.unstable_iterations > 0) {
+    LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
+                 << " iterations and recovered; lower learning rates would be right.";
+  }
+  if (summary.explained_contrast < kLeastExplainedContrast) {
+    LOG(WARNING) << "The foam shows only "
+                 << std::lround(100 * std::max(0.0, summary.explained_contrast))
+                 << " % of the contrast of the training photos; more rays, lower learning rates or "
+                 << "better camera poses would be right.";
+  }
+
+  Model model;
+  model.foam = std::move(summary.foam);
+  model.statistics = std::move(summary.statistics);
+  model.world_from_normalized = scene.WorldFromNormalized();
+  model.labels = scene.Labels();
+  model.photos = scene.Photos();
+  model.options = ModelOptions(options, *run, effects);
+  WriteModel(output_path / "scene.foam", model);
+  WriteEffects(output_path / "effects.json", effects, scene.Photos());
+  WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
+  // Without held-out views there is no quality to show.
+  if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
+    WritePlot(output_path / "training_plot", plot);
+  } else {
+    for (const char* file : {"training_plot.svg", "training_plot.png"})
+      folder->RemoveReplaced(file);
+  }
+  folder->EndTraining();
+  if (const int signal = InterruptionRequested()) {
+    folder->SayStoppedAfterTraining();
+    throw Interruption(signal);
+  }
+  return model;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/evaluation/surface_error.h"
+
+#include "foam/render/ray_tracer.h"
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+
+namespace semfoam {
+namespace {
+
+constexpr int64_t kRaysPerBlock = 64;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+std::vector<DepthView> MakeDepthViews(const Reconstruction& reconstruction,
+                                      const std::vector<PhotoRecord>& photos,
+                                      const Similarity& world_from_normalized) {
+  std::set<std::string> held_out;
+  for (const PhotoRecord& photo : photos) {
+    if (photo.held_out) held_out.insert(photo.name);
+  }
+  std::map<uint32_t, DepthView> view_of_image;
+  for (const Image& image : reconstruction.images) {
+    if (!held_out.contains(image.name)) continue;
+    view_of_image[image.id].origin = world_from_normalized.Invert(image.cam_from_world.Center());
+  }
+  for (const Point3D& point : reconstruction.points) {
+    if (!point.position.allFinite()) continue;
+    const Eigen::Vector3d position = world_from_normalized.Invert(point.position);
+    std::set<uint32_t> seen;  // a track may name an image twice
+    for (const TrackElement& element : point.track) {
+      const auto view = view_of_image.find(element.image_id);
+      if (view == view_of_image.end() || !seen.insert(element.image_id).second) continue;
+      const Eigen::Vector3d offset = position - view->second.origin;
+      const double distance = offset.norm();
+      if (!(distance > 0)) continue;
+      view->second.directions.push_back((offset / distance).cast<float>());
+      view->second.distances.push_back(distance);
+    }
+  }
+  std::vector<DepthView> views;
+  for (auto& [id, view] : view_of_image) {
+    if (!view.distances.empty()) views.push_back(std::move(view));
+  }
+  return views;
+}
+
+std::vector<DepthView> Within(const std::vector<DepthView>& views, const Eigen::AlignedBox3d& box) {
+  std::vector<DepthView> within;
+  for (const DepthView& view : views) {
+    DepthView kept{view.origin, {}, {}};
+    for (size_t i = 0; i < view.distances.size(); ++i) {
+      const Eigen::Vector3d point =
+          view.origin + view.distances[i] * view.directions[i].cast<double>();
+      if (!box.contains(point)) continue;
+      kept.directions.push_back(view.directions[i]);
+      kept.distances.push_back(view.distances[i]);
+    }
+    if (!kept.distances.empty()) within.push_back(std::move(kept));
+  }
+  return within;
+}
+
+std::vector<float> FoamDistances(const ViewRenderer& renderer, const DepthView& view) {
+  return renderer
+      .Render({static_cast<int>(view.directions.size()), 1, view.origin, view.directions})
+      .distance;
+}
+
+std::vector<float> CellSurfaceDistances(const ViewRenderer& renderer,
+                                        const ExportableScene& scene,
+                                        const DepthView& view) {
+  const uint32_t start = renderer.StartCell(view.origin);
+  const CellShading<float> shading = renderer.shading();
+  std::vector<float> distances(view.directions.size(), 0);
+  ParallelForBlocks(
+      static_cast<int64_t>(distances.size()), kRaysPerBlock, [&](int64_t begin, int64_t end) {
+        const std::span<RayTrace> traces = ThreadTraces(end - begin);
+        for (int64_t i = begin; i < end; ++i) {
+          traces[i - begin].origin = view.origin.cast<float>();
+          traces[i - begin].direction = view.directions[i];
+          traces[i - begin].start_cell = start;
+        }
+        // To the end of the foam: an object may stand behind matter that is none.
+        TraceRays(renderer.geometry(), shading, std::numeric_limits<float>::infinity(), traces);
+        for (int64_t i = begin; i < end; ++i) {
+          const RayTrace& trace = traces[i - begin];
+          float entered = 0;
+          for (int k = 0; k < trace.num_pieces; ++k) {
+            const uint32_t cell = trace.pieces[k].cell;
+            if (cell < scene.NumSites() && scene.object_of_cell[cell] >= 0) {
+              distances[i] = entered;
+              break;
+            }
+            entered = trace.pieces[k].t_out;
+          }
+        }
+      });
+  return distances;
+}
+
+std::vector<float> VolumeDistances(const ExportableScene& scene,
+                                   const VolumeFrame& frame,
+                                   float min_optical_depth,
+                                   const DepthView& view) {
+  const double size = frame.lattice.voxel_size;
+  const double half_lost = std::log(2.0);
+  std::vector<float> distances(view.directions.size(), 0);
+  ParallelForBlocks(
+      static_cast<int64_t>(distances.size()), kRaysPerBlock, [&](int64_t begin, int64_t end) {
+        uint32_t cell = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          const Eigen::Vector3d direction = view.directions[i].cast<double>();
+          // The part of the ray in the box.
+          double t = 0, last = kInfinity;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double a = (frame.box.min()[axis] - view.origin[axis]) / direction[axis];
+            const double b = (frame.box.max()[axis] - view.origin[axis]) / direction[axis];
+            // NaN (a ray in the plane of a side) leaves the bounds as they are.
+            t = std::max(t, std::min(a, b));
+            last = std::min(last, std::max(a, b));
+          }
+          // From voxel to voxel (Amanatides and Woo 1987); voxel v is centred on origin + size v.
+          Eigen::Vector3d voxel, next, step;
+          const Eigen::Vector3d entry = view.origin + t * direction;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double at = (entry[axis] - frame.lattice.origin[axis]) / size;
+            voxel[axis] = std::floor(at + 0.5);
+            step[axis] = direction[axis] < 0 ? -1 : 1;
+            next[axis] = direction[axis] == 0
+                             ? kInfinity
+                             : t + (voxel[axis] + 0.5 * step[axis] - at) * size / direction[axis];
+          }
+          for (double tau = 0; t < last;) {
+            int axis;
+            const double out = std::min(next.minCoeff(&axis), last);
+            cell = NearestCell(
+                scene.cell_positions, scene.delaunay, frame.lattice.origin + size * voxel, cell);
+            const bool is_matter = cell < scene.NumSites() &&
+                                   scene.density[cell] * scene.radius[cell] >= min_optical_depth;
+            const double density = is_matter ? scene.density[cell] : 0;
+            if (tau + density * (out - t) >= half_lost) {
+              distances[i] = static_cast<float>(t + (half_lost - tau) / density);
+              break;
+            }
+            tau += density * (out - t);
+            t = out;
+            voxel[axis] += step[axis];
+            next[axis] += size / std::abs(direction[axis]);
+          }
+        }
+      });
+  return distances;
+}
+
+double SurfaceError(const std::vector<DepthView>& views, const DistancesOf& distances_of) {
+  std::vector<double> errors;
+  for (const DepthView& view : views) {
+    const std::vector<float> distances = distances_of(view);
+    for (size_t i = 0; i < distances.size(); ++i) {
+      errors.push_back(distances[i] > 0 ? std::abs(distances[i] - view.distances[i]) : kInfinity);
+    }
+  }
+  if (errors.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = errors.begin() + static_cast<int64_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/images/image_files.h"
+
+#include "foam/util/error.h"
+#include "foam/util/output_file.h"
+#include "plugin/photo/photo.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The text "Software" of the images that are written here.
+constexpr char kSoftware[] = "Semantic Foam for COLMAP";
+
+// OpenImageIO does not look whether its bytes reach the disk: it writes into memory, we write the
+// file.
+class MemoryOutput {
+ public:
+  // The format is chosen by the extension of `path`; `what` is what error sentences call the file.
+  MemoryOutput(fs::path path, const char* what)
+      : path_(std::move(path)),
+        what_(what),
+        output_(OIIO::ImageOutput::create(path_.extension().string().substr(1))) {
+    Require(output_ != nullptr && output_->supports("ioproxy"));
+  }
+
+  void Add(OIIO::ImageSpec spec, const void* pixels, OIIO::ImageOutput::OpenMode mode) {
+    void* bytes = &bytes_;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &bytes);
+    // Else OpenEXR's files would carry the time at which they were written.
+    spec.attribute("DateTime", "");
+    spec.attribute("Software", kSoftware);
+    Require(output_->open(path_.string(), spec, mode) && output_->write_image(spec.format, pixels));
+  }
+
+  void Finish() {
+    Require(output_->close());
+    const std::vector<unsigned char>& bytes = bytes_.buffer();
+    WriteTextFile(path_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+
+ private:
+  void Require(bool good) const {
+    if (good) return;
+    throw UserError(path_.string(),
+                    ": this ",
+                    what_,
+                    " cannot be written (",
+                    output_ == nullptr ? OIIO::geterror() : output_->geterror(),
+                    "); is it too large?");
+  }
+
+  fs::path path_;
+  const char* what_;
+  OIIO::Filesystem::IOVecOutput bytes_;
+  std::unique_ptr<OIIO::ImageOutput> output_;
+};
+
+void WriteImage(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels) {
+  MemoryOutput output(path, "image");
+  output.Add(spec, pixels, OIIO::ImageOutput::Create);
+  output.Finish();
+}
+
+}  // namespace
+
+void WriteRgbPng(const fs::path& path, const Image8& image) {
+  CHECK_EQ(image.data.size(), size_t{3} * image.width * image.height);
+  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  WriteImage(path, spec, image.data.data());
+}
+
+void WriteLabelPng(const fs::path& path, const LabelImage& labels) {
+  std::vector<uint16_t> ids;
+  ids.reserve(labels.data.size());
+  for (const int32_t id : labels.data) {
+    CHECK(id >= 0 && id <= 65535) << id;
+    ids.push_back(static_cast<uint16_t>(id));
+  }
+  const OIIO::ImageSpec spec(labels.width, labels.height, 1, OIIO::TypeDesc::UINT16);
+  WriteImage(path, spec, ids.data());
+}
+
+void WriteDepthExr(const fs::path& path, int width, int height, const std::vector<float>& depth) {
+  CHECK_EQ(depth.size(), static_cast<size_t>(width) * height);
+  OIIO::ImageSpec spec(width, height, 1, OIIO::TypeDesc::FLOAT);
+  // The name by which readers without a notion of depth still find a lone channel.
+  spec.channelnames = {"Y"};
+  spec.attribute("compression", "zip");
+  WriteImage(path, spec, depth.data());
+}
+
+bool IsOwnImage(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return false;  // of a pipe or a device nothing is read
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+  if (input == nullptr) OIIO::geterror();  // or it would be printed at the end
+  return input != nullptr && input->spec().get_string_attribute("Software") == kSoftware;
+}
+
+struct GifWriter::State {
+  MemoryOutput output;
+  OIIO::ImageSpec spec;
+  int num_images = 0;
+};
+
+GifWriter::GifWriter(const fs::path& path, double frames_per_second)
+    : state_(new State{{path, "animation"}, OIIO::ImageSpec(0, 0, 3, OIIO::TypeDesc::UINT8)}) {
+  state_->spec.attribute("gif:FPS", static_cast<float>(frames_per_second));
+  state_->spec.attribute("FramesPerSecond", static_cast<float>(frames_per_second));
+  state_->spec.attribute("gif:LoopCount", 0);
+}
+
+GifWriter::~GifWriter() = default;
+
+void GifWriter::Add(const Image8& image) {
+  CHECK_EQ(image.data.size(), size_t{3} * image.width * image.height);
+  OIIO::ImageSpec spec = state_->spec;
+  spec.width = spec.full_width = image.width;
+  spec.height = spec.full_height = image.height;
+  state_->output.Add(
+      spec,
+      image.data.data(),
+      state_->num_images++ == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage);
+}
+
+void GifWriter::Finish() {
+  CHECK_GT(state_->num_images, 0);
+  state_->output.Finish();
+}
+
+Foreground ReadForeground(const fs::path& path) {
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+  if (input == nullptr) {
+    throw UserError(
+        path.string(), ": this mask cannot be read (", OIIO::geterror(), "); give a PNG.");
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  RequirePlausible(path, {spec.width, spec.height, spec.depth, spec.nchannels});
+  const size_t num_pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+  // 16 bits of all channels, an id each, and what some decoders hold of their own.
+  RequireDecodingMemory(path,
+                        {spec.width, spec.height},
+                        num_pixels * (2 * static_cast<size_t>(spec.nchannels) + sizeof(int32_t)) +
+                            spec.image_bytes(true));
+  std::vector<uint16_t> pixels(num_pixels * spec.nchannels);
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT16, pixels.data())) {
+    throw UserError(path.string(),
+                    ": this mask cannot be read to its end (",
+                    input->geterror(),
+                    "); is the copy complete?");
+  }
+  const bool has_16_bits = spec.format == OIIO::TypeDesc::UINT16;
+  // What 1 of the file was read as.
+  const uint16_t one = has_16_bits ? 1 : 257;
+  uint16_t largest = 0;
+  for (size_t i = 0; i < pixels.size(); i += spec.nchannels) largest = std::max(largest, pixels[i]);
+  const uint16_t threshold = largest == one ? 0 : 128 * 257;
+  Foreground foreground;
+  foreground.largest = largest / one;
+  foreground.white = has_16_bits ? 65535 : 255;
+  foreground.mask = {spec.width, spec.height, {}};
+  foreground.mask.data.reserve(num_pixels);
+  for (size_t i = 0; i < pixels.size(); i += spec.nchannels) {
+    foreground.mask.data.push_back(pixels[i] > threshold);
+  }
+  return foreground;
+}
+
+LabelImage ResizeNearest(const LabelImage& image, int width, int height) {
+  LabelImage resized{width, height, {}};
+  resized.data.reserve(static_cast<size_t>(width) * height);
+  for (int y = 0; y < height; ++y) {
+    const int64_t from_y = int64_t{y} * image.height / height;
+    for (int x = 0; x < width; ++x) {
+      const int64_t from_x = int64_t{x} * image.width / width;
+      resized.data.push_back(image.data[from_y * image.width + from_x]);
+    }
+  }
+  return resized;
+}
+
+}  // namespace semfoam

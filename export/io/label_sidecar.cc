@@ -54,7 +54,8 @@ Json LeftOut(const LeftOutPieces& left_out) {
 // {name: pixels}, most first.
 Json Photos(const ObjectInfo& object) {
   Json photos = Json::object();
-  for (const PhotoSighting& sighting : object.photos) photos[sighting.photo] = sighting.pixels;
+  for (const PhotoObservation& observation : object.photos)
+    photos[observation.photo] = observation.pixels;
   return photos;
 }
 

@@ -29,7 +29,7 @@ struct LeftOutPieces {
 };
 
 // A photo that shows an object.
-struct PhotoSighting {
+struct PhotoObservation {
   std::string photo;   // the photo's name
   int64_t pixels = 0;  // that show the object, estimated from a grid of them; at least 1
 };
@@ -53,7 +53,7 @@ struct ObjectInfo {
   int64_t genus = 0;       // tunnels
   LeftOutPieces left_out;  // see ExportableSceneOptions
   // The photos that show the object, by pixels, most first; empty until somebody has looked.
-  std::vector<PhotoSighting> photos;
+  std::vector<PhotoObservation> photos;
 };
 
 // A label whose object is left out as a whole, because of PieceOptions.

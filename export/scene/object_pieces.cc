@@ -74,7 +74,7 @@ void LeaveOut(const ExportableScene& scene,
   if (left_out->pieces == 0 || file_volume > left_out->largest_volume) {
     left_out->largest_cells = cells;
     left_out->largest_volume = file_volume;
-    // A cell that nothing bounds but its twins has no volume.
+    // A cell that nothing bounds but its near-duplicates has no volume.
     left_out->largest_center = scene.FileFromNormalized(
         volume > 0 ? Eigen::Vector3d(moment / volume)
                    : Eigen::Vector3d(scene.cell_positions[piece.front()].cast<double>()));

@@ -24,13 +24,13 @@ constexpr int64_t kRaysPerBlock = 256;
 // What each of the rays shows, and how many of them hit the step limit. `Ray` has an origin, a
 // direction and a start_cell.
 template <typename Ray>
-std::vector<ShownRay> ShowRays(const WalkGeometry<float>& geometry,
-                               const CellShading<float>& shading,
-                               const ClassifierView<float>& classifier,
-                               std::span<const Ray> rays,
-                               int64_t* step_limit_hits) {
+std::vector<RenderedRay> RenderRays(const WalkGeometry<float>& geometry,
+                                    const CellShading<float>& shading,
+                                    const ClassifierView<float>& classifier,
+                                    std::span<const Ray> rays,
+                                    int64_t* step_limit_hits) {
   const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
-  std::vector<ShownRay> shown(rays.size());
+  std::vector<RenderedRay> rendered(rays.size());
   std::atomic<int64_t> hits = 0;
   ParallelForBlocks(rays.size(), kRaysPerBlock, [&](int64_t begin, int64_t end) {
     const std::span<RayTrace> traces = ThreadTraces(end - begin);
@@ -47,11 +47,11 @@ std::vector<ShownRay> ShowRays(const WalkGeometry<float>& geometry,
       const RayTrace& trace = traces[i - begin];
       const RayComposite<float>& ray = trace.composite;
       hits += trace.hit_step_limit;
-      ShownRay& out = shown[i];
+      RenderedRay& out = rendered[i];
       out.color =
           Eigen::Vector3f(ray.color[0], ray.color[1], ray.color[2]).array() + ray.Transmittance();
       out.opacity = ray.Opacity();
-      if (ray.quantile_piece[0] >= 0) out.distance = ray.quantile_depth[0];
+      if (ray.quantile_segment[0] >= 0) out.distance = ray.quantile_depth[0];
       if (classifier.num_classes == 0 || out.opacity < 0.5f) continue;
       ClassLogits(
           classifier.weight, classifier.bias, classifier.num_classes, ray.identity, logits.data());
@@ -61,7 +61,7 @@ std::vector<ShownRay> ShowRays(const WalkGeometry<float>& geometry,
     }
   });
   *step_limit_hits = hits;
-  return shown;
+  return rendered;
 }
 
 class CpuTrainingDevice final : public TrainingDevice {
@@ -135,7 +135,7 @@ class CpuTrainingDevice final : public TrainingDevice {
     return result;
   }
 
-  std::vector<ShownRay> Show(const std::vector<BatchRay>& rays, int sh_degree) override {
+  std::vector<RenderedRay> Render(const std::vector<BatchRay>& rays, int sh_degree) override {
     CellShading<float> shading = Shading();
     LargePageVector<float> lower_sh;
     if (sh_degree < state_.foam.sh_degree) {
@@ -145,11 +145,11 @@ class CpuTrainingDevice final : public TrainingDevice {
     }
     // A topology that has become stale may cut a ray; training counts and judges these.
     int64_t step_limit_hits = 0;
-    return ShowRays(state_.topology.geometry(),
-                    shading,
-                    Classifier(),
-                    std::span<const BatchRay>(rays),
-                    &step_limit_hits);
+    return RenderRays(state_.topology.geometry(),
+                      shading,
+                      Classifier(),
+                      std::span<const BatchRay>(rays),
+                      &step_limit_hits);
   }
 
  private:
@@ -169,12 +169,12 @@ class CpuRayCaster final : public RayCaster {
                const ClassifierView<float>& classifier)
       : geometry_(geometry), shading_(shading), classifier_(classifier) {}
 
-  std::vector<ShownRay> Show(std::span<const RayToShow> rays) const override {
+  std::vector<RenderedRay> Render(std::span<const RayQuery> rays) const override {
     int64_t step_limit_hits = 0;
-    std::vector<ShownRay> shown =
-        ShowRays(geometry_, shading_, classifier_, rays, &step_limit_hits);
+    std::vector<RenderedRay> rendered =
+        RenderRays(geometry_, shading_, classifier_, rays, &step_limit_hits);
     CHECK_EQ(step_limit_hits, 0) << "rays walked in circles";
-    return shown;
+    return rendered;
   }
 
  private:

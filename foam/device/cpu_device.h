@@ -9,7 +9,7 @@
 
 #include <memory>
 
-// The machine's cores, as device_factory.h hands them out. They work on the host's state where it
+// the CPU, as device_factory.h hands them out. They work on the host's state where it
 // is, so there is nothing to bring over but what is derived from it.
 
 namespace semfoam {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kCuda[] = "cuda:";
 
-// The card in use; none: the cores.
+// The GPU in use; none: the CPU.
 std::optional<int> cuda_device;
 
 std::optional<int> CudaDevices() {
@@ -36,13 +36,13 @@ std::optional<int> FindCudaDevice(const std::string& device, std::optional<int> 
     return num_cuda_devices.value_or(0) > 0 ? std::optional<int>(0) : std::nullopt;
   }
   uint32_t number = 0;
-  const bool is_card =
+  const bool is_gpu =
       device.starts_with(kCuda) && ParseNumber(device.substr(sizeof(kCuda) - 1), &number);
-  if (!is_card) {
+  if (!is_gpu) {
     throw UserError("Failed to parse options - the argument ('",
                     Shortened(device),
                     "') for option '--device' is invalid; it takes auto, cpu or cuda:N, the "
-                    "graphics card of that number from 0 on.");
+                    "GPU of that number from 0 on.");
   }
   if (!num_cuda_devices.has_value()) {
     throw UserError("--device ",
@@ -53,13 +53,13 @@ std::optional<int> FindCudaDevice(const std::string& device, std::optional<int> 
   if (*num_cuda_devices == 0) {
     throw UserError("--device ",
                     device,
-                    ": there is no graphics card here that CUDA can use; --device cpu or auto "
+                    ": there is no GPU here that CUDA can use; --device cpu or auto "
                     "would be right.");
   }
   if (number >= static_cast<uint32_t>(*num_cuda_devices)) {
     throw UserError("--device ",
                     device,
-                    ": there is no graphics card of that number; ",
+                    ": there is no GPU of that number; ",
                     *num_cuda_devices == 1
                         ? std::string("cuda:0")
                         : "cuda:0 to cuda:" + std::to_string(*num_cuda_devices - 1),
@@ -69,13 +69,13 @@ std::optional<int> FindCudaDevice(const std::string& device, std::optional<int> 
 }
 
 void UseDevice(const std::string& device) {
-  // Cards are only asked for where they matter: that takes a moment.
+  // GPUs are only asked for where they matter: that takes a moment.
   cuda_device = FindCudaDevice(device, device == "cpu" ? std::nullopt : CudaDevices());
 }
 
 std::optional<int> CudaDeviceInUse() { return cuda_device; }
 
-DeviceKind DeviceKindInUse() { return cuda_device ? DeviceKind::kCard : DeviceKind::kCores; }
+DeviceKind DeviceKindInUse() { return cuda_device ? DeviceKind::kGpu : DeviceKind::kCores; }
 
 std::string DeviceInWords() {
 #ifdef SEMFOAM_HAS_CUDA

@@ -12,7 +12,7 @@ namespace semfoam {
 
 std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state) {
 #ifdef SEMFOAM_HAS_CUDA
-  if (const auto card = CudaDeviceInUse()) return MakeCudaTrainingDevice(*card, state);
+  if (const auto gpu = CudaDeviceInUse()) return MakeCudaTrainingDevice(*gpu, state);
 #endif
   return MakeCpuTrainingDevice(state);
 }
@@ -21,8 +21,8 @@ std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
                                          const CellShading<float>& shading,
                                          const ClassifierView<float>& classifier) {
 #ifdef SEMFOAM_HAS_CUDA
-  if (const auto card = CudaDeviceInUse()) {
-    return MakeCudaRayCaster(*card, geometry, shading, classifier);
+  if (const auto gpu = CudaDeviceInUse()) {
+    return MakeCudaRayCaster(*gpu, geometry, shading, classifier);
   }
 #endif
   return MakeCpuRayCaster(geometry, shading, classifier);

@@ -41,7 +41,7 @@ struct TrainingStepResult {
   int64_t skipped_updates = 0;  // cells, or the classifier, whose gradient was not finite
 };
 
-// Where the iterations of a training are computed: on the machine's cores, or on a graphics card
+// Where the iterations of a training are computed: on the CPU, or on a GPU
 // that keeps the state in its own memory. The trainer calls Download() or DownloadSites() before it
 // looks at the state and Upload() after it has changed it, and knows no more of where it is.
 class TrainingDevice {
@@ -90,7 +90,7 @@ class TrainingDevice {
   virtual TrainingStepResult Step(const TrainingStep& step) = 0;
 
   // What rays show of the foam if its colours had no more than `sh_degree`, at most its own.
-  virtual std::vector<ShownRay> Show(const std::vector<BatchRay>& rays, int sh_degree) = 0;
+  virtual std::vector<RenderedRay> Render(const std::vector<BatchRay>& rays, int sh_degree) = 0;
 };
 
 }  // namespace semfoam

@@ -8,18 +8,18 @@
 #include <cstdint>
 #include <limits>
 
-// Volume rendering of the pieces that a ray cuts out of the cells: in float for work, in double and
-// ceres::Jet for tests.
+// Volume rendering of the segments that a ray cuts out of the cells: in float for work, in double
+// and ceres::Jet for tests.
 //
-// With optical depth x_n = sigma_n (t_out - t_in) of piece n and tau_n that of all pieces before
-// it, the piece's weight is
+// With optical depth x_n = sigma_n (t_out - t_in) of segment n and tau_n that of all segments
+// before it, the segment's weight is
 //   w_n = exp(-tau_n) (1 - exp(-x_n))                                  (Radiant Foam, equation 2)
 // and colour, identity and opacity of the ray are the sums of w_n c_n, w_n f_n and w_n. The
-// backward pass runs over the recorded pieces from the far end: with g_n the derivative of the loss
-// by w_n,
+// backward pass runs over the recorded segments from the far end: with g_n the derivative of the
+// loss by w_n,
 //   dL/dx_n = g_n exp(-tau_n - x_n) - sum over m > n of g_m w_m,
-// a suffix sum; nothing is ever divided by a transmittance, and every piece, the last one too, gets
-// its gradient.
+// a suffix sum; nothing is ever divided by a transmittance, and every segment, the last one too,
+// gets its gradient.
 
 namespace semfoam {
 
@@ -27,15 +27,15 @@ namespace semfoam {
 // (Normalised frame; 1e-6 over the whole foam, two hundred units across, is an opacity of 2e-4.)
 inline constexpr double kTransparentDensity = 1e-6;
 
-// A piece of this weight or less shows the mean colour of its cell only, and no identity: higher SH
-// degrees and features are not worth fetching for what cannot be seen.
+// A segment of this weight or less shows the mean colour of its cell only, and no identity: higher
+// SH degrees and features are not worth fetching for what cannot be seen.
 inline constexpr float kNegligibleWeight = 1e-4f;
 
 inline constexpr int kNumQuantiles = 2;
 
-// One shaded piece of a ray.
+// One shaded segment of a ray.
 template <typename T>
-struct ShadedPiece {
+struct ShadedSegment {
   T t_in;
   T sigma;
   T optical_depth;  // x_n
@@ -51,11 +51,11 @@ struct RayComposite {
   T color[3] = {T(0), T(0), T(0)};  // premultiplied: sum of w_n c_n
   T identity[kIdentityDim] = {};    // sum of w_n f_n
   // Depth quantiles: the distances at which the transmittance falls through q_k =
-  // exp(-quantile_tau[k]). A quantile that the ray never reaches has quantile_piece -1.
+  // exp(-quantile_tau[k]). A quantile that the ray never reaches has quantile_segment -1.
   T quantile_tau[kNumQuantiles] = {T(std::numeric_limits<double>::infinity()),
                                    T(std::numeric_limits<double>::infinity())};
   T quantile_depth[kNumQuantiles] = {};
-  int quantile_piece[kNumQuantiles] = {-1, -1};
+  int quantile_segment[kNumQuantiles] = {-1, -1};
 
   SEMFOAM_HOST_DEVICE T Transmittance() const {
     using std::exp;
@@ -67,30 +67,31 @@ struct RayComposite {
   }
 };
 
-// Adds the geometry of piece number `index`: weight, optical depth and any quantile that falls into
-// it. Colour and identity are the caller's to add, with the weight it finds in the returned piece.
+// Adds the geometry of segment number `index`: weight, optical depth and any quantile that falls
+// into it. Colour and identity are the caller's to add, with the weight it finds in the returned
+// segment.
 template <typename T>
-SEMFOAM_HOST_DEVICE ShadedPiece<T> AddPiece(
+SEMFOAM_HOST_DEVICE ShadedSegment<T> AddSegment(
     const T& t_in, const T& t_out, const T& sigma, int index, RayComposite<T>* ray) {
   using std::exp;
   using std::expm1;
-  ShadedPiece<T> piece;
-  piece.t_in = t_in;
-  piece.sigma = sigma;
-  piece.optical_depth = sigma * (t_out - t_in);
-  piece.tau_in = ray->tau;
-  piece.weight = exp(-ray->tau) * -expm1(-piece.optical_depth);
-  const T tau_out = ray->tau + piece.optical_depth;
+  ShadedSegment<T> segment;
+  segment.t_in = t_in;
+  segment.sigma = sigma;
+  segment.optical_depth = sigma * (t_out - t_in);
+  segment.tau_in = ray->tau;
+  segment.weight = exp(-ray->tau) * -expm1(-segment.optical_depth);
+  const T tau_out = ray->tau + segment.optical_depth;
   for (int k = 0; k < kNumQuantiles; ++k) {
-    if (ray->quantile_piece[k] < 0 && ray->quantile_tau[k] < tau_out) {
-      ray->quantile_piece[k] = index;
+    if (ray->quantile_segment[k] < 0 && ray->quantile_tau[k] < tau_out) {
+      ray->quantile_segment[k] = index;
       T depth = t_in + (ray->quantile_tau[k] - ray->tau) / sigma;
       if (!(depth < t_out)) depth = t_out;  // rounding, where sigma is tiny
       ray->quantile_depth[k] = depth;
     }
   }
   ray->tau = tau_out;
-  return piece;
+  return segment;
 }
 
 // Derivatives of the loss by what a ray gathers.
@@ -103,16 +104,16 @@ struct RayGradient {
   T identity[kIdentityDim] = {};
 };
 
-// Derivatives of the loss by one piece's own quantities.
+// Derivatives of the loss by one segment's own quantities.
 template <typename T>
-struct PieceGradient {
+struct SegmentGradient {
   T sigma;
-  T t_in;  // not counting what t_in is to the piece before
+  T t_in;  // not counting what t_in is to the segment before
   T t_out;
 };
 
-// Carries the suffix sums from the far end of a ray to its origin: call it for piece n = last, ...,
-// 0.
+// Carries the suffix sums from the far end of a ray to its origin: call it for segment n = last,
+// ..., 0.
 template <typename T>
 class BackwardPass {
  public:
@@ -120,31 +121,31 @@ class BackwardPass {
       : ray_(ray), gradient_(gradient) {}
 
   // `identity_dot` is the derivative of the loss by w_n through the identity: gradient.identity .
-  // f_n, or 0 where identity is not to bend geometry or the piece shows none.
-  SEMFOAM_HOST_DEVICE PieceGradient<T> Step(int index,
-                                            const ShadedPiece<T>& piece,
-                                            const T& identity_dot) {
+  // f_n, or 0 where identity is not to bend geometry or the segment shows none.
+  SEMFOAM_HOST_DEVICE SegmentGradient<T> Step(int index,
+                                              const ShadedSegment<T>& segment,
+                                              const T& identity_dot) {
     using std::exp;
     T by_weight = gradient_.opacity + identity_dot;
-    for (int c = 0; c < 3; ++c) by_weight += gradient_.color[c] * piece.color[c];
-    const T transmittance_out = exp(-(piece.tau_in + piece.optical_depth));
+    for (int c = 0; c < 3; ++c) by_weight += gradient_.color[c] * segment.color[c];
+    const T transmittance_out = exp(-(segment.tau_in + segment.optical_depth));
     T by_optical_depth = by_weight * transmittance_out - suffix_ - quantile_suffix_;
-    suffix_ += by_weight * piece.weight;
+    suffix_ += by_weight * segment.weight;
 
-    const T delta = piece.optical_depth / piece.sigma;
-    PieceGradient<T> out;
+    const T delta = segment.optical_depth / segment.sigma;
+    SegmentGradient<T> out;
     out.t_in = T(0);
     out.sigma = T(0);
     for (int k = 0; k < kNumQuantiles; ++k) {
-      if (ray_.quantile_piece[k] != index) continue;
+      if (ray_.quantile_segment[k] != index) continue;
       // depth = t_in + (quantile_tau - tau_in) / sigma
       const T by_depth = gradient_.quantile_depth[k];
       out.t_in += by_depth;
-      out.sigma -= by_depth * (ray_.quantile_depth[k] - piece.t_in) / piece.sigma;
-      quantile_suffix_ += by_depth / piece.sigma;
+      out.sigma -= by_depth * (ray_.quantile_depth[k] - segment.t_in) / segment.sigma;
+      quantile_suffix_ += by_depth / segment.sigma;
     }
     out.sigma += by_optical_depth * delta;
-    out.t_out = by_optical_depth * piece.sigma;
+    out.t_out = by_optical_depth * segment.sigma;
     out.t_in -= out.t_out;
     return out;
   }
@@ -152,7 +153,7 @@ class BackwardPass {
  private:
   const RayComposite<T>& ray_;
   const RayGradient<T>& gradient_;
-  T suffix_ = T(0);           // sum over the pieces behind of g_m w_m
+  T suffix_ = T(0);           // sum over the segments behind of g_m w_m
   T quantile_suffix_ = T(0);  // sum over the quantiles behind of their gradient / sigma
 };
 

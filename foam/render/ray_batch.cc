@@ -38,9 +38,9 @@ size_t Turn(size_t i, size_t n) {
   return i % num_groups * kRaysInFlight + i / num_groups;
 }
 
-// The piece that dominates a ray, or -1.
-int DominantPiece(const RayTrace& trace) {
-  for (int k = 0; k < trace.num_pieces; ++k) {
+// The segment that dominates a ray, or -1.
+int DominantSegment(const RayTrace& trace) {
+  for (int k = 0; k < trace.num_segments; ++k) {
     if (trace.weight[k] > static_cast<float>(kDominantWeight)) return k;
   }
   return -1;
@@ -51,8 +51,8 @@ struct BlockSums {
   std::vector<float> weight_gradient;
   std::vector<float> bias_gradient;
   int64_t step_limit_hits = 0;
-  int64_t num_pieces = 0;
-  int64_t clamped_pieces = 0;
+  int64_t num_segments = 0;
+  int64_t clamped_segments = 0;
 };
 
 }  // namespace
@@ -91,7 +91,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
     records.clear();
     BlockSums& sum = sums[block % sums.size()];
     sum.loss = {};
-    sum.step_limit_hits = sum.num_pieces = sum.clamped_pieces = 0;
+    sum.step_limit_hits = sum.num_segments = sum.clamped_segments = 0;
     sum.weight_gradient.assign(num_classes * kIdentityDim, 0.f);
     sum.bias_gradient.assign(num_classes, 0.f);
     ClassLoss class_loss(classifier);
@@ -108,8 +108,8 @@ void CastBatch(const WalkGeometry<float>& geometry,
       const RayTrace& trace = traces[Turn(i - begin, end - begin)];
       const RayTarget& target = rays[i].target;
       sum.step_limit_hits += trace.hit_step_limit;
-      sum.num_pieces += trace.num_pieces;
-      sum.clamped_pieces += trace.clamped.size();
+      sum.num_segments += trace.num_segments;
+      sum.clamped_segments += trace.clamped.size();
 
       // The classes are many, so they have vector code of their own.
       const RayLossTerms<float> loss = RayLoss(trace.composite, target, {}, (float*)nullptr);
@@ -148,9 +148,9 @@ void CastBatch(const WalkGeometry<float>& geometry,
                        &records,
                        weights.identity_to_density > 0 ? shading.identity : nullptr);
       if (!has_cell_identity || target.class_index == kUnlabelled) continue;
-      const int dominant = DominantPiece(trace);
+      const int dominant = DominantSegment(trace);
       if (dominant < 0) continue;
-      const uint32_t cell = trace.pieces[dominant].cell;
+      const uint32_t cell = trace.segments[dominant].cell;
       const float weight = trace.weight[dominant];
       const size_t own = rays.size() + i;
       float* const to_cell = result->rays[own].parameters;
@@ -195,8 +195,8 @@ void CastBatch(const WalkGeometry<float>& geometry,
         result->classifier_bias_gradient[k] += sum.bias_gradient[k];
       }
       totals.step_limit_hits += sum.step_limit_hits;
-      totals.num_pieces += sum.num_pieces;
-      totals.clamped_pieces += sum.clamped_pieces;
+      totals.num_segments += sum.num_segments;
+      totals.clamped_segments += sum.clamped_segments;
     }
   }
 }

@@ -48,8 +48,8 @@ struct RayOutput {
 struct BatchTotals {
   RayLossTerms<double> mean_loss;  // unweighted terms, mean over the batch
   int64_t step_limit_hits = 0;
-  int64_t num_pieces = 0;      // cells walked through
-  int64_t clamped_pieces = 0;  // of these, left before they were entered (see Walk)
+  int64_t num_segments = 0;      // cells walked through
+  int64_t clamped_segments = 0;  // of these, left before they were entered (see Walk)
 };
 
 // What casting a batch leaves behind. Reused from batch to batch.

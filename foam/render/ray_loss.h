@@ -24,7 +24,7 @@ struct RayLossWeights {
   double identity_to_density = 0;
 };
 
-// A piece of more than this weight dominates its ray; at most one does.
+// A segment of more than this weight dominates its ray; at most one does.
 inline constexpr double kDominantWeight = 0.5;
 
 // What a ray should have shown.
@@ -164,7 +164,7 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
         T(3);
   }
   loss.opacity = transmittance * transmittance;
-  if (ray.quantile_piece[0] >= 0 && ray.quantile_piece[1] >= 0) {
+  if (ray.quantile_segment[0] >= 0 && ray.quantile_segment[1] >= 0) {
     loss.quantile = abs(ray.quantile_depth[0] - ray.quantile_depth[1]);
   }
   if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
@@ -192,7 +192,7 @@ SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
     gradient.opacity -= gradient.color[c];  // the white background gives way as opacity grows
   }
   gradient.opacity -= T(2 * weights.opacity) * transmittance;
-  if (ray.quantile_piece[0] >= 0 && ray.quantile_piece[1] >= 0) {
+  if (ray.quantile_segment[0] >= 0 && ray.quantile_segment[1] >= 0) {
     const T spread = ray.quantile_depth[0] - ray.quantile_depth[1];
     const T sign = T(spread > T(0)) - T(spread < T(0));
     gradient.quantile_depth[0] = T(weights.quantile) * sign;

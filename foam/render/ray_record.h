@@ -12,10 +12,10 @@
 
 #include <Eigen/Core>
 
-// One ray, forward and backward: the walk's pieces are recorded as they are shaded, and the
-// backward pass runs over that record. In float and double on the machine's cores, where it is the
-// reference for the fast path (ray_tracer.h), and in float on a graphics card, which has a record
-// of its own kind (foam/device/cuda/piece_pool.h).
+// One ray, forward and backward: the walk's segments are recorded as they are shaded, and the
+// backward pass runs over that record. In float and double on the CPU, where it is the
+// reference for the fast path (ray_tracer.h), and in float on a GPU, which has a record
+// of its own kind (foam/device/cuda/segment_pool.h).
 
 namespace semfoam {
 
@@ -31,10 +31,10 @@ struct CellShading {
 };
 
 template <typename Real>
-struct RecordedPiece {
+struct RecordedSegment {
   uint32_t cell;
   uint32_t next;   // the cell behind the exit face
-  int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the piece
+  int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the segment
                    // has no length
   bool clamped;    // the exit face has no say in t_out (see Walk)
   Real t_out;
@@ -54,36 +54,36 @@ struct RayInProgress {
 // is allocated in the long run.
 template <typename Real>
 struct RayRecord : RayInProgress<Real> {
-  std::vector<RecordedPiece<Real>> pieces;
-  std::vector<ShadedPiece<Real>> shaded;
+  std::vector<RecordedSegment<Real>> segments;
+  std::vector<ShadedSegment<Real>> shaded;
 
   // What TraceRay asks of a record.
   void Clear() {
-    pieces.clear();
+    segments.clear();
     shaded.clear();
   }
   int NumShaded() const { return static_cast<int>(shaded.size()); }
-  // `appearance` is null where the piece is not shaded. False: there is no more room.
-  bool Add(const RecordedPiece<Real>& piece, const ShadedPiece<Real>* appearance) {
-    pieces.push_back(piece);
+  // `appearance` is null where the segment is not shaded. False: there is no more room.
+  bool Add(const RecordedSegment<Real>& segment, const ShadedSegment<Real>* appearance) {
+    segments.push_back(segment);
     if (appearance != nullptr) shaded.push_back(*appearance);
     return true;
   }
 
-  // What BackpropagateRay asks of it: its pieces, from the far end.
+  // What BackpropagateRay asks of it: its segments, from the far end.
   struct Backwards {
     const RayRecord& record;
     size_t n;
 
-    // The next piece, and what is seen of it if it is shaded. False: there is none.
-    bool Next(RecordedPiece<Real>* piece, ShadedPiece<Real>* appearance) {
+    // The next segment, and what is seen of it if it is shaded. False: there is none.
+    bool Next(RecordedSegment<Real>* segment, ShadedSegment<Real>* appearance) {
       if (n == 0) return false;
-      *piece = record.pieces[--n];
-      if (piece->shaded >= 0) *appearance = record.shaded[piece->shaded];
+      *segment = record.segments[--n];
+      if (segment->shaded >= 0) *appearance = record.shaded[segment->shaded];
       return true;
     }
   };
-  Backwards FromTheEnd() const { return {*this, pieces.size()}; }
+  Backwards FromTheEnd() const { return {*this, segments.size()}; }
 };
 
 // A record of a ray that no backward pass will come for.
@@ -93,14 +93,15 @@ struct RayWithoutRecord : RayInProgress<Real> {
 
   SEMFOAM_HOST_DEVICE void Clear() { num_shaded = 0; }
   SEMFOAM_HOST_DEVICE int NumShaded() const { return num_shaded; }
-  SEMFOAM_HOST_DEVICE bool Add(const RecordedPiece<Real>&, const ShadedPiece<Real>* appearance) {
+  SEMFOAM_HOST_DEVICE bool Add(const RecordedSegment<Real>&,
+                               const ShadedSegment<Real>* appearance) {
     num_shaded += appearance != nullptr;
     return true;
   }
 };
 
-// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the piece at
-// which the optical depth passes `cutoff_tau`, or where the record has no more room. The caller
+// Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the segment
+// at which the optical depth passes `cutoff_tau`, or where the record has no more room. The caller
 // sets record->origin, direction, and composite = {} with the quantile_tau that are wanted, before.
 template <typename Real, typename Record>
 SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& geometry,
@@ -113,17 +114,18 @@ SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& ge
   const int num_coefficients = NumShCoefficients(shading.sh_degree);
   ShBasis(shading.sh_degree, record->direction, record->sh_basis);
   const auto visit = [&](uint32_t cell, Real t_in, Real t_out, uint32_t next, bool clamped) {
-    RecordedPiece<Real> piece;
-    piece.cell = cell;
-    piece.next = next;
-    piece.shaded = -1;
-    piece.clamped = clamped;
-    piece.t_out = t_out;
+    RecordedSegment<Real> segment;
+    segment.cell = cell;
+    segment.next = next;
+    segment.shaded = -1;
+    segment.clamped = clamped;
+    segment.t_out = t_out;
     const Real sigma = shading.density[cell];
-    if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in)) return record->Add(piece, nullptr);
+    if (!(sigma > Real(kTransparentDensity)) || !(t_out > t_in))
+      return record->Add(segment, nullptr);
 
-    piece.shaded = record->NumShaded();
-    ShadedPiece<Real> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
+    segment.shaded = record->NumShaded();
+    ShadedSegment<Real> shaded = AddSegment(t_in, t_out, sigma, segment.shaded, &composite);
     const bool counts = shaded.weight > Real(kNegligibleWeight);
     ShColor(record->sh_basis,
             counts ? num_coefficients : 1,
@@ -136,7 +138,7 @@ SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& ge
         composite.identity[c] += shaded.weight * identity[c];
       }
     }
-    return record->Add(piece, &shaded) && composite.tau < cutoff_tau;
+    return record->Add(segment, &shaded) && composite.tau < cutoff_tau;
   };
   record->hit_step_limit = !Walk<Real>(geometry, record->origin, record->direction, start, visit);
 }
@@ -156,10 +158,10 @@ struct CellContribution {
 };
 
 // Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
-// any gradient, from the far end to the near one: for the cell behind a piece after that piece was
-// read from the record, not before. With `identity`, the cells' as in CellShading,
-// gradient.identity flows through the pieces' weights into densities and positions as the colour's
-// does; without, it is cut there.
+// any gradient, from the far end to the near one: for the cell behind a segment after that segment
+// was read from the record, not before. With `identity`, the cells' as in CellShading,
+// gradient.identity flows through the segments' weights into densities and positions as the
+// colour's does; without, it is cut there.
 template <typename Real, typename Record, typename Emit>
 SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Real>>& geometry,
                                           const Record& record,
@@ -167,10 +169,10 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
                                           Emit&& emit,
                                           const std::type_identity_t<Real>* identity = nullptr) {
   using Vector = Eigen::Matrix<Real, 3, 1>;
-  RecordedPiece<Real> piece;
-  ShadedPiece<Real> shaded{};
-  auto pieces = record.FromTheEnd();
-  if (!pieces.Next(&piece, &shaded)) return;
+  RecordedSegment<Real> segment;
+  ShadedSegment<Real> shaded{};
+  auto segments = record.FromTheEnd();
+  if (!segments.Next(&segment, &shaded)) return;
   BackwardPass<Real> pass(record.composite, gradient);
 
   const auto emit_if_real = [&](const CellContribution<Real>& contribution) {
@@ -182,39 +184,39 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
   };
 
   // The cell behind the face at hand: it is complete once the face has added its share.
-  CellContribution<Real> behind{piece.next, 0, Real(0), Real(0), Vector::Zero()};
+  CellContribution<Real> behind{segment.next, 0, Real(0), Real(0), Vector::Zero()};
   Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
   do {
-    CellContribution<Real> here{piece.cell, 0, Real(0), Real(0), Vector::Zero()};
+    CellContribution<Real> here{segment.cell, 0, Real(0), Real(0), Vector::Zero()};
     Real by_t_out = by_t_in;
     by_t_in = 0;
-    if (piece.shaded >= 0) {
+    if (segment.shaded >= 0) {
       Real identity_dot(0);
       if (identity != nullptr && shaded.weight > Real(kNegligibleWeight)) {
         for (int c = 0; c < kIdentityDim; ++c) {
-          identity_dot += gradient.identity[c] * identity[size_t(piece.cell) * kIdentityDim + c];
+          identity_dot += gradient.identity[c] * identity[size_t(segment.cell) * kIdentityDim + c];
         }
       }
-      const PieceGradient<Real> own = pass.Step(piece.shaded, shaded, identity_dot);
+      const SegmentGradient<Real> own = pass.Step(segment.shaded, shaded, identity_dot);
       here.weight = shaded.weight;
       here.density = own.sigma;
       for (int c = 0; c < 3; ++c) here.color_mask |= uint32_t(shaded.color[c] > 0) << c;
       by_t_out += own.t_out;
       by_t_in = own.t_in;
     }
-    if (piece.clamped) {
+    if (segment.clamped) {
       by_t_in += by_t_out;
-    } else if (const Vector n = geometry.positions[piece.next] - geometry.positions[piece.cell];
+    } else if (const Vector n = geometry.positions[segment.next] - geometry.positions[segment.cell];
                by_t_out != 0 && !IsGrazing<Real>(n, record.direction)) {
-      const Vector r = record.origin - geometry.positions[piece.cell];
+      const Vector r = record.origin - geometry.positions[segment.cell];
       Vector dt_here, dt_behind;
-      CrossingDerivatives<Real>(r, n, record.direction, piece.t_out, &dt_here, &dt_behind);
+      CrossingDerivatives<Real>(r, n, record.direction, segment.t_out, &dt_here, &dt_behind);
       here.position += by_t_out * dt_here;
       behind.position += by_t_out * dt_behind;
     }
     emit_if_real(behind);
     behind = here;
-  } while (pieces.Next(&piece, &shaded));
+  } while (segments.Next(&segment, &shaded));
   emit_if_real(behind);  // the first cell; its entry, t = 0, is the camera's and no site's
 }
 

@@ -27,7 +27,7 @@ namespace semfoam {
 inline constexpr int kRaysInFlight = 8;
 
 // One ray: the question, then all that is known of it. Reused from ray to ray, so that nothing is
-// allocated in the long run. Piece k is the part of the ray in its k-th cell.
+// allocated in the long run. Segment k is the part of the ray in its k-th cell.
 struct RayTrace {
   // The question.
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
@@ -40,26 +40,26 @@ struct RayTrace {
   // The answer.
   RayComposite<float> composite;
   bool hit_step_limit = false;
-  int num_pieces = 0;
+  int num_segments = 0;
   float sh_basis[kMaxShCoefficients];
 
   struct Site {
     float x, y, z;
-    float density;  // 0 where the cell is transparent or the piece has no length
+    float density;  // 0 where the cell is transparent or the segment has no length
   };
-  struct Piece {
+  struct Segment {
     uint32_t cell;
     float t_out;
-    float tau_in;         // optical depth of all pieces before this one
+    float tau_in;         // optical depth of all segments before this one
     float optical_depth;  // of this one
   };
-  // Sites and pieces have one more entry than there are pieces: the cell behind the last face.
+  // Sites and segments have one more entry than there are segments: the cell behind the last face.
   LargePageVector<Site> sites;
-  LargePageVector<Piece> pieces;
+  LargePageVector<Segment> segments;
   std::vector<uint32_t>
-      clamped;  // pieces whose exit face has no say in t_out (see Walk), ascending
+      clamped;  // segments whose exit face has no say in t_out (see Walk), ascending
   LargePageVector<float> weight;
-  LargePageVector<float> transmittance;  // behind the piece
+  LargePageVector<float> transmittance;  // behind the segment
   LargePageVector<float> color[3];
 };
 

@@ -52,7 +52,7 @@ struct alignas(64) PlaneBlock {
 };
 
 // Borrowed arrays of a WalkGeometry: what a ray needs to see of it, also where the arrays lie in
-// the memory of a graphics card.
+// the memory of a GPU.
 template <typename Real>
 struct WalkView {
   const Eigen::Matrix<Real, 3, 1>* positions = nullptr;
@@ -259,9 +259,9 @@ CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
 //   visit(cell, t_in, t_out, next, clamped) -> bool: go on?
-// for every cell that the ray leaves again: [t_in, t_out] is its piece of the ray, `next` the cell
-// behind its exit face. clamped: the exit lay before the entry (rounding, or a topology older than
-// the positions), so t_out = t_in, and the face has no say in it. The last, unbounded cell (a
+// for every cell that the ray leaves again: [t_in, t_out] is its segment of the ray, `next` the
+// cell behind its exit face. clamped: the exit lay before the entry (rounding, or a topology older
+// than the positions), so t_out = t_in, and the face has no say in it. The last, unbounded cell (a
 // guard's) is not visited. Returns false if the walk was cut by the step limit, which a valid
 // topology never does: no cell is visited twice, and the limit is the number of cells.
 template <typename Real, typename Visitor>

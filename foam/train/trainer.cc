@@ -141,7 +141,7 @@ void Trainer::Iterate() {
   guard_.Watch(progress_.iteration, rays_, batch_, result.tv_loss, result.skipped_updates);
   summary_.nonfinite_gradients += result.skipped_updates;
   summary_.step_limit_hits += batch_.step_limit_hits;
-  summary_.pieces += batch_.num_pieces;
+  summary_.segments += batch_.num_segments;
   loss_sum_.color += batch_.mean_loss.color;
   loss_sum_.opacity += batch_.mean_loss.opacity;
   loss_sum_.quantile += batch_.mean_loss.quantile;
@@ -247,7 +247,7 @@ std::string TrainingSummary::BriefReport() const {
   text << std::fixed << std::setprecision(1) << "Trained " << foam.NumSites() << " cells in "
        << last.seconds << " s with " << last.rays / 1e6 << " M rays ("
        << last.rays / std::max(last.seconds, 1e-9) / 1e3 << " k rays/s, "
-       << double(pieces) / std::max<int64_t>(last.rays, 1) << " cells a ray); " << triangulations
+       << double(segments) / std::max<int64_t>(last.rays, 1) << " cells a ray); " << triangulations
        << (triangulation_lag > 0 ? " triangulations beside the iterations held these up for "
                                  : " triangulations took ")
        << seconds_triangulating << " s; " << step_limit_hits << " rays hit the step limit, "

@@ -44,7 +44,7 @@ struct TrainingSummary {
   CellStatistics statistics;
   TrainingProgress last;
   int64_t late_rays = 0;        // as given, or as chosen for TrainingOptions::seconds
-  int64_t pieces = 0;           // cells walked through, over all training rays
+  int64_t segments = 0;         // cells walked through, over all training rays
   int64_t step_limit_hits = 0;  // rays cut by the walk's step limit: 0 in a healthy run
   int64_t triangulations = 0;
   double seconds_triangulating = 0;   // for which iterations waited
@@ -78,7 +78,7 @@ struct TrainingHooks {
 };
 
 // Throws UserError, one sentence, where the checkpoint is of a run on another kind of device: going
-// on there would end with other bytes. One that does not say is of the cores. TrainFoam asks it of
+// on there would end with other bytes. One that does not say is of the CPU. TrainFoam asks it of
 // its device; for those who want to know before they load what it trains on.
 void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device);
 

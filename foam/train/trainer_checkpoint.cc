@@ -38,7 +38,7 @@ void Trainer::SerializeNumbers(Archive* archive) {
   archive->Number("losses", &loss_count_);
   archive->Number("tv_loss", &tv_sum_);
   archive->Number("tv_losses", &tv_count_);
-  archive->Number("pieces", &summary_.pieces);
+  archive->Number("pieces", &summary_.segments);
   archive->Number("step_limit_hits", &summary_.step_limit_hits);
   archive->Number("triangulations", &summary_.triangulations);
   archive->Number("seconds_triangulating", &summary_.seconds_triangulating);
@@ -52,8 +52,8 @@ void Trainer::SerializeNumbers(Archive* archive) {
   archive->Number("frozen", &frozen_);
   archive->Number("sh_degree_is_settled", &sh_degree_is_settled_);
   // Of the last batch, an empty one leaves these as they were.
-  archive->Number("batch_pieces", &batch_.num_pieces);
-  archive->Number("batch_clamped_pieces", &batch_.clamped_pieces);
+  archive->Number("batch_pieces", &batch_.num_segments);
+  archive->Number("batch_clamped_pieces", &batch_.clamped_segments);
   schedule_.Serialize(archive);
 }
 
@@ -88,7 +88,7 @@ void Trainer::SerializePending(Archive* archive) {
 
 namespace {
 
-constexpr char kCores[] = "cpu", kCard[] = "cuda";
+constexpr char kCores[] = "cpu", kGpu[] = "cuda";
 
 }  // namespace
 
@@ -96,19 +96,19 @@ void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device) {
   const auto& state = checkpoint.Texts("state");
   const auto found = state.find("device");
   const std::string saved = found == state.end() ? kCores : found->second;
-  if (saved != kCores && saved != kCard) {
+  if (saved != kCores && saved != kGpu) {
     checkpoint.ThrowDamaged("its 'device' is neither 'cpu' nor 'cuda'");
   }
-  const bool of_card = saved == kCard;
-  if (of_card == (device == DeviceKind::kCard)) return;
-  constexpr char kInWords[2][20] = {"the machine's cores", "a graphics card"};
+  const bool of_gpu = saved == kGpu;
+  if (of_gpu == (device == DeviceKind::kGpu)) return;
+  constexpr char kInWords[2][20] = {"the CPU", "a GPU"};
   throw UserError(checkpoint.path().string(),
                   ": this checkpoint was made on ",
-                  kInWords[of_card],
+                  kInWords[of_gpu],
                   ", and gone on with on ",
-                  kInWords[!of_card],
+                  kInWords[!of_gpu],
                   " the run would end with other bytes; --device ",
-                  of_card ? "cuda:0, or another card" : "cpu",
+                  of_gpu ? "cuda:0, or another GPU" : "cpu",
                   ", or training from the beginning, would be right.");
 }
 
@@ -121,7 +121,7 @@ void Trainer::Save(CheckpointContents* contents) {
       guard("guard", contents);
   TrainingOptions same = options_;
   same.Serialize(&options);
-  contents->texts["state"]["device"] = device_->Kind() == DeviceKind::kCard ? kCard : kCores;
+  contents->texts["state"]["device"] = device_->Kind() == DeviceKind::kGpu ? kGpu : kCores;
   state.Number("views", &num_views);
   state.Number("classes", &state_.foam.num_classes);
   state.Number("sites", &num_sites);

@@ -95,8 +95,8 @@ bool Trainer::ShDegreePays() const {
     if (const auto ray = PixelAsRay(views_, pixels[i], value, start)) rays.push_back(*ray);
   }
   const int degree = state_.foam.sh_degree;
-  const double without = SquaredError(rays, device_->Show(rays, degree - 1)),
-               with = SquaredError(rays, device_->Show(rays, degree));
+  const double without = SquaredError(rays, device_->Render(rays, degree - 1)),
+               with = SquaredError(rays, device_->Render(rays, degree));
   VLOG(1) << "SH degree " << degree << ": without it, the squared error on photos not seen is "
           << without / with << " times as large";
   return without >= (1 + kShWorthwhile) * with;

@@ -21,11 +21,11 @@ constexpr int64_t kRefreshInterval = 2;
 
 // A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
 // ray leaves before it has entered them, and after so many iterations at the latest. But a stale
-// one is only renewed while the sites triangulated so far are no more than so many per piece of a
-// ray cast: some 9 % of the time of a run, whatever the scene. Counted in sites and pieces, not
+// one is only renewed while the sites triangulated so far are no more than so many per segment of a
+// ray cast: some 9 % of the time of a run, whatever the scene. Counted in sites and segments, not
 // seconds, so that the machine changes no byte.
 constexpr double kStaleShare = 2e-3;
-constexpr double kTriangulatedSitesPerPiece = 1.5e-3;
+constexpr double kTriangulatedSitesPerSegment = 1.5e-3;
 constexpr int64_t kMinTriangulationInterval = 20;
 constexpr int64_t kMaxTriangulationInterval = 1000;
 
@@ -46,10 +46,10 @@ int Trainer::TriangulationLag(size_t num_sites) const {
 bool Trainer::TopologyIsStale() const {
   const int64_t age = progress_.iteration - last_triangulation_;
   const bool affordable = double(triangulated_sites_ + state_.foam.NumSites()) <=
-                          kTriangulatedSitesPerPiece * double(summary_.pieces);
+                          kTriangulatedSitesPerSegment * double(summary_.segments);
   return age >= kMaxTriangulationInterval ||
          (age >= kMinTriangulationInterval && affordable &&
-          batch_.clamped_pieces > kStaleShare * batch_.num_pieces);
+          batch_.clamped_segments > kStaleShare * batch_.num_segments);
 }
 
 // Densification events are spread evenly over [densify_from, densify_until].

@@ -11,8 +11,8 @@
 
 namespace semfoam {
 
-double SquaredError(const std::vector<BatchRay>& rays, const std::vector<ShownRay>& shown) {
-  CHECK_EQ(rays.size(), shown.size());
+double SquaredError(const std::vector<BatchRay>& rays, const std::vector<RenderedRay>& rendered) {
+  CHECK_EQ(rays.size(), rendered.size());
   // Of many rays, the sum of sums is the more exact one.
   constexpr size_t kBlock = 256;
   double error = 0;
@@ -20,7 +20,7 @@ double SquaredError(const std::vector<BatchRay>& rays, const std::vector<ShownRa
     double of_block = 0;
     for (size_t i = begin; i < std::min(rays.size(), begin + kBlock); ++i) {
       for (int c = 0; c < 3; ++c) {
-        const double seen = std::min(shown[i].color[c], 1.f);
+        const double seen = std::min(rendered[i].color[c], 1.f);
         const double difference = seen - rays[i].target.color[c];
         of_block += difference * difference;
       }
@@ -60,13 +60,13 @@ HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
         rays.push_back(*ray);
     }
     if (rays.empty()) continue;
-    const std::vector<ShownRay> shown = device->Show(rays, foam.sh_degree);
-    const double error = SquaredError(rays, shown) / (3.0 * rays.size());
+    const std::vector<RenderedRay> rendered = device->Render(rays, foam.sh_degree);
+    const double error = SquaredError(rays, rendered) / (3.0 * rays.size());
     sum += -10 * std::log10(std::max(error, 1e-12));
     ++count;
     if (!foam.HasSemantics()) continue;
     for (size_t i = 0; i < rays.size(); ++i) {
-      agreement.Add(rays[i].target.class_index, shown[i].class_index);
+      agreement.Add(rays[i].target.class_index, rendered[i].class_index);
     }
   }
   HeldOutQuality quality;

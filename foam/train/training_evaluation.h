@@ -17,7 +17,7 @@ namespace semfoam {
 
 // Sum over the rays of the squared difference between the colour that each shows, at most white,
 // and its target's.
-double SquaredError(const std::vector<BatchRay>& rays, const std::vector<ShownRay>& shown);
+double SquaredError(const std::vector<BatchRay>& rays, const std::vector<RenderedRay>& rendered);
 
 // NaN = not known.
 struct HeldOutQuality {

@@ -22,7 +22,7 @@ constexpr double kFalling = 0.8;  // of the loss of the window before
 constexpr double kLeastFlatColorLoss = 1.0 / 8192;
 
 template <typename... Parts>
-[[noreturn]] void Lose(int64_t iteration, const Parts&... parts) {
+[[noreturn]] void Fail(int64_t iteration, const Parts&... parts) {
   throw UserError("Training is lost at iteration ",
                   iteration,
                   ": ",
@@ -68,8 +68,8 @@ void TrainingGuard::Watched::Update(double new_loss, double new_bound) {
   windows_above = loss > bound && !is_first && !is_falling ? windows_above + 1 : 0;
 }
 
-void TrainingGuard::LoseByColor(int64_t iteration) const {
-  Lose(iteration,
+void TrainingGuard::FailColorLoss(int64_t iteration) const {
+  Fail(iteration,
        "the colour loss of the last ",
        kWindow,
        " iterations, ",
@@ -79,8 +79,8 @@ void TrainingGuard::LoseByColor(int64_t iteration) const {
        " of photos in one flat colour");
 }
 
-void TrainingGuard::LoseByIdentity(int64_t iteration) const {
-  Lose(iteration,
+void TrainingGuard::FailIdentityLoss(int64_t iteration) const {
+  Fail(iteration,
        "the identity loss of the last ",
        kWindow,
        " iterations, ",
@@ -99,7 +99,7 @@ void TrainingGuard::Watch(int64_t iteration,
                                     {loss.quantile, "quantile"},
                                     {loss.identity, "identity"},
                                     {tv_loss, "total variation"}}) {
-    if (!std::isfinite(value)) Lose(iteration, "the ", name, " loss is not finite");
+    if (!std::isfinite(value)) Fail(iteration, "the ", name, " loss is not finite");
   }
   window_.Add(rays, batch, skipped_updates);
   if (window_.iterations < kWindow) return;
@@ -110,10 +110,10 @@ void TrainingGuard::Watch(int64_t iteration,
 void TrainingGuard::Judge(int64_t iteration) {
   const Window& w = window_;
   if (w.step_limit_hits > kLargestShare * w.rays) {
-    Lose(iteration, w.step_limit_hits, " of the last ", w.rays, " rays hit the walk's step limit");
+    Fail(iteration, w.step_limit_hits, " of the last ", w.rays, " rays hit the walk's step limit");
   }
   if (w.skipped_updates > kLargestShare * w.rays) {
-    Lose(iteration,
+    Fail(iteration,
          w.skipped_updates,
          " updates in the last ",
          kWindow,
@@ -126,16 +126,16 @@ void TrainingGuard::Judge(int64_t iteration) {
   identity_.Update(w.identity_loss / w.rays, kIdentityBound);
   explained_contrast_ =
       flat_color_loss_ > kLeastFlatColorLoss ? 1 - color_.loss / flat_color_loss_ : NAN;
-  if (color_.windows_above >= kLostWindows) LoseByColor(iteration);
-  if (identity_.windows_above >= kLostWindows) LoseByIdentity(iteration);
+  if (color_.windows_above >= kLostWindows) FailColorLoss(iteration);
+  if (identity_.windows_above >= kLostWindows) FailIdentityLoss(iteration);
   if (color_.windows_above > 0 || identity_.windows_above > 0) unstable_iterations_ += kWindow;
 }
 
 void TrainingGuard::Finish(int64_t iteration) const {
   if (num_windows_ <= kLostWindows) return;
   const double color_bound = std::max(kFlatColorFactorAtEnd * flat_color_loss_, kLeastColorBound);
-  if (color_.loss > color_bound) LoseByColor(iteration);
-  if (identity_.loss > identity_.bound) LoseByIdentity(iteration);
+  if (color_.loss > color_bound) FailColorLoss(iteration);
+  if (identity_.loss > identity_.bound) FailIdentityLoss(iteration);
 }
 
 }  // namespace semfoam

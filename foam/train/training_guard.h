@@ -103,8 +103,8 @@ class TrainingGuard {
   };
 
   void Judge(int64_t iteration);
-  [[noreturn]] void LoseByColor(int64_t iteration) const;
-  [[noreturn]] void LoseByIdentity(int64_t iteration) const;
+  [[noreturn]] void FailColorLoss(int64_t iteration) const;
+  [[noreturn]] void FailIdentityLoss(int64_t iteration) const;
 
   Window window_;
   int64_t num_windows_ = 0;

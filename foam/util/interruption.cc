@@ -86,13 +86,13 @@ DeferInterruption::~DeferInterruption() {
   if (state.num_deferrals == 0 && state.requested != 0 && !is_answered) End(state.requested);
 }
 
-SayOnInterruption::SayOnInterruption(std::function<void()> say) {
+OnInterrupt::OnInterrupt(std::function<void()> say) {
   const std::lock_guard lock(TheState().mutex);
   CHECK(!TheState().say);
   TheState().say = std::move(say);
 }
 
-SayOnInterruption::~SayOnInterruption() {
+OnInterrupt::~OnInterrupt() {
   const std::lock_guard lock(TheState().mutex);
   TheState().say = nullptr;
 }

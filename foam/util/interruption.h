@@ -38,12 +38,12 @@ class DeferInterruption {
 // While one lives, a signal that ends the process calls `say` before it does, in the thread that
 // waits for signals: to tell what is left to do. It must not wait for other threads, nor throw. One
 // at a time (CHECK).
-class SayOnInterruption {
+class OnInterrupt {
  public:
-  explicit SayOnInterruption(std::function<void()> say);
-  ~SayOnInterruption();
-  SayOnInterruption(const SayOnInterruption&) = delete;
-  SayOnInterruption& operator=(const SayOnInterruption&) = delete;
+  explicit OnInterrupt(std::function<void()> say);
+  ~OnInterrupt();
+  OnInterrupt(const OnInterrupt&) = delete;
+  OnInterrupt& operator=(const OnInterrupt&) = delete;
 };
 
 // The signal that a DeferInterruption has held back, 0 where there was none. Costs one load: loops

@@ -12,7 +12,7 @@ namespace semfoam {
 namespace {
 
 // What one ray saw of one cell.
-struct Sighting {
+struct CellObservation {
   uint32_t cell;
   float weight;
   float passed;
@@ -27,19 +27,21 @@ constexpr int kRowsPerBlock = 8;
 // Rays that a thread casts at a time, however wide a photo is: each trace takes some 10 kB.
 constexpr size_t kRaysAtOnce = 256;
 
-void AddSightings(const RayTrace& trace, size_t num_sites, std::vector<Sighting>* sightings) {
-  for (int k = 0; k < trace.num_pieces; ++k) {
-    const float before = std::exp(-trace.pieces[k].tau_in);
+void AddObservations(const RayTrace& trace,
+                     size_t num_sites,
+                     std::vector<CellObservation>* observations) {
+  for (int k = 0; k < trace.num_segments; ++k) {
+    const float before = std::exp(-trace.segments[k].tau_in);
     const float behind = trace.transmittance[k];
     const float passed = 2 * std::max(behind - 0.5f, 0.f);
     const float stopped = 2 * std::max(std::min(before, 0.5f) - behind, 0.f);
     if (passed == 0 && stopped == 0 && !(trace.weight[k] > kNegligibleWeight)) continue;
-    if (trace.pieces[k].cell >= num_sites) continue;  // a guard
-    sightings->push_back({trace.pieces[k].cell,
-                          trace.weight[k],
-                          passed,
-                          stopped,
-                          {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
+    if (trace.segments[k].cell >= num_sites) continue;  // a guard
+    observations->push_back({trace.segments[k].cell,
+                             trace.weight[k],
+                             passed,
+                             stopped,
+                             {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
   }
 }
 
@@ -47,8 +49,8 @@ void AddSightings(const RayTrace& trace, size_t num_sites, std::vector<Sighting>
 
 int64_t CellStatisticsBytes(int64_t num_sites) {
   // A ray sees more cells, the more there are; some 50 of a million. Arrays double as they grow.
-  const double sightings = std::min(50.0, std::cbrt(static_cast<double>(num_sites)));
-  return static_cast<int64_t>(2 * kRaysInMemory * sightings * sizeof(Sighting));
+  const double observations = std::min(50.0, std::cbrt(static_cast<double>(num_sites)));
+  return static_cast<int64_t>(2 * kRaysInMemory * observations * sizeof(CellObservation));
 }
 
 CellStatistics MeasureCells(const Foam& foam,
@@ -73,9 +75,10 @@ CellStatistics MeasureCells(const Foam& foam,
         std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
     for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
       const int num_rows = std::min(rows_in_memory, rows - first_row);
-      std::vector<std::vector<Sighting>> blocks((num_rows + kRowsPerBlock - 1) / kRowsPerBlock);
+      std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
+                                                       kRowsPerBlock);
       ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
-        std::vector<Sighting>& sightings = blocks[begin / kRowsPerBlock];
+        std::vector<CellObservation>& observations = blocks[begin / kRowsPerBlock];
         std::vector<Eigen::Vector3f> directions;
         for (int64_t row = first_row + begin; row < first_row + end; ++row) {
           directions.clear();
@@ -94,13 +97,13 @@ CellStatistics MeasureCells(const Foam& foam,
               traces[i].start_cell = start;
             }
             TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
-            for (const RayTrace& trace : traces) AddSightings(trace, n, &sightings);
+            for (const RayTrace& trace : traces) AddObservations(trace, n, &observations);
           }
         }
       });
       // In block order, so that the sums are the same on any number of threads.
-      for (const std::vector<Sighting>& sightings : blocks) {
-        for (const Sighting& s : sightings) {
+      for (const std::vector<CellObservation>& observations : blocks) {
+        for (const CellObservation& s : observations) {
           passed[s.cell] += s.passed;
           stopped[s.cell] += s.stopped;
           if (!(s.weight > kNegligibleWeight)) continue;

@@ -51,24 +51,24 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
   const uint32_t start = StartCell(rays.origin);
   const Eigen::Vector3f origin = rays.origin.cast<float>();
   std::vector<size_t> pixels;
-  std::vector<RayToShow> to_show;
+  std::vector<RayQuery> queries;
   for (size_t first = 0; first < num_pixels; first += kPixelsAtOnce) {
     pixels.clear();
-    to_show.clear();
+    queries.clear();
     for (size_t i = first; i < std::min(num_pixels, first + kPixelsAtOnce); ++i) {
       if (rays.directions[i].isZero(0)) continue;
       pixels.push_back(i);
-      to_show.push_back({origin, rays.directions[i], start});
+      queries.push_back({origin, rays.directions[i], start});
     }
-    const std::vector<ShownRay> shown = Caster().Show(to_show);
+    const std::vector<RenderedRay> rendered = Caster().Render(queries);
     ParallelForBlocks(pixels.size(), 4096, [&](int64_t begin, int64_t end) {
       for (int64_t k = begin; k < end; ++k) {
         const size_t i = pixels[k];
-        view.color[i] = shown[k].color;
-        view.opacity[i] = shown[k].opacity;
-        view.distance[i] = shown[k].distance;
-        view.class_index[i] = shown[k].class_index;
-        view.confidence[i] = shown[k].confidence;
+        view.color[i] = rendered[k].color;
+        view.opacity[i] = rendered[k].opacity;
+        view.distance[i] = rendered[k].distance;
+        view.class_index[i] = rendered[k].class_index;
+        view.confidence[i] = rendered[k].confidence;
       }
     });
   }

@@ -64,7 +64,7 @@ class ViewRenderer {
   WalkGeometry<float> geometry_;
   std::vector<float> density_;  // [num_cells]
 
-  // Made by the first Render: there are renderers that none is asked of, and a graphics card wants
+  // Made by the first Render: there are renderers that none is asked of, and a GPU wants
   // a copy of all of the above.
   mutable std::once_flag caster_is_made_;
   mutable std::unique_ptr<RayCaster> caster_;

@@ -50,7 +50,7 @@ CameraRays MakeCameraRays(const Camera& camera,
       for (int x = 0; x < rays.width; ++x) {
         Eigen::Vector3f direction;
         if (!pixel_rays.Direction(x, static_cast<int>(y), &direction)) continue;
-        rays.directions[y * rays.width + x] = TurnedRay(world_from_cam, direction);
+        rays.directions[y * rays.width + x] = RotateToWorld(world_from_cam, direction);
       }
     }
   });

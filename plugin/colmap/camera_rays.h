@@ -52,8 +52,8 @@ class PixelRays {
 };
 
 // A direction of the camera frame in the world and in the normalised frame, which share their axes.
-inline Eigen::Vector3f TurnedRay(const Eigen::Matrix3d& world_from_cam,
-                                 const Eigen::Vector3f& direction) {
+inline Eigen::Vector3f RotateToWorld(const Eigen::Matrix3d& world_from_cam,
+                                     const Eigen::Vector3f& direction) {
   return (world_from_cam * direction.cast<double>()).cast<float>();
 }
 

@@ -30,7 +30,9 @@ SeenImages FindSeenImages(const std::vector<Image>& images,
   return seen;
 }
 
-void AppendSightings(const Point3D& point, const SeenImages& images, Sightings* sightings) {
+void AppendObservations(const Point3D& point,
+                        const SeenImages& images,
+                        PixelObservations* observations) {
   for (const TrackElement& element : point.track) {
     const auto seen = images.find(element.image_id);
     if (seen == images.end() || element.point2d_index >= seen->second.image->points.size()) {
@@ -38,8 +40,9 @@ void AppendSightings(const Point3D& point, const SeenImages& images, Sightings* 
     }
     const Point2D& feature = seen->second.image->points[element.point2d_index];
     if (!std::isfinite(feature.x) || !std::isfinite(feature.y)) continue;
-    sightings->push_back({seen->second.view,
-                          Eigen::Vector2d(feature.x, feature.y).cwiseProduct(seen->second.scale)});
+    observations->push_back(
+        {seen->second.view,
+         Eigen::Vector2d(feature.x, feature.y).cwiseProduct(seen->second.scale)});
   }
 }
 
@@ -47,7 +50,7 @@ void MakeSeeds(std::vector<Point3D> points,
                const Similarity& world_from_normalized,
                const SeenImages& images,
                std::vector<SeedPoint>* seeds,
-               std::vector<Sightings>* sightings) {
+               std::vector<PixelObservations>* observations) {
   std::sort(
       points.begin(), points.end(), [](const Point3D& a, const Point3D& b) { return a.id < b.id; });
   const bool has_tracks = std::any_of(
@@ -62,9 +65,9 @@ void MakeSeeds(std::vector<Point3D> points,
         seed_at.try_emplace({rounded.x(), rounded.y(), rounded.z()}, seeds->size());
     if (is_new) {
       seeds->push_back({rounded, point.color.cast<float>() / 255.0f});
-      if (!images.empty()) sightings->emplace_back();
+      if (!images.empty()) observations->emplace_back();
     }
-    if (!images.empty()) AppendSightings(point, images, &(*sightings)[entry->second]);
+    if (!images.empty()) AppendObservations(point, images, &(*observations)[entry->second]);
   }
 }
 

@@ -33,17 +33,19 @@ SeenImages FindSeenImages(const std::vector<Image>& images,
 
 // Appends where the images saw a point, in the order of its track. Features that are not there or
 // not finite are left out.
-void AppendSightings(const Point3D& point, const SeenImages& images, Sightings* sightings);
+void AppendObservations(const Point3D& point,
+                        const SeenImages& images,
+                        PixelObservations* observations);
 
 // The points within kFarRadius of the normalised frame, in ascending order of their ids, each
-// position once, with the sightings of all points that are there. Without `images` there are no
-// sightings. Points without a track are left out, unless no point has one (models of other
+// position once, with the observations of all points that are there. Without `images` there are no
+// observations. Points without a track are left out, unless no point has one (models of other
 // programs).
 void MakeSeeds(std::vector<Point3D> points,
                const Similarity& world_from_normalized,
                const SeenImages& images,
                std::vector<SeedPoint>* seeds,
-               std::vector<Sightings>* sightings);
+               std::vector<PixelObservations>* observations);
 
 // NormalizedFrame of the model's images and points.
 Similarity NormalizedFrameOf(const Reconstruction& model);

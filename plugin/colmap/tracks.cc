@@ -15,9 +15,9 @@ namespace semfoam {
 namespace {
 
 constexpr uint64_t kTrackPurpose = 0x7472616b;
-constexpr size_t kFewestSightings = 3;  // of a point
-constexpr int64_t kSightings = 12'000;
-constexpr int64_t kSightingsPerPhoto = 60;
+constexpr size_t kFewestObservations = 3;  // of a point
+constexpr int64_t kObservations = 12'000;
+constexpr int64_t kObservationsPerPhoto = 60;
 constexpr size_t kPhotosPerCamera = 4;
 
 }  // namespace
@@ -35,7 +35,7 @@ std::vector<Track> SampleTracks(const Reconstruction& model,
   std::vector<std::pair<uint64_t, const Point3D*>> order;  // by chance
   for (const Point3D& point : model.points) {
     const auto photos_here = photos_of_point.find(point.id);
-    if (photos_here == photos_of_point.end() || photos_here->second < kFewestSightings) continue;
+    if (photos_here == photos_of_point.end() || photos_here->second < kFewestObservations) continue;
     if (!point.position.allFinite()) continue;
     order.emplace_back(CounterRandom(random_seed, kTrackPurpose, point.id).Next(), &point);
   }
@@ -43,12 +43,12 @@ std::vector<Track> SampleTracks(const Reconstruction& model,
     return a.first != b.first ? a.first < b.first : a.second->id < b.second->id;
   });
   const int64_t wanted =
-      std::max(kSightings, kSightingsPerPhoto * static_cast<int64_t>(photos.size()));
+      std::max(kObservations, kObservationsPerPhoto * static_cast<int64_t>(photos.size()));
   std::map<uint64_t, Track> tracks;
-  int64_t sightings = 0;
+  int64_t observations = 0;
   for (const auto& [key, point] : order) {
-    if (sightings >= wanted) break;
-    sightings += static_cast<int64_t>(photos_of_point[point->id]);
+    if (observations >= wanted) break;
+    observations += static_cast<int64_t>(photos_of_point[point->id]);
     tracks[point->id].position = point->position;
   }
 
@@ -61,7 +61,7 @@ std::vector<Track> SampleTracks(const Reconstruction& model,
     for (const Point2D& seen : model.images[view].points) {
       const auto track = tracks.find(seen.point3d_id);
       if (track == tracks.end()) continue;
-      Sightings& seen_in = track->second.sightings;
+      PixelObservations& seen_in = track->second.observations;
       if (!seen_in.empty() && seen_in.back().view == static_cast<int32_t>(view)) continue;
       seen_in.push_back(
           {static_cast<int32_t>(view), Eigen::Vector2d(seen.x, seen.y).cwiseProduct(scale)});

@@ -12,19 +12,19 @@
 namespace semfoam {
 
 // Where a photo shows a point.
-struct Sighting {
+struct PixelObservation {
   int32_t view = 0;
   Eigen::Vector2d pixel;  // of the photo at its own size; the photo's corner is (0, 0)
 };
-using Sightings = std::vector<Sighting>;
+using PixelObservations = std::vector<PixelObservation>;
 
 // A point and the photos that show it.
 struct Track {
-  Eigen::Vector3d position;  // world frame
-  Sightings sightings;       // ascending by view, at most one each
+  Eigen::Vector3d position;        // world frame
+  PixelObservations observations;  // ascending by view, at most one each
 };
 
-// Points drawn by chance until their sightings suffice to compare the photos' light: 12000, or
+// Points drawn by chance until their observations suffice to compare the photos' light: 12000, or
 // 60 for each photo where that is more. Only points that three photos or more show: of two that
 // differ nobody can tell which is wrong. Ascending by id, and the same whatever their order in the
 // file. Image i of the model belongs to photos[i]; pixels are scaled where a photo has another size

@@ -36,8 +36,8 @@ Model UntrainedModel(const Reconstruction& reconstruction,
   });
 
   std::vector<SeedPoint> seeds;
-  std::vector<Sightings> sightings;
-  MakeSeeds(reconstruction.points, model.world_from_normalized, {}, &seeds, &sightings);
+  std::vector<PixelObservations> observations;
+  MakeSeeds(reconstruction.points, model.world_from_normalized, {}, &seeds, &observations);
   InitializationOptions options;
   options.max_seed_sites = seeds.size();
   options.sh_degree = 0;

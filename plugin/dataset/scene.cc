@@ -190,12 +190,13 @@ uint64_t ScenePlan::OpeningBytes() const {
 
 uint64_t ScenePlan::CorrectionBytes() const {
   // Each point is triangulated (memory_plan.cc has what that takes) and keeps its neighbours; each
-  // sighting becomes an observation, of which its region keeps a list.
+  // observation becomes an observation, of which its region keeps a list.
   constexpr uint64_t kBytesOfPoint = 1000;
-  constexpr uint64_t kBytesOfSighting = sizeof(Sighting) + sizeof(Observation) + sizeof(uint32_t);
+  constexpr uint64_t kBytesOfObservation =
+      sizeof(PixelObservation) + sizeof(Observation) + sizeof(uint32_t);
   uint64_t bytes = 0;
-  for (const Sightings& track : seed_sightings) {
-    if (!track.empty()) bytes += kBytesOfPoint + kBytesOfSighting * track.size();
+  for (const PixelObservations& track : seed_tracks) {
+    if (!track.empty()) bytes += kBytesOfPoint + kBytesOfObservation * track.size();
   }
   return bytes;
 }
@@ -323,7 +324,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
     seen = FindSeenImages(model.images, model.cameras, plan.photos);
   }
   MakeSeeds(
-      std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_sightings);
+      std::move(model.points), plan.world_from_normalized, seen, &plan.seeds, &plan.seed_tracks);
   plan.table_views = ChooseTables(plan.photos);
   return plan;
 }

@@ -66,7 +66,7 @@ struct ScenePlan {
   std::vector<SeedPoint> seeds;
   // [seeds] where the photos that are not held out saw them; empty unless masks are held against
   // them.
-  std::vector<Sightings> seed_sightings;
+  std::vector<PixelObservations> seed_tracks;
   int64_t num_points = 0;        // of the model; more than seeds where some are unfit
   int num_unregistered = 0;      // photos in the image folder that the model does not have
   int num_rescaled = 0;          // photos of another size than their camera says

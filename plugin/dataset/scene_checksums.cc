@@ -35,11 +35,11 @@ class Checksum {
   void AddVector(const Eigen::MatrixBase<Derived>& vector) {
     for (Eigen::Index i = 0; i < vector.size(); ++i) Add(vector[i]);
   }
-  void AddSightings(const Sightings& sightings) {
-    Add(sightings.size());
-    for (const Sighting& sighting : sightings) {
-      Add(sighting.view);
-      AddVector(sighting.pixel);
+  void AddObservations(const PixelObservations& observations) {
+    Add(observations.size());
+    for (const PixelObservation& observation : observations) {
+      Add(observation.view);
+      AddVector(observation.pixel);
     }
   }
 
@@ -103,11 +103,12 @@ std::string ChecksumOfModel(const ScenePlan& plan) {
     checksum.AddVector(seed.position);
     checksum.AddVector(seed.color);
   }
-  for (const Sightings& sightings : plan.seed_sightings) checksum.AddSightings(sightings);
+  for (const PixelObservations& observations : plan.seed_tracks)
+    checksum.AddObservations(observations);
   checksum.Add(plan.tracks.size());
   for (const Track& track : plan.tracks) {
     checksum.AddVector(track.position);
-    checksum.AddSightings(track.sightings);
+    checksum.AddObservations(track.observations);
   }
   for (const int lens : plan.lenses) checksum.Add(lens);
   checksum.Add(plan.world_from_normalized.scale);

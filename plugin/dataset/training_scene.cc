@@ -40,11 +40,11 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   const auto num_views = static_cast<int64_t>(plan_.photos.size());
   std::vector<std::vector<Eigen::Vector2d>> places(num_views);
   for (const Track& track : plan_.tracks) {
-    for (const Sighting& seen : track.sightings) places[seen.view].push_back(seen.pixel);
+    for (const PixelObservation& seen : track.observations) places[seen.view].push_back(seen.pixel);
   }
-  const bool is_judged = !plan_.seed_sightings.empty();
+  const bool is_judged = !plan_.seed_tracks.empty();
   const std::vector<std::vector<Eigen::Vector2f>> seed_places =
-      PlacesByView(plan_.seed_sightings, plan_.photos.size());
+      PlacesByView(plan_.seed_tracks, plan_.photos.size());
   surveys_.resize(num_views);
   mask_contents_.resize(num_views);
   std::vector<ClassImage> indices(num_views);     // DecodedMask::indices of masks that stay
@@ -78,12 +78,12 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
       GiveClasses(mask_classes_.Of(mask_contents_[i]), &evidence[i]);
     }
     MaskCorrection correction = CorrectMasks(plan_.seeds,
-                                             plan_.seed_sightings,
+                                             plan_.seed_tracks,
                                              plan_.photos,
                                              plan_.mask_consistency,
                                              mask_classes_.labels,
                                              evidence);
-    plan_.seed_sightings = {};
+    plan_.seed_tracks = {};
     consistency_ = std::move(correction.report);
     mask_rewriter_ = std::move(correction.rewriter);
     if (mask_rewriter_) labels_ = mask_rewriter_->labels();
@@ -171,7 +171,7 @@ const Image8& TrainingScene::Photo(int view) const {
 bool TrainingScene::RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const {
   const View& v = views_[view];
   if (!v.rays->Direction(x, y, direction)) return false;
-  *direction = TurnedRay(v.world_from_cam, *direction);
+  *direction = RotateToWorld(v.world_from_cam, *direction);
   return true;
 }
 

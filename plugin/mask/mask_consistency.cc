@@ -81,7 +81,7 @@ int AssociateRegions(bool has_zero_class, Evidence* evidence) {
   return num_labels;
 }
 
-void LetRegionsSpeak(Evidence* evidence) {
+void PropagateRegionLabels(Evidence* evidence) {
   for (Observation& observation : evidence->observations) {
     const Region& region = evidence->regions[observation.region];
     const bool in_part =
@@ -267,7 +267,7 @@ std::string MaskConsistencyReport::Line() const {
 }
 
 MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
-                            const std::vector<Sightings>& tracks,
+                            const std::vector<PixelObservations>& tracks,
                             const std::vector<PhotoRecord>& photos,
                             MaskConsistency mode,
                             const std::vector<Label>& given_labels,
@@ -317,18 +317,18 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
   const auto num_labels = static_cast<int>(labels.size());
   const std::vector<char> is_rare = RareLabels(num_labels, evidence.regions);
   for (const double clear_share : kClearShares) {
-    LetRegionsSpeak(&evidence);
+    PropagateRegionLabels(&evidence);
     JudgeObservations(&evidence);
     JudgeRegions(believed, is_rare, clear_share, &evidence);
   }
-  LetRegionsSpeak(&evidence);
+  PropagateRegionLabels(&evidence);
   std::vector<char> is_contradicted;
   is_contradicted.reserve(evidence.regions.size());
   for (const Region& region : evidence.regions) {
     is_contradicted.push_back(region.label == kNoLabel && region.parts.empty());
   }
   DropUnconfirmed(num_labels, &evidence);
-  LetRegionsSpeak(&evidence);
+  PropagateRegionLabels(&evidence);
   report.agreement_after = evidence.Agreement().kappa;
 
   if (mode == MaskConsistency::kIndependent) {

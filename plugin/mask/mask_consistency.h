@@ -72,7 +72,7 @@ struct MaskCorrection {
 // Corrects the masks of the photos that are not held out. Held-out photos have no say, and are only
 // brought to the same labels (with kIndependent they are unlabelled).
 //
-// `tracks` [seeds] are those of `seeds`, over photos that are not held out; a sighting near the
+// `tracks` [seeds] are those of `seeds`, over photos that are not held out; an observation near the
 // border of a region or outside of its photo says nothing. `labels` are those of the masks'
 // classes, and `views` [photos] what the masks show at the places of the tracks (mask_evidence.h).
 // Labels without any pixel left are removed, so the classes are renumbered; the order of those that
@@ -80,9 +80,9 @@ struct MaskCorrection {
 // and nameless; id 0, where it is a class, stays what it is.
 //
 // Deterministic. Takes 0.13 s of one core for 64 photos of 640 x 480 with 5 k points and 12 k
-// sightings. Throws UserError when kIndependent leaves more than 65535 labels.
+// observations. Throws UserError when kIndependent leaves more than 65535 labels.
 MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
-                            const std::vector<Sightings>& tracks,
+                            const std::vector<PixelObservations>& tracks,
                             const std::vector<PhotoRecord>& photos,
                             MaskConsistency mode,
                             const std::vector<Label>& labels,

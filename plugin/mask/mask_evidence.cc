@@ -61,12 +61,12 @@ void AddVote(int32_t label, float weight, std::vector<Vote>* votes) {
   votes->push_back({label, weight});
 }
 
-std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
+std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views) {
   std::vector<std::vector<Eigen::Vector2f>> places(num_views);
-  for (const Sightings& track : tracks) {
-    for (const Sighting& sighting : track) {
-      places[sighting.view].push_back(sighting.pixel.cast<float>());
+  for (const PixelObservations& track : tracks) {
+    for (const PixelObservation& seen : track) {
+      places[seen.view].push_back(seen.pixel.cast<float>());
     }
   }
   return places;
@@ -110,7 +110,7 @@ void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence) {
 }
 
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,
-                   const std::vector<Sightings>& tracks,
+                   const std::vector<PixelObservations>& tracks,
                    const std::vector<ViewEvidence>& views) {
   std::vector<std::map<int32_t, int32_t>> region_of(views.size());  // by class
   for (size_t view = 0; view < views.size(); ++view) {
@@ -126,13 +126,13 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
   std::vector<size_t> next_place(views.size(), 0);
   for (size_t i = 0; i < tracks.size(); ++i) {
     const size_t before = observations.size();
-    for (const Sighting& sighting : tracks[i]) {
-      const int32_t c = views[sighting.view].class_at.at(next_place[sighting.view]++);
+    for (const PixelObservation& seen : tracks[i]) {
+      const int32_t c = views[seen.view].class_at.at(next_place[seen.view]++);
       if (c == kNoLabel) continue;
-      const Eigen::Vector2f pixel = sighting.pixel.cast<float>();
+      const Eigen::Vector2f pixel = seen.pixel.cast<float>();
       Observation& observation = observations.emplace_back();
       observation.point = static_cast<uint32_t>(positions.size());
-      observation.region = region_of[sighting.view].at(c);
+      observation.region = region_of[seen.view].at(c);
       observation.x = pixel.x();
       observation.y = pixel.y();
       observation.label = c;

@@ -72,7 +72,7 @@ inline constexpr int kSafeSide = 640;
 int SafeRadius(const PhotoRecord& photo);
 
 // Where the tracks see something in each of `num_views` views, in the order of the tracks.
-std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<Sightings>& tracks,
+std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views);
 
 // Nothing for held-out photos and empty images. Before the mask's ids have classes, `image` may
@@ -85,12 +85,12 @@ ViewEvidence LookAtMask(const ClassImage& image,
 void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence);
 
 // The observations of all points that masks have something to say of. Held-out photos have none,
-// nor have sightings within RaggedRadius of a border.
+// nor have observations within RaggedRadius of a border.
 class Evidence {
  public:
   // `views` [photos] are LookAtMask at PlacesByView of `tracks` [seeds].
   Evidence(const std::vector<SeedPoint>& seeds,
-           const std::vector<Sightings>& tracks,
+           const std::vector<PixelObservations>& tracks,
            const std::vector<ViewEvidence>& views);
 
   std::vector<Region> regions;            // by view, then class

@@ -80,9 +80,9 @@ void FindMissingObjects(const MaskedPhotos& photos,
   for (size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].class_index == kUnlabelled || labels[i].confidence <= kLeastConfidence) continue;
     if (IsZero(photos.labels, labels[i].class_index)) continue;
-    for (size_t k = 0; k < photos.sightings[i].size(); ++k) {
-      const int32_t view = photos.sightings[i][k].view;
-      const MaskSighting& shown = photos.shown[i][k];
+    for (size_t k = 0; k < photos.observations[i].size(); ++k) {
+      const int32_t view = photos.observations[i][k].view;
+      const MaskObservation& shown = photos.shown[i][k];
       if (shown.given_radius < RaggedRadius(photos.photos[view])) continue;
       Seen& s = seen[{view, labels[i].class_index}];
       ++(shown.given_class == kUnlabelled ? s.unlabelled : s.labelled);

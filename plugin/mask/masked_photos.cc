@@ -47,14 +47,14 @@ ClassImage MaskedPhotos::GivenMask(int view) const {
   return ClassesOf(mask.indices, given.Of(mask.contents), static_cast<int>(given.labels.size()));
 }
 
-void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos) {
+void CollectObservations(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos) {
   struct Place {
     size_t point, index;
   };
   std::vector<std::vector<Place>> places(photos->photos.size());
   photos->shown.clear();
-  for (size_t point = 0; point < photos->sightings.size(); ++point) {
-    const Sightings& track = photos->sightings[point];
+  for (size_t point = 0; point < photos->observations.size(); ++point) {
+    const PixelObservations& track = photos->observations[point];
     photos->shown.emplace_back(track.size());
     for (size_t k = 0; k < track.size(); ++k) places[track[k].view].push_back({point, k});
   }
@@ -64,9 +64,10 @@ void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedP
     if (masks.given.Empty()) return;
     const PhotoRecord& photo = photos->photos[view];
     for (const Place& place : places[view]) {
-      const Eigen::Vector2f pixel = photos->sightings[place.point][place.index].pixel.cast<float>();
+      const Eigen::Vector2f pixel =
+          photos->observations[place.point][place.index].pixel.cast<float>();
       const float x = pixel.x(), y = pixel.y();
-      MaskSighting& shown = photos->shown[place.point][place.index];
+      MaskObservation& shown = photos->shown[place.point][place.index];
       shown.given_radius = UniformRadius(masks.given, photo, x, y, RaggedRadius(photo));
       if (shown.given_radius < 0) continue;
       shown.corrected_radius = UniformRadius(masks.corrected, photo, x, y, SafeRadius(photo));
@@ -105,18 +106,18 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
   result.photos = std::move(photos);
 
   std::vector<SeedPoint> seeds;
-  std::vector<Sightings> seed_sightings;
+  std::vector<PixelObservations> seed_tracks;
   if (model != nullptr) {
     const std::vector<Image> images = SortedImages(*model);
     const SeenImages seen = FindSeenImages(images, model->cameras, result.photos);
-    result.sightings.resize(model->points.size());
+    result.observations.resize(model->points.size());
     for (size_t i = 0; i < model->points.size(); ++i) {
-      AppendSightings(model->points[i], seen, &result.sightings[i]);
+      AppendObservations(model->points[i], seen, &result.observations[i]);
     }
-    MakeSeeds(model->points, NormalizedFrameOf(*model), seen, &seeds, &seed_sightings);
+    MakeSeeds(model->points, NormalizedFrameOf(*model), seen, &seeds, &seed_tracks);
   }
   const std::vector<std::vector<Eigen::Vector2f>> places =
-      PlacesByView(seed_sightings, result.photos.size());
+      PlacesByView(seed_tracks, result.photos.size());
   std::vector<ViewEvidence> evidence(num_views);
   result.contents.resize(num_views);
   ForEachFile(num_views, [&](int64_t i) {
@@ -132,12 +133,12 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
     GiveClasses(result.given.Of(result.contents[i]), &evidence[i]);
   }
   if (model != nullptr) {
-    MaskCorrection correction = CorrectMasks(
-        seeds, seed_sightings, result.photos, consistency, result.given.labels, evidence);
+    MaskCorrection correction =
+        CorrectMasks(seeds, seed_tracks, result.photos, consistency, result.given.labels, evidence);
     result.consistency = std::move(correction.report);
     const MaskRewriter* rewriter = correction.rewriter.get();
     if (rewriter != nullptr) result.labels = rewriter->labels();
-    LookAtSightings(
+    CollectObservations(
         [&](int view) {
           ClassImage given = result.GivenMask(view);
           ClassImage corrected =

@@ -22,9 +22,9 @@ namespace semfoam {
 // The registered images as records, sorted by name; their size is the camera's.
 std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model);
 
-// What a photo's mask shows at a sighting: the class, and UniformRadius around it; kUnlabelled and
-// -1 outside of the photo and without a mask.
-struct MaskSighting {
+// What a photo's mask shows at an observation: the class, and UniformRadius around it; kUnlabelled
+// and -1 outside of the photo and without a mask.
+struct MaskObservation {
   int32_t given_class = kUnlabelled;  // in the mask as it is
   int32_t given_radius = -1;          // at most RaggedRadius
   int32_t corrected_class = kUnlabelled;
@@ -41,8 +41,8 @@ struct MaskedPhotos {
   std::vector<std::map<int32_t, int64_t>> pixels;  // [photos] by given class, without kUnlabelled
   // [points of the model] where the photos saw each, in pixels of the records' size, and what the
   // masks show there; none for a model that is null.
-  std::vector<Sightings> sightings;
-  std::vector<std::vector<MaskSighting>> shown;
+  std::vector<PixelObservations> observations;
+  std::vector<std::vector<MaskObservation>> shown;
   std::string size_warning;  // MaskSizeWarning, for the sizes of the photos as given
 
   bool HasMask(int view) const { return !pairing.masks[view].empty(); }
@@ -56,8 +56,8 @@ struct MaskedPhotos {
 //
 // Masks are read at the smaller size, the mask's or the camera's: none is blown up. Every one is
 // decoded once, and where the model has points a second time: the tables above take 48 bytes for
-// each sighting, and of the masks one for each thread is in memory. Throws UserError as DecodeMask,
-// NumberMasks, CorrectMasks and DecodeMaskAgain do, of several masks for the first.
+// each observation, and of the masks one for each thread is in memory. Throws UserError as
+// DecodeMask, NumberMasks, CorrectMasks and DecodeMaskAgain do, of several masks for the first.
 MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
                               std::vector<PhotoRecord> photos,
                               const MaskPairing& pairing,
@@ -71,8 +71,8 @@ struct ViewMasks {
   ClassImage corrected;
 };
 
-// Fills `photos->shown`: asks for the masks of each view that has sightings once, in parallel.
+// Fills `photos->shown`: asks for the masks of each view that has observations once, in parallel.
 // Throws what `masks_of` throws.
-void LookAtSightings(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos);
+void CollectObservations(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos);
 
 }  // namespace semfoam

@@ -54,15 +54,15 @@ PointLabel Winner(const std::vector<Vote>& votes) {
 
 std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
   const Trust trust(photos.consistency);
-  std::vector<PointLabel> labels(photos.sightings.size());
+  std::vector<PointLabel> labels(photos.observations.size());
   constexpr int64_t kBlock = 1024;
   ParallelForBlocks(static_cast<int64_t>(labels.size()), kBlock, [&](int64_t begin, int64_t end) {
     std::vector<Vote> votes;
     for (int64_t i = begin; i < end; ++i) {
       votes.clear();
-      for (size_t k = 0; k < photos.sightings[i].size(); ++k) {
-        const int32_t view = photos.sightings[i][k].view;
-        const MaskSighting& shown = photos.shown[i][k];
+      for (size_t k = 0; k < photos.observations[i].size(); ++k) {
+        const int32_t view = photos.observations[i][k].view;
+        const MaskObservation& shown = photos.shown[i][k];
         if (shown.corrected_class == kUnlabelled) continue;
         const float weight = BorderWeight(shown.corrected_radius, photos.photos[view]) *
                              trust.Of(view, shown.given_class);

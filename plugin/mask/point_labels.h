@@ -14,7 +14,7 @@ struct PointLabel {
   float confidence = 0;               // the label's share of all votes' weight, 0..1
 };
 
-// One label for each point of the model. Each sighting votes for the class of its pixel in the
+// One label for each point of the model. Each observation votes for the class of its pixel in the
 // corrected masks, with the product of two weights:
 //
 //   border  of a pixel that is d pixels from what is another class (at kSafeSide pixels a side, at

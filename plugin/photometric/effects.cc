@@ -61,7 +61,7 @@ Samples CollectSamples(const TrainingScene& scene) {
   samples.training.num_lenses = 1 + *std::max_element(plan.lenses.begin(), plan.lenses.end());
   for (const Track& track : plan.tracks) {
     std::vector<LightSample> training, held_out;
-    for (const Sighting& seen : track.sightings) {
+    for (const PixelObservation& seen : track.observations) {
       LightSample sample;
       const std::optional<PhotoSurvey::Patch>& patch =
           scene.Survey(seen.view).patches.at(next_patch[seen.view]++);

@@ -116,7 +116,7 @@ std::vector<PointViews> CollectPoints(const std::vector<LightSample>& samples,
 }
 
 // The part of a kernel's variance that shows between a point's photos rather than in its mean.
-double ShownVariance(const std::vector<PointViews>& points, int degree) {
+double RenderedVariance(const std::vector<PointViews>& points, int degree) {
   double sum = 0;
   for (const PointViews& point : points) {
     const Eigen::MatrixXd& kernel = point.kernels[degree - 1];
@@ -139,7 +139,7 @@ std::vector<ViewDependence> FitViewDependence(const std::vector<LightSample>& sa
   for (int degree = 1; degree <= kMaxDegree; ++degree) {
     scales.push_back(std::log(fit.scale));
     const double with_degree = Minimize(points, &scales);
-    const double variance = std::exp(2 * scales.back()) * ShownVariance(points, degree);
+    const double variance = std::exp(2 * scales.back()) * RenderedVariance(points, degree);
     result.push_back({degree, std::sqrt(variance), deviance - with_degree - penalty});
     deviance = with_degree;
   }

@@ -154,7 +154,7 @@ TEST(BadInput, ColmapBinary) {
        Bytes("images.bin", 91, uint64_t{1} << 60),
        "IN/images.bin: ends at byte 357, image 1 of 3 needs 2^64 or more bytes; is the copy "
        "complete?"},
-      {"2^61 sightings",
+      {"2^61 observations",
        Bytes("points3D.bin", 51, uint64_t{1} << 61),
        "IN/points3D.bin: ends at byte 185, record 1 of 3 needs 2^64 or more bytes; is the copy "
        "complete?"},
@@ -269,7 +269,7 @@ TEST(BadInput, ColmapBinary) {
       {"same point twice",
        Changed([](auto& m) { m.points[1].id = 2; }),
        "IN/points3D.bin: point 2 occurs twice; it should occur once; is it damaged?"},
-      {"sighting in no image",
+      {"observation in no image",
        Changed([](auto& m) { m.points[1].track[0].image_id = 8; }),
        "IN/points3D.bin: point 9 is seen by image 8, which images.bin does not have; are both "
        "files of one model?"},

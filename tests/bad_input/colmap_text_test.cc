@@ -216,14 +216,14 @@ TEST(BadInput, ColmapText) {
       {"position beyond a double",
        points("7 1 2 -1e400 0 0 0 1\n"),
        "IN/points3D.txt: line 1 has XYZ \"-1e400\", which exceeds a double; is it damaged?"},
-      {"half a sighting",
+      {"half an observation",
        points("7 1 2 3 0 0 0 1 1\n"),
        "IN/points3D.txt: line 1 ends before POINT2D_IDX; is it complete?"},
       {"negative feature index",
        points("7 1 2 3 0 0 0 1 1 -1\n"),
        "IN/points3D.txt: line 1 has POINT2D_IDX \"-1\", where a whole number in range would be "
        "right."},
-      {"sighting in no image",
+      {"observation in no image",
        points("7 1 2 3 0 0 0 1 9 0\n"),
        "IN/points3D.txt: point 7 is seen by image 9, which images.txt does not have; are both "
        "files of one model?"},

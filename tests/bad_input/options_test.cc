@@ -11,7 +11,7 @@ namespace {
 // Of all commands that cast rays.
 TEST(BadInput, Devices) {
   const std::string invalid =
-      "for option '--device' is invalid; it takes auto, cpu or cuda:N, the graphics card of that "
+      "for option '--device' is invalid; it takes auto, cpu or cuda:N, the GPU of that "
       "number from 0 on.";
   std::vector<BadOptions> cases = {
       {"train", "--device|", "Failed to parse options - the argument ('') " + invalid},

@@ -37,9 +37,12 @@ void UseModel(const Reconstruction& model) {
   SampleTracks(model, photos, 1);
   LensOfPhotos(model, photos);
   std::vector<SeedPoint> seeds;
-  std::vector<Sightings> sightings;
-  MakeSeeds(
-      model.points, frame, FindSeenImages(model.images, model.cameras, photos), &seeds, &sightings);
+  std::vector<PixelObservations> observations;
+  MakeSeeds(model.points,
+            frame,
+            FindSeenImages(model.images, model.cameras, photos),
+            &seeds,
+            &observations);
 }
 
 }  // namespace

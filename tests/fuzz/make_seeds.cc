@@ -62,7 +62,7 @@ void WriteModels(const fs::path& folder) {
     parts[file].replace(0, 8, count);
     WriteFile(folder / "colmap_binary" / ("huge_count_" + std::to_string(file)), Together(parts));
   }
-  // The number of an image's features, and of a point's sightings.
+  // The number of an image's features, and of a point's observations.
   Reconstruction one = SmallModel(false);
   one.images.resize(1);
   one.images[0].points.clear();

@@ -149,7 +149,7 @@ HardCaseResult CameraInSolidCells(const GradientOracle& oracle) {
         TraceCase(scene.cells.float_geometry, scene.values, scene.density, ray, start);
     result.Expect(record.composite.Opacity() == 1, "light passes a solid cell.");
     result.Expect(
-        record.composite.quantile_piece[0] >= 0 && record.composite.quantile_depth[0] < 0.1f,
+        record.composite.quantile_segment[0] >= 0 && record.composite.quantile_depth[0] < 0.1f,
         "the depth of a ray from within solid matter is ",
         record.composite.quantile_depth[0],
         ".");

@@ -25,11 +25,11 @@ namespace semfoam {
 inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32_t start) {
   using Jet = ceres::Jet<double, 1>;
   constexpr size_t kCells = 40;
-  constexpr double kPieceBudget = 5e5;  // pieces replayed
+  constexpr double kSegmentBudget = 5e5;  // segments replayed
   const WalkGeometry<double>& geometry = scene.cells.geometry;
   const FoamParameters<double>& values = scene.values_in_double;
   const RayRecord<double> record = TraceCase(geometry, values, scene.density_in_double, ray, start);
-  if (record.pieces.empty()) return 0;
+  if (record.segments.empty()) return 0;
   const auto gradient = HandWrittenGradient(geometry, record, ray, values, kHardCaseWeights);
   std::vector<double> logits(values.num_classes);
   RayLoss(record.composite, ray.target, values.Classifier(), logits.data());
@@ -54,13 +54,14 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
   const size_t num_coefficients = NumShCoefficients(values.sh_degree);
   const double parameters_of_cell = 4 + 3 * num_coefficients + kIdentityDim;
   const size_t num_cells = std::clamp<size_t>(
-      kPieceBudget / parameters_of_cell / (record.pieces.size() + 4 * values.num_classes),
+      kSegmentBudget / parameters_of_cell / (record.segments.size() + 4 * values.num_classes),
       2,
       kCells);
   std::set<uint32_t> cells;
   for (size_t k = 0; k < num_cells; ++k) {
     cells.insert(
-        record.pieces[k * (record.pieces.size() - 1) / std::max<size_t>(1, num_cells - 1)].cell);
+        record.segments[k * (record.segments.size() - 1) / std::max<size_t>(1, num_cells - 1)]
+            .cell);
   }
   double largest_identity = 1;
   for (const double f : record.composite.identity) {

@@ -2,9 +2,9 @@
 #include "tests/hard_cases/ray_checks.h"
 
 #include "foam/device/cpu_device.h"
-#include "foam/device/cuda/card_caster.h"
+#include "foam/device/cuda/gpu_caster.h"
 #include "foam/device/cuda/host_machine.h"
-#include "foam/device/cuda/piece_pool.h"
+#include "foam/device/cuda/segment_pool.h"
 #include "foam/device/device.h"
 #include "foam/device/device_factory.h"
 #include "foam/geometry/delaunay.h"
@@ -27,14 +27,14 @@ constexpr double kSmallest = 1e-32;      // below this a float has no bits left
 constexpr double kQueriesPerRay = 1e7;   // site distances computed per ray by brute force
 constexpr double kGrazingCosine = 1e-5;  // IsGrazing's threshold
 constexpr double kCosineRounding = 5e-7;
-constexpr double kShownBound = 1e-5;  // of colour and opacity, cards against cores
+constexpr double kRenderedBound = 1e-5;  // of colour and opacity, GPU against CPU
 
 // What one variant has made of one ray, widened to double.
 struct TracedRay {
-  std::vector<uint32_t> cells;  // [pieces + 1]: the cell behind the last piece too
+  std::vector<uint32_t> cells;  // [segments + 1]: the cell behind the last segment too
   std::vector<double> t_in, t_out;
   std::vector<bool> clamped;
-  std::vector<double> density;  // 0 where the piece is not shaded
+  std::vector<double> density;  // 0 where the segment is not shaded
   std::vector<double> weight;
   RayComposite<double> composite;
   RayGradient<double> gradient;  // of the loss, by what the ray has gathered
@@ -42,7 +42,7 @@ struct TracedRay {
   std::vector<CellContribution<double>> contributions;
   bool hit_step_limit = false;
 
-  size_t NumPieces() const { return t_out.size(); }
+  size_t NumSegments() const { return t_out.size(); }
 };
 
 template <typename Real>
@@ -53,7 +53,7 @@ RayComposite<double> Widen(const RayComposite<Real>& ray) {
   std::copy_n(ray.identity, kIdentityDim, out.identity);
   std::copy_n(ray.quantile_tau, kNumQuantiles, out.quantile_tau);
   std::copy_n(ray.quantile_depth, kNumQuantiles, out.quantile_depth);
-  std::copy_n(ray.quantile_piece, kNumQuantiles, out.quantile_piece);
+  std::copy_n(ray.quantile_segment, kNumQuantiles, out.quantile_segment);
   return out;
 }
 
@@ -98,17 +98,18 @@ TracedRay TraceScalar(const WalkGeometry<Real>& geometry,
   TracedRay out;
   out.hit_step_limit = record.hit_step_limit;
   double t = 0;
-  for (const RecordedPiece<Real>& piece : record.pieces) {
-    const ShadedPiece<Real>* shaded = piece.shaded >= 0 ? &record.shaded[piece.shaded] : nullptr;
-    out.cells.push_back(piece.cell);
+  for (const RecordedSegment<Real>& segment : record.segments) {
+    const ShadedSegment<Real>* shaded =
+        segment.shaded >= 0 ? &record.shaded[segment.shaded] : nullptr;
+    out.cells.push_back(segment.cell);
     out.t_in.push_back(shaded != nullptr ? double(shaded->t_in) : t);
-    out.t_out.push_back(piece.t_out);
-    out.clamped.push_back(piece.clamped);
+    out.t_out.push_back(segment.t_out);
+    out.clamped.push_back(segment.clamped);
     out.density.push_back(shaded != nullptr ? double(shaded->sigma) : 0.0);
     out.weight.push_back(shaded != nullptr ? double(shaded->weight) : 0.0);
-    t = piece.t_out;
+    t = segment.t_out;
   }
-  out.cells.push_back(record.pieces.empty() ? start : record.pieces.back().next);
+  out.cells.push_back(record.segments.empty() ? start : record.segments.back().next);
   const RayGradient<Real> gradient = LossGradient(record.composite, ray, values, &out);
   BackpropagateRay(geometry, record, gradient, [&](const CellContribution<Real>& c) {
     out.contributions.push_back(Widen(c));
@@ -120,25 +121,25 @@ TracedRay TraceScalar(const WalkGeometry<Real>& geometry,
 TracedRay Widen(const RayScene& scene, const RayCase& ray, const RayTrace& trace) {
   TracedRay out;
   out.hit_step_limit = trace.hit_step_limit;
-  std::vector<int> shaded_of_piece;
+  std::vector<int> shaded_of_segment;
   int num_shaded = 0;
-  for (int k = 0; k < trace.num_pieces; ++k) {
+  for (int k = 0; k < trace.num_segments; ++k) {
     const bool shaded = trace.sites[k].density > 0;
-    out.cells.push_back(trace.pieces[k].cell);
-    out.t_in.push_back(k > 0 ? trace.pieces[k - 1].t_out : 0.0);
-    out.t_out.push_back(trace.pieces[k].t_out);
+    out.cells.push_back(trace.segments[k].cell);
+    out.t_in.push_back(k > 0 ? trace.segments[k - 1].t_out : 0.0);
+    out.t_out.push_back(trace.segments[k].t_out);
     out.density.push_back(trace.sites[k].density);
     out.weight.push_back(shaded ? double(trace.weight[k]) : 0.0);
-    shaded_of_piece.push_back(num_shaded);
+    shaded_of_segment.push_back(num_shaded);
     num_shaded += shaded;
   }
-  out.cells.push_back(trace.num_pieces > 0 ? trace.pieces[trace.num_pieces].cell
-                                           : trace.start_cell);
-  out.clamped.assign(trace.num_pieces, false);
+  out.cells.push_back(trace.num_segments > 0 ? trace.segments[trace.num_segments].cell
+                                             : trace.start_cell);
+  out.clamped.assign(trace.num_segments, false);
   for (const uint32_t k : trace.clamped) out.clamped[k] = true;
   const RayGradient<float> gradient = LossGradient(trace.composite, ray, scene.values, &out);
-  for (int& piece : out.composite.quantile_piece) {
-    if (piece >= 0) piece = shaded_of_piece[piece];
+  for (int& segment : out.composite.quantile_segment) {
+    if (segment >= 0) segment = shaded_of_segment[segment];
   }
   std::vector<GradientRecord> records;
   BackpropagateRay(trace, gradient, scene.NumSites(), 0, &records);
@@ -174,8 +175,8 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
   return out;
 }
 
-// As the threads of a graphics card do it: with their kind of record, in chunks of a pool.
-TracedRay TraceLikeACard(const RayScene& scene, const RayCase& ray, uint32_t start) {
+// As the threads of a GPU do it: with their kind of record, in chunks of a pool.
+TracedRay TraceLikeAGpu(const RayScene& scene, const RayCase& ray, uint32_t start) {
   const CellShading<float> shading{scene.values.sh_degree,
                                    scene.density.data(),
                                    scene.values.sh.data(),
@@ -186,7 +187,7 @@ TracedRay TraceLikeACard(const RayScene& scene, const RayCase& ray, uint32_t sta
   while (true) {
     slots.resize(previous.size() * kSlotsPerChunk);
     num_taken = 0;
-    const PiecePool pool{
+    const SegmentPool pool{
         slots.data(), previous.data(), &num_taken, static_cast<uint32_t>(previous.size())};
     PooledRecord record(pool);
     record.origin = ray.origin.cast<float>();
@@ -205,15 +206,15 @@ TracedRay TraceLikeACard(const RayScene& scene, const RayCase& ray, uint32_t sta
     }
     TracedRay out;
     out.hit_step_limit = record.hit_step_limit;
-    RecordedPiece<float> piece;
-    ShadedPiece<float> shaded;
-    auto pieces = record.FromTheEnd();
-    while (pieces.Next(&piece, &shaded)) {
-      const bool is_shaded = piece.shaded >= 0;
-      if (out.cells.empty()) out.cells.push_back(piece.next);
-      out.cells.push_back(piece.cell);
-      out.t_out.push_back(piece.t_out);
-      out.clamped.push_back(piece.clamped);
+    RecordedSegment<float> segment;
+    ShadedSegment<float> shaded;
+    auto segments = record.FromTheEnd();
+    while (segments.Next(&segment, &shaded)) {
+      const bool is_shaded = segment.shaded >= 0;
+      if (out.cells.empty()) out.cells.push_back(segment.next);
+      out.cells.push_back(segment.cell);
+      out.t_out.push_back(segment.t_out);
+      out.clamped.push_back(segment.clamped);
       out.density.push_back(is_shaded ? shaded.sigma : 0.0);
       out.weight.push_back(is_shaded ? shaded.weight : 0.0);
     }
@@ -278,11 +279,11 @@ std::vector<Variant> Variants() {
        }},
   };
   variants.push_back(
-      {"card",
+      {"GPU",
        false,
        [](const RayScene& scene, std::span<const RayCase> rays, std::span<const uint32_t> starts) {
          return TraceEach(rays.size(),
-                          [&](size_t i) { return TraceLikeACard(scene, rays[i], starts[i]); });
+                          [&](size_t i) { return TraceLikeAGpu(scene, rays[i], starts[i]); });
        }});
   for (const std::string& target : SimdTargets()) {
     variants.push_back({target,
@@ -323,15 +324,15 @@ bool AllFinite(const TracedRay& ray) {
   return finite;
 }
 
-void CheckPieces(const RayScene& scene,
-                 const RayCase& ray,
-                 const TracedRay& traced,
-                 HardCaseResult* result) {
+void CheckSegments(const RayScene& scene,
+                   const RayCase& ray,
+                   const TracedRay& traced,
+                   HardCaseResult* result) {
   const auto along = [&](uint32_t cell) {
     return scene.cells.geometry.positions[cell].dot(ray.direction);
   };
   double t = 0;
-  for (size_t n = 0; n < traced.NumPieces(); ++n) {
+  for (size_t n = 0; n < traced.NumSegments(); ++n) {
     result->Expect(traced.t_in[n] == t, "piece ", n, " does not begin where the last one ends");
     result->Expect(traced.t_out[n] >= traced.t_in[n], "t runs backwards in piece ", n);
     t = traced.t_out[n];
@@ -347,12 +348,12 @@ void CheckPieces(const RayScene& scene,
   result->Expect(std::adjacent_find(seen.begin(), seen.end()) == seen.end(), "a cell comes twice");
 }
 
-// Evenly spread over the ray's pieces, as many as the number of sites allows.
+// Evenly spread over the ray's segments, as many as the number of sites allows.
 double WalkDeviation(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
   const double budget = std::max(8.0, kQueriesPerRay / scene.cells.positions.size() / 3);
-  const size_t stride = std::max<size_t>(1, std::ceil(traced.NumPieces() / budget));
+  const size_t stride = std::max<size_t>(1, std::ceil(traced.NumSegments() / budget));
   double deviation = 0;
-  for (size_t n = 0; n < traced.NumPieces(); n += stride) {
+  for (size_t n = 0; n < traced.NumSegments(); n += stride) {
     for (const double at : {0.1, 0.5, 0.9}) {
       const Eigen::Vector3d point =
           ray.origin + (traced.t_in[n] + at * (traced.t_out[n] - traced.t_in[n])) * ray.direction;
@@ -388,26 +389,26 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
   record.origin = ray.origin;
   record.direction = ray.direction;
   ShBasis(values.sh_degree, ray.direction, record.sh_basis);
-  for (size_t n = 0; n < traced.NumPieces(); ++n) {
+  for (size_t n = 0; n < traced.NumSegments(); ++n) {
     const uint32_t cell = traced.cells[n];
-    RecordedPiece<double>& piece = record.pieces.emplace_back();
-    piece.cell = cell;
-    piece.next = traced.cells[n + 1];
-    piece.shaded = -1;
-    piece.clamped = traced.clamped[n];
-    piece.t_out = traced.t_out[n];
+    RecordedSegment<double>& segment = record.segments.emplace_back();
+    segment.cell = cell;
+    segment.next = traced.cells[n + 1];
+    segment.shaded = -1;
+    segment.clamped = traced.clamped[n];
+    segment.t_out = traced.t_out[n];
     if (!(traced.density[n] > 0)) continue;
-    piece.shaded = static_cast<int>(record.shaded.size());
-    ShadedPiece<double>& shaded = record.shaded.emplace_back(AddPiece(
-        traced.t_in[n], traced.t_out[n], traced.density[n], piece.shaded, &record.composite));
+    segment.shaded = static_cast<int>(record.shaded.size());
+    ShadedSegment<double>& shaded = record.shaded.emplace_back(AddSegment(
+        traced.t_in[n], traced.t_out[n], traced.density[n], segment.shaded, &record.composite));
     ShColor(record.sh_basis,
             traced.weight[n] > kNegligibleWeight ? num_coefficients : 1,
             &values.sh[size_t(cell) * 3 * num_coefficients],
             shaded.color);
   }
-  // Into which piece a quantile falls is a branch: the variant's is followed.
+  // Into which segment a quantile falls is a branch: the variant's is followed.
   for (int k = 0; k < kNumQuantiles; ++k) {
-    record.composite.quantile_piece[k] = traced.composite.quantile_piece[k];
+    record.composite.quantile_segment[k] = traced.composite.quantile_segment[k];
     record.composite.quantile_depth[k] = traced.composite.quantile_depth[k];
   }
   return record;
@@ -447,39 +448,39 @@ double GradientDeviation(const RayScene& scene, const RayCase& ray, const Traced
 double QuantileDeviation(const TracedRay& traced, const RayRecord<double>& record) {
   double deviation = 0;
   for (int k = 0; k < kNumQuantiles; ++k) {
-    const int index = traced.composite.quantile_piece[k];
+    const int index = traced.composite.quantile_segment[k];
     if (index < 0) continue;
-    const ShadedPiece<double>& piece = record.shaded[index];
+    const ShadedSegment<double>& segment = record.shaded[index];
     const double depth = traced.composite.quantile_depth[k];
-    const double tau = piece.tau_in + piece.sigma * (depth - piece.t_in);
+    const double tau = segment.tau_in + segment.sigma * (depth - segment.t_in);
     const double wanted = traced.composite.quantile_tau[k];
     deviation = std::max(
-        deviation, std::abs(tau - wanted) / (1 + piece.tau_in + wanted + piece.sigma * depth));
+        deviation, std::abs(tau - wanted) / (1 + segment.tau_in + wanted + segment.sigma * depth));
   }
   return deviation;
 }
 
-// What a graphics card shows of the rays, against what the cores show: its kernels run on the
-// cores, and the card itself if that is the device in use.
-void CheckShownRays(const RayScene& scene,
-                    const std::vector<RayCase>& rays,
-                    const std::vector<uint32_t>& starts,
-                    HardCaseResult* result) {
+// What a GPU shows of the rays, against what the CPU shows: its kernels run on the
+// CPU, and the GPU itself if that is the device in use.
+void CheckRenderedRays(const RayScene& scene,
+                       const std::vector<RayCase>& rays,
+                       const std::vector<uint32_t>& starts,
+                       HardCaseResult* result) {
   const WalkGeometry<float>& geometry = scene.cells.float_geometry;
   const CellShading<float> shading{scene.values.sh_degree,
                                    scene.density.data(),
                                    scene.values.sh.data(),
                                    scene.values.identity.data()};
   const ClassifierView<float> classifier = scene.values.Classifier();
-  std::vector<RayToShow> to_show;
+  std::vector<RayQuery> queries;
   for (size_t i = 0; i < rays.size(); ++i) {
-    to_show.push_back({rays[i].origin.cast<float>(), rays[i].direction.cast<float>(), starts[i]});
+    queries.push_back({rays[i].origin.cast<float>(), rays[i].direction.cast<float>(), starts[i]});
   }
-  const std::vector<ShownRay> expected =
-      MakeCpuRayCaster(geometry, shading, classifier)->Show(to_show);
-  const CardCaster<HostMachine> kernels(geometry, shading, classifier);
+  const std::vector<RenderedRay> expected =
+      MakeCpuRayCaster(geometry, shading, classifier)->Render(queries);
+  const GpuCaster<HostMachine> kernels(geometry, shading, classifier);
   const auto check = [&](const std::string& name, const RayCaster& caster) {
-    const std::vector<ShownRay> shown = caster.Show(to_show);
+    const std::vector<RenderedRay> shown = caster.Render(queries);
     Deviations deviations;
     for (size_t i = 0; i < rays.size(); ++i) {
       deviations.color = std::max(
@@ -489,16 +490,16 @@ void CheckShownRays(const RayScene& scene,
       result->Expect(shown[i].color.allFinite(), name, ", ray ", i, ": a colour is not finite.");
     }
     result->rays += rays.size();
-    result->Expect(deviations.color <= kShownBound,
+    result->Expect(deviations.color <= kRenderedBound,
                    name,
-                   ": what is shown deviates from what the cores show by ",
+                   ": what is shown deviates from what the CPU shows by ",
                    deviations.color,
                    ", more than ",
-                   kShownBound,
+                   kRenderedBound,
                    ".");
     result->deviations[name].Include(deviations);
   };
-  check("card", kernels);
+  check("GPU", kernels);
   if (const std::string device = DeviceInWords(); device.starts_with("cuda")) {
     check(device, *MakeRayCaster(geometry, shading, classifier));
   }
@@ -513,11 +514,11 @@ HardCaseResult CheckRay(const RayScene& scene,
                         const RayBounds& bounds) {
   HardCaseResult result;
   result.rays = 1;
-  result.steps = traced.NumPieces();
+  result.steps = traced.NumSegments();
   result.step_limit_hits = traced.hit_step_limit;
   result.Expect(!traced.hit_step_limit, "the step limit was hit");
   result.Expect(AllFinite(traced), "something is not finite");
-  CheckPieces(scene, ray, traced, &result);
+  CheckSegments(scene, ray, traced, &result);
   if (!result.failures.empty()) return result;  // what follows would say the same in other words
 
   const bool in_double = variant.in_double;
@@ -663,14 +664,14 @@ HardCaseResult CheckRays(const RayScene& scene,
       }
     }
   }
-  CheckShownRays(scene, rays, starts, &result);
+  CheckRenderedRays(scene, rays, starts, &result);
   return result;
 }
 
 std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
                                                  const RayRecord<double>& record,
                                                  const RayGradient<double>& gradient) {
-  // by_weight <= brightest, for every piece.
+  // by_weight <= brightest, for every segment.
   double brightest = std::abs(gradient.opacity);
   for (int c = 0; c < 3; ++c) {
     double largest = 0;
@@ -680,15 +681,15 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
   std::map<uint32_t, GradientScale> scales;
   double behind_quantiles = 0;  // sum over the quantiles behind of |gradient| / sigma
   double by_t_in = 0;           // magnitude of dL/dt of the face at hand, from behind it
-  for (size_t n = record.pieces.size(); n-- > 0;) {
-    const RecordedPiece<double>& piece = record.pieces[n];
-    const uint32_t behind_cell = piece.next;
-    GradientScale& here = scales[piece.cell];
+  for (size_t n = record.segments.size(); n-- > 0;) {
+    const RecordedSegment<double>& segment = record.segments[n];
+    const uint32_t behind_cell = segment.next;
+    GradientScale& here = scales[segment.cell];
     GradientScale& behind = scales[behind_cell];
     double by_t_out = by_t_in;
     by_t_in = 0;
-    if (piece.shaded >= 0) {
-      const ShadedPiece<double>& shaded = record.shaded[piece.shaded];
+    if (segment.shaded >= 0) {
+      const ShadedSegment<double>& shaded = record.shaded[segment.shaded];
       const double by_depth = brightest * std::exp(-shaded.tau_in) + behind_quantiles;
       const double length = shaded.optical_depth / shaded.sigma;
       here.weight += shaded.weight * (1 + shaded.tau_in);
@@ -696,7 +697,7 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
       by_t_out += by_depth * shaded.sigma;
       by_t_in += by_depth * shaded.sigma;
       for (int k = 0; k < kNumQuantiles; ++k) {
-        if (record.composite.quantile_piece[k] != piece.shaded) continue;
+        if (record.composite.quantile_segment[k] != segment.shaded) continue;
         const double by_quantile = std::abs(gradient.quantile_depth[k]);
         here.density +=
             by_quantile * std::abs(record.composite.quantile_depth[k] - shaded.t_in) / shaded.sigma;
@@ -704,11 +705,12 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
         behind_quantiles += by_quantile / shaded.sigma;
       }
     }
-    if (piece.clamped) {
+    if (segment.clamped) {
       by_t_in += by_t_out;
       continue;
     }
-    const Eigen::Vector3d normal = geometry.positions[behind_cell] - geometry.positions[piece.cell];
+    const Eigen::Vector3d normal =
+        geometry.positions[behind_cell] - geometry.positions[segment.cell];
     const double cosine = normal.dot(record.direction) / normal.norm();
     if (std::abs(cosine - kGrazingCosine) < kCosineRounding)
       here.ambiguous = behind.ambiguous = true;
@@ -716,7 +718,7 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
     // dt/dp = (x - p) / (n.d): x - p is a sum of terms as long as the ray so far, and n.d is as
     // exact as its ratio to |n|.
     const double reach =
-        (record.origin - geometry.positions[piece.cell]).norm() + std::abs(piece.t_out);
+        (record.origin - geometry.positions[segment.cell]).norm() + std::abs(segment.t_out);
     const double scale = by_t_out * reach / (normal.norm() * cosine * std::abs(cosine));
     here.position += std::abs(scale);
     behind.position += std::abs(scale);

@@ -20,7 +20,7 @@ namespace semfoam {
 
 // How far one variant of the ray tracer strays, at most, over a set of rays.
 struct Deviations {
-  // At points inside each piece of a ray: how much farther away the cell's own site is than the
+  // At points inside each segment of a ray: how much farther away the cell's own site is than the
   // nearest of all sites, over the reach of the ray there: max(1, |origin|, |point|, |point -
   // site|). Lengths are of the normalised frame, where 1 is about the cameras' distance.
   double walk = 0;
@@ -28,7 +28,7 @@ struct Deviations {
   double weights = 0;
   // Of what a ray says to its cells (weight, dL/ddensity, dL/dposition) from the oracle, over the
   // magnitude of the terms that it is the sum of (GradientScales). The oracle of float and SIMD is
-  // the scalar backward pass in double over the very same pieces, that of double is
+  // the scalar backward pass in double over the very same segments, that of double is
   // ceres::Jet (in the tests only).
   double gradient = 0;
   // Of colour and opacity from those of the scalar walk in double.
@@ -108,7 +108,7 @@ using GradientOracle =
 
 // Traces every ray with all variants (the scalar reference in double and in float, the vector code
 // on every instruction set of the machine) and asserts, ray by ray:
-// nothing is NaN or infinite; the step limit is not hit; pieces follow on each other and t never
+// nothing is NaN or infinite; the step limit is not hit; segments follow on each other and t never
 // runs backwards; a step of zero length leads to a site farther along the ray, and no cell comes
 // twice; the walk agrees with looking at all sites; the weights sum to 1 - transmittance; the
 // gradient equals the oracle's; the colour equals that of double. Rays are rounded to float first,

@@ -42,7 +42,7 @@ Sites Mapped(int count, const Map& map) {
   return sites;
 }
 
-Sites Twins(bool exact) {
+Sites NearDuplicates(bool exact) {
   Sites sites = RandomSites(200, 8);
   for (int i = 0; i < 200; ++i) {
     Eigen::Vector3f p = sites[i];
@@ -142,7 +142,7 @@ std::vector<HardCase> SitesCases() {
   at_the_guards.ends_in_guard = false;
   // A t of 1 has bits of 1e-7, a tenth of the cluster.
   coarse.color_float = 1e-2;
-  // A piece of 1e-8 is the difference of two distances, of which double knows 1e-16.
+  // A segment of 1e-8 is the difference of two distances, of which double knows 1e-16.
   narrow.gradient_double = 1e-6;
   const Eigen::Vector3d off_center(0.3, 0.2, -0.6);
   std::vector<HardCase> cases = {
@@ -166,8 +166,8 @@ std::vector<HardCase> SitesCases() {
           [] { return Mapped(300, [](const auto& p) { return Eigen::Vector3f(p.x(), 0, 0); }); }),
       SitesCase("exact_duplicates",
                 "the first of two sites at one place has the cell, the other none",
-                [] { return Twins(true); }),
-      SitesCase("duplicates_one_ulp_apart", exact, [] { return Twins(false); }),
+                [] { return NearDuplicates(true); }),
+      SitesCase("duplicates_one_ulp_apart", exact, [] { return NearDuplicates(false); }),
       TargetCase("a_cell_one_ulp_wide", exact, WithOneUlpCell, kOneUlpCell, 3e-8, narrow),
       TargetCase(
           "cluster_of_1e5_within_1e-6",

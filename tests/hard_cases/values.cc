@@ -68,8 +68,8 @@ HardCase TransparentCase(const std::string& name, double density) {
           }};
 }
 
-// Pieces one unit in the last place long, composited in float and in double.
-HardCaseResult OneUlpPieces(const GradientOracle&) {
+// Segments one unit in the last place long, composited in float and in double.
+HardCaseResult OneUlpSegments(const GradientOracle&) {
   HardCaseResult result;
   Deviations& deviations = result.deviations["scalar float"];
   for (const float t : {1e-3f, 0.7f, 3.f, 200.f}) {
@@ -79,10 +79,10 @@ HardCaseResult OneUlpPieces(const GradientOracle&) {
       float t_in = t;
       for (int n = 0; n < 20; ++n) {
         const float t_out = std::nextafter(t_in, 1e30f);
-        const ShadedPiece<float> piece = AddPiece(t_in, t_out, float(sigma), n, &ray);
-        const ShadedPiece<double> oracle =
-            AddPiece(double(t_in), double(t_out), double(float(sigma)), n, &exact);
-        result.Expect(std::isfinite(piece.weight) && std::isfinite(piece.optical_depth),
+        const ShadedSegment<float> segment = AddSegment(t_in, t_out, float(sigma), n, &ray);
+        const ShadedSegment<double> oracle =
+            AddSegment(double(t_in), double(t_out), double(float(sigma)), n, &exact);
+        result.Expect(std::isfinite(segment.weight) && std::isfinite(segment.optical_depth),
                       "a piece of one ulp at ",
                       t,
                       " with density ",
@@ -90,7 +90,7 @@ HardCaseResult OneUlpPieces(const GradientOracle&) {
                       " is not finite.");
         deviations.gradient =
             std::max(deviations.gradient,
-                     std::abs(piece.weight - oracle.weight) /
+                     std::abs(segment.weight - oracle.weight) /
                          (oracle.weight * (1 + oracle.tau_in) + std::numeric_limits<float>::min()));
         t_in = t_out;
       }
@@ -141,11 +141,11 @@ HardCaseResult ExtremeQuantiles(const GradientOracle& oracle) {
                                               ray,
                                               scene.cells.BruteForceNearest(ray.origin));
     for (int k = 0; k < kNumQuantiles; ++k) {
-      const int piece = record.composite.quantile_piece[k];
+      const int segment = record.composite.quantile_segment[k];
       if (ray.quantile_tau[k] == kInfinity) {
-        result.Expect(piece < 0, "a ray reaches transmittance 0.");
+        result.Expect(segment < 0, "a ray reaches transmittance 0.");
       } else if (!record.shaded.empty() && ray.quantile_tau[k] == 0) {
-        result.Expect(piece == 0 && record.composite.quantile_depth[k] == record.shaded[0].t_in,
+        result.Expect(segment == 0 && record.composite.quantile_depth[k] == record.shaded[0].t_in,
                       "transmittance 1 does not end where the first matter begins.");
       }
     }
@@ -368,7 +368,7 @@ std::vector<HardCase> ValuesCases() {
           "optical_depth_from_1e-12_to_1e6",
           "weights and gradients as in double, however small or large",
           [](CounterRandom* random) { return std::pow(10.0, -11 + 18 * random->Uniform()); }),
-      {"pieces_one_ulp_long", "weights as in double, relative to themselves", OneUlpPieces},
+      {"pieces_one_ulp_long", "weights as in double, relative to themselves", OneUlpSegments},
       {"transmittance_underflow",
        "transmittance is 0, weights sum to 1, gradients are finite",
        TransmittanceUnderflow},

@@ -125,9 +125,9 @@ class RingCapture {
     ASSERT_TRUE(output->write_image(OIIO::TypeDesc::UINT8, data.data()) && output->close());
   }
 
-  // Points of the ball and the room, each seen by up to kSightings cameras.
+  // Points of the ball and the room, each seen by up to kObservations cameras.
   void WriteModel(const std::filesystem::path& folder, int pictures) const {
-    constexpr int kSightings = 6;
+    constexpr int kObservations = 6;
     Reconstruction model;
     Camera camera;
     camera.id = 1;
@@ -158,7 +158,7 @@ class RingCapture {
       Point3D point;
       point.id = static_cast<uint64_t>(i + 1);
       point.position = (on_ball ? 1 : 8) * unit;
-      for (size_t k = 0; k < model.images.size() && point.track.size() < kSightings; ++k) {
+      for (size_t k = 0; k < model.images.size() && point.track.size() < kObservations; ++k) {
         // Other cameras for each point.
         const size_t index = (k * 37 + static_cast<size_t>(i) * 101) % model.images.size();
         Image& image = model.images[index];

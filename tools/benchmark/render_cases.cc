@@ -26,7 +26,7 @@ float CutoffTau() { return static_cast<float>(-std::log(kTransmittanceCutoff)); 
 // What a forward render of some rays came to.
 struct RenderTotals {
   int64_t rays = 0;
-  int64_t pieces = 0;
+  int64_t segments = 0;
   bool hit_step_limit = false;
 };
 
@@ -50,7 +50,7 @@ void RenderRays(const BenchmarkScene& scene,
     }
     TraceRays(scene.renderer.geometry(), scene.renderer.shading(), CutoffTau(), traces);
     for (const RayTrace& trace : traces) {
-      totals->pieces += trace.num_pieces;
+      totals->segments += trace.num_segments;
       totals->hit_step_limit |= trace.hit_step_limit;
       look(trace);
     }
@@ -73,8 +73,8 @@ double MeanRayBytes(const BenchmarkScene& scene) {
   double bytes = 0;
   RenderTotals totals;
   const auto count = [&](const RayTrace& trace) {
-    for (int k = 0; k < trace.num_pieces; ++k) {
-      bytes += StepBytes(scene.renderer.geometry(), trace.pieces[k].cell) + sizeof(float);
+    for (int k = 0; k < trace.num_segments; ++k) {
+      bytes += StepBytes(scene.renderer.geometry(), trace.segments[k].cell) + sizeof(float);
       if (trace.sites[k].density == 0) continue;
       bytes +=
           trace.weight[k] > kNegligibleWeight ? AppearanceBytes(scene.foam) : 3 * sizeof(float);
@@ -100,7 +100,7 @@ void RunForward(benchmark::State& state, const SceneSource& source) {
   }
   if (totals.hit_step_limit) state.SkipWithError("the step limit cut a ray");
   state.counters["rays_per_second"] = Rate(totals.rays, watch);
-  state.counters["steps_per_second"] = Rate(totals.pieces, watch);
+  state.counters["steps_per_second"] = Rate(totals.segments, watch);
   state.counters["bytes_per_site"] = Same(RenderBytesPerSite(*scene));
   state.counters["touched_per_ray"] = Same(ray_bytes);
 }
@@ -113,7 +113,7 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
   const double forward_bytes = MeanRayBytes(*scene);
   SetNumThreads(num_threads);
   BatchResult result;
-  int64_t rays = 0, pieces = 0, records = 0, step_limit_hits = 0;
+  int64_t rays = 0, segments = 0, records = 0, step_limit_hits = 0;
   size_t next = 0;
   const auto cast = [&]() -> const std::vector<BatchRay>& {
     const std::vector<BatchRay>& batch = scene->batches[next++ % scene->batches.size()];
@@ -133,13 +133,13 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
     const Stopwatch::Lap lap(&watch);
     const std::vector<BatchRay>& batch = cast();
     rays += batch.size();
-    pieces += result.totals.num_pieces;
+    segments += result.totals.num_segments;
     step_limit_hits += result.totals.step_limit_hits;
     for (const auto& block : result.gradients.blocks()) records += block.size();
   }
   if (step_limit_hits > 0) state.SkipWithError("the step limit cut a ray");
   state.counters["rays_per_second"] = Rate(rays, watch);
-  state.counters["steps_per_second"] = Rate(pieces, watch);
+  state.counters["steps_per_second"] = Rate(segments, watch);
   state.counters["bytes_per_site"] = Same(RenderBytesPerSite(*scene));
   state.counters["touched_per_ray"] =
       Same(forward_bytes + double(records) / rays * sizeof(GradientRecord));

@@ -20,7 +20,7 @@ namespace semfoam {
 namespace {
 
 constexpr int64_t kSizes[] = {10'000, 100'000, 1'000'000};
-// The papers' scenes: only a graphics card trains so many, but it is the machine that triangulates.
+// The papers' scenes: only a GPU trains so many, but it is the machine that triangulates.
 constexpr int64_t kTriangulatedSizes[] = {2'000'000, 4'000'000};
 
 bool help_wanted = false;

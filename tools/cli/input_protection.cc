@@ -26,9 +26,9 @@ std::optional<FileIdentity> IdentityOf(const fs::path& path) {
 
 }  // namespace
 
-void RequireInputsStay(const std::vector<fs::path>& inputs,
-                       const std::vector<fs::path>& outputs,
-                       const std::string& option) {
+void CheckNoInputOverwrite(const std::vector<fs::path>& inputs,
+                           const std::vector<fs::path>& outputs,
+                           const std::string& option) {
   std::set<FileIdentity> read;
   for (const fs::path& input : inputs) {
     if (const std::optional<FileIdentity> identity = IdentityOf(input)) read.insert(*identity);

@@ -11,9 +11,9 @@ namespace semfoam {
 // `outputs`, files about to be written, is one of `inputs`, by whatever path or link; files that
 // are not there are neither. To be called before the first of them is written. `option` is the one
 // that says where `outputs` go.
-void RequireInputsStay(const std::vector<std::filesystem::path>& inputs,
-                       const std::vector<std::filesystem::path>& outputs,
-                       const std::string& option = "--output_path");
+void CheckNoInputOverwrite(const std::vector<std::filesystem::path>& inputs,
+                           const std::vector<std::filesystem::path>& outputs,
+                           const std::string& option = "--output_path");
 
 // Images of others are not written over either. Throws UserError, naming the file, when one of
 // `images`, files about to be written, is there and not written by this program (IsOwnImage). A

@@ -130,8 +130,8 @@ OptionManager::OptionManager(std::string command, std::string summary)
 void OptionManager::AddDeviceOption() {
   AddDefaultOption("device",
                    &device_,
-                   "where rays are cast: cpu, cuda:N (the graphics card of that number, from 0), "
-                   "or auto, the first card that can be used, else cpu");
+                   "where rays are cast: cpu, cuda:N (the GPU of that number, from 0), "
+                   "or auto, the first GPU that can be used, else cpu");
 }
 
 void OptionManager::AddOption(Option option) {

@@ -126,7 +126,7 @@ class OptionManager {
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;
-  std::string device_ = "cpu";  // until foam/device/cuda has run on a card
+  std::string device_ = "cpu";  // until foam/device/cuda has run on a GPU
   bool log_to_stderr_ = true;
   int log_level_ = 0;
 };

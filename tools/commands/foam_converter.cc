@@ -103,7 +103,7 @@ void RunFoamConverter(int argc, char** argv) {
     options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
   }
 
-  RequireInputsStay(FilesOf(input_path), {output_path});
+  CheckNoInputOverwrite(FilesOf(input_path), {output_path});
   const Model model = ReadInput(input_path, options.RandomSeed());
   if (type == "foam") {
     WriteModel(output_path, model);

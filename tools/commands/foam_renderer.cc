@@ -209,7 +209,7 @@ void RequireRoomForPictures(const std::vector<View>& views,
     }
     if (preview) pictures.push_back(Target(output_path, "preview", view.stem, ".png"));
   }
-  RequireInputsStay(photos, pictures);
+  CheckNoInputOverwrite(photos, pictures);
   RequireOwnImages(pictures);
 }
 

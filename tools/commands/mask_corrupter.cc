@@ -163,7 +163,7 @@ void RunMaskCorrupter(int argc, char** argv) {
   for (const fs::path& mask : masks) {
     targets.push_back(fs::path(output_path) / mask.lexically_relative(mask_path));
   }
-  RequireInputsStay(masks, targets);
+  CheckNoInputOverwrite(masks, targets);
   RequireOwnImages(targets);
   const OutputLock lock(output_path);
   std::vector<Counts> counts(masks.size());

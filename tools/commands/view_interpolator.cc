@@ -163,7 +163,7 @@ void WriteFilm(const Model& model,
   const ordered_json manifest = {{"version", 1}, {"frames", frames}};
   const std::string manifest_text = manifest.dump(1) + "\n";
 
-  RequireInputsStay(photos, pictures);
+  CheckNoInputOverwrite(photos, pictures);
   const std::vector<fs::path> stale = FindStaleFrames(output_path, film.size());
   const fs::path manifest_path = output_path / kManifest;
   if (fs::exists(manifest_path) &&
@@ -251,7 +251,7 @@ void CollectMasks(const fs::path& manifest_path,
     targets.push_back(output_path / "pred.json");
     break;
   }
-  RequireInputsStay(sources, targets);
+  CheckNoInputOverwrite(sources, targets);
   RequireNothingLost(sources, targets);
   for (size_t i = 0; i < sources.size(); ++i) {
     WriteTextFile(targets[i], ReadFileBytes(sources[i], kCopied));

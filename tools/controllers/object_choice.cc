@@ -246,7 +246,7 @@ std::string Joined(const std::vector<std::string>& names) {
 
 fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {
   fs::path target = output_path / "scene.foam";
-  RequireInputsStay(inputs, {target});
+  CheckNoInputOverwrite(inputs, {target});
   if (fs::exists(target) && fs::exists(output_path / "training_log.csv")) {
     throw UserError(target.string(),
                     ": holds a trained foam, which would be lost; choose another --output_path.");

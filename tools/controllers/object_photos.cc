@@ -63,8 +63,8 @@ std::vector<int32_t> ShownObjects(const Walker& walker, const CameraRays& rays) 
     }
     TraceRays(walker.geometry, walker.shading, half_lost, traces);
     for (size_t k = 0; k < traces.size(); ++k) {
-      for (int piece = 0; piece < traces[k].num_pieces; ++piece) {
-        const RayTrace::Piece& p = traces[k].pieces[piece];
+      for (int s = 0; s < traces[k].num_segments; ++s) {
+        const RayTrace::Segment& p = traces[k].segments[s];
         if (p.tau_in + p.optical_depth < half_lost) continue;
         if (p.cell < scene.NumSites()) shown[pixels[k]] = scene.object_of_cell[p.cell];
         break;
@@ -101,7 +101,7 @@ void FindPhotosOfObjects(const Model& model,
     std::stable_sort(
         object.photos.begin(),
         object.photos.end(),
-        [](const PhotoSighting& a, const PhotoSighting& b) { return a.pixels > b.pixels; });
+        [](const PhotoObservation& a, const PhotoObservation& b) { return a.pixels > b.pixels; });
   }
 }
 

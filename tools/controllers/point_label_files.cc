@@ -47,7 +47,8 @@ std::vector<Group> GroupByLabel(const Reconstruction& model,
     ++group.points;
     group.confidence += points[i].confidence;
     if (model.points[i].position.allFinite()) group.box.extend(model.points[i].position);
-    for (const Sighting& sighting : photos.sightings[i]) group.views.insert(sighting.view);
+    for (const PixelObservation& observation : photos.observations[i])
+      group.views.insert(observation.view);
   }
   return groups;
 }

@@ -113,7 +113,7 @@ class TrainingFolder {
   CheckpointTexts identity_;
   std::vector<std::filesystem::path> damaged_;  // found by this run
   bool replaces_foam_ = false;                  // there was a scene.foam when training began
-  std::optional<SayOnInterruption> say_;
+  std::optional<OnInterrupt> say_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

@@ -93,13 +93,13 @@ std::vector<float> CellSurfaceDistances(const ViewRenderer& renderer,
         for (int64_t i = begin; i < end; ++i) {
           const RayTrace& trace = traces[i - begin];
           float entered = 0;
-          for (int k = 0; k < trace.num_pieces; ++k) {
-            const uint32_t cell = trace.pieces[k].cell;
+          for (int k = 0; k < trace.num_segments; ++k) {
+            const uint32_t cell = trace.segments[k].cell;
             if (cell < scene.NumSites() && scene.object_of_cell[cell] >= 0) {
               distances[i] = entered;
               break;
             }
-            entered = trace.pieces[k].t_out;
+            entered = trace.segments[k].t_out;
           }
         }
       });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/device/cuda/piece_pool.h"
+#include "foam/device/cuda/segment_pool.h"
 #include "foam/render/ray_batch.h"
 #include "foam/render/ray_loss.h"
 #include "foam/util/host_device.h"
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 
-// CastBatch (ray_batch.h) as kernels: what one thread of each does. All arrays are the card's.
+// CastBatch (ray_batch.h) as kernels: what one thread of each does. All arrays are the GPU's.
 
 namespace semfoam {
 
@@ -26,7 +26,7 @@ struct RayTally {
   RayLossTerms<float> loss;
   SlotCursor end;  // of its contributions
   uint32_t num_contributions = 0;
-  uint32_t num_pieces = 0;
+  uint32_t num_segments = 0;
   uint32_t num_clamped = 0;
   uint32_t hit_step_limit = 0;
 };
@@ -43,7 +43,7 @@ struct CastRay {
   bool has_cell_identity;
   const BatchRay* rays;
 
-  PiecePool pool;
+  SegmentPool pool;
   RayOutput* outputs;    // [num_rays], and as many again with has_cell_identity (see BatchResult)
   ClassSample* samples;  // likewise; null without semantics
   RayTally* tallies;     // [num_rays]
@@ -58,7 +58,7 @@ struct CastRay {
     record.composite = {};
     for (int q = 0; q < kNumQuantiles; ++q) record.composite.quantile_tau[q] = ray.quantile_tau[q];
     TraceRay(geometry, shading, ray.start_cell, cutoff_tau, &record);
-    // Room for the cell behind the last piece, and for what is said to the dominant cell alone.
+    // Room for the cell behind the last segment, and for what is said to the dominant cell alone.
     const bool has_room = record.AddRoom() && (!has_cell_identity || record.AddRoom());
     RayTally& tally = tallies[i] = {};
     if (record.overflow || !has_room) return;  // all will be cast anew, with a larger pool
@@ -102,7 +102,7 @@ struct CastRay {
     tally.loss = loss;
     tally.end = record.end();
     tally.num_contributions = writer.num_written();
-    tally.num_pieces = record.num_pieces;
+    tally.num_segments = record.num_segments;
     tally.num_clamped = record.num_clamped;
     tally.hit_step_limit = record.hit_step_limit;
   }
@@ -132,15 +132,15 @@ struct CastRay {
     const int64_t own = num_rays + i;
     samples[own].class_index = kUnlabelled;
     if (!is_labelled) return 0;
-    RecordedPiece<float> piece;
-    ShadedPiece<float> shaded;
-    auto pieces = record.FromTheEnd();
+    RecordedSegment<float> segment;
+    ShadedSegment<float> shaded;
+    auto segments = record.FromTheEnd();
     do {
-      if (!pieces.Next(&piece, &shaded)) return 0;
-    } while (piece.shaded < 0 || !(shaded.weight > static_cast<float>(kDominantWeight)));
+      if (!segments.Next(&segment, &shaded)) return 0;
+    } while (segment.shaded < 0 || !(shaded.weight > static_cast<float>(kDominantWeight)));
     float* const to_cell = outputs[own].parameters;
     for (int k = 0; k < row.size; ++k) to_cell[k] = 0;
-    const float entropy = Classify(shading.identity + size_t{piece.cell} * kIdentityDim,
+    const float entropy = Classify(shading.identity + size_t{segment.cell} * kIdentityDim,
                                    rays[i].target.class_index,
                                    static_cast<float>(weights.cell_identity),
                                    per_ray * shaded.weight,
@@ -148,7 +148,7 @@ struct CastRay {
                                    &samples[own]);
     for (int c = 0; c < kIdentityDim; ++c) to_cell[c] *= per_ray;
     writer->Write(static_cast<uint32_t>(own),
-                  {piece.cell, 7, shaded.weight, 0, Eigen::Vector3f::Zero()});
+                  {segment.cell, 7, shaded.weight, 0, Eigen::Vector3f::Zero()});
     return shaded.weight * entropy;
   }
 };
@@ -158,8 +158,8 @@ inline constexpr int64_t kRaysPerTally = 256;
 struct TallySum {
   RayLossTerms<double> loss;
   int64_t step_limit_hits = 0;
-  int64_t num_pieces = 0;
-  int64_t clamped_pieces = 0;
+  int64_t num_segments = 0;
+  int64_t clamped_segments = 0;
   int64_t num_contributions = 0;
 };
 // Thread: sum.
@@ -179,8 +179,8 @@ struct SumTallies {
       sum.loss.identity += tally.loss.identity;
       sum.loss.cell_identity += tally.loss.cell_identity;
       sum.step_limit_hits += tally.hit_step_limit;
-      sum.num_pieces += tally.num_pieces;
-      sum.clamped_pieces += tally.num_clamped;
+      sum.num_segments += tally.num_segments;
+      sum.clamped_segments += tally.num_clamped;
       sum.num_contributions += tally.num_contributions;
     }
     sums[k] = sum;
@@ -198,7 +198,7 @@ struct CountContributions {
 // Lists where the contributions lie, in the order of the rays. Where in the pool a ray's chunks are
 // depends on which thread was first; the order of this list does not. Thread: ray.
 struct ListContributions {
-  PiecePool pool;
+  SegmentPool pool;
   const RayTally* tallies;
   const uint32_t* first;  // [num_rays] in the list
 

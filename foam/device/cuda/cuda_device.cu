@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "foam/device/cuda/card_caster.h"
-#include "foam/device/cuda/card_training.h"
 #include "foam/device/cuda/cuda_device.h"
 #include "foam/device/cuda/cuda_machine.h"
+#include "foam/device/cuda/gpu_caster.h"
+#include "foam/device/cuda/gpu_training.h"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace semfoam {
 
 int NumCudaDevices() {
   int count = 0;
-  // Without a driver, or without a card, this is an error; both mean that there is none.
+  // Without a driver, or without a GPU, this is an error; both mean that there is none.
   if (cudaGetDeviceCount(&count) != cudaSuccess) {
     cudaGetLastError();
     return 0;
@@ -26,14 +26,14 @@ std::string CudaDeviceInWords(int device) {
 }
 
 std::unique_ptr<TrainingDevice> MakeCudaTrainingDevice(int device, TrainingState* state) {
-  return std::make_unique<CardTraining<CudaMachine>>(state, device);
+  return std::make_unique<GpuTraining<CudaMachine>>(state, device);
 }
 
 std::unique_ptr<RayCaster> MakeCudaRayCaster(int device,
                                              const WalkGeometry<float>& geometry,
                                              const CellShading<float>& shading,
                                              const ClassifierView<float>& classifier) {
-  return std::make_unique<CardCaster<CudaMachine>>(geometry, shading, classifier, device);
+  return std::make_unique<GpuCaster<CudaMachine>>(geometry, shading, classifier, device);
 }
 
 }  // namespace semfoam

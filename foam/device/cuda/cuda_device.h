@@ -10,19 +10,19 @@
 #include <memory>
 #include <string>
 
-// NVIDIA's cards. Only in programs built with SEMFOAM_CUDA; see device_factory.h, which is for
+// NVIDIA's GPUs. Only in programs built with SEMFOAM_CUDA; see device_factory.h, which is for
 // everybody.
 
 namespace semfoam {
 
-// The cards that there are; 0 also where there is no driver.
+// The GPUs that there are; 0 also where there is no driver.
 int NumCudaDevices();
 
 // "cuda:0 (NVIDIA H200, 140 GB)".
 std::string CudaDeviceInWords(int device);
 
 // See MakeTrainingDevice and MakeRayCaster. `device` is one of NumCudaDevices. Throws UserError
-// where the card has too little memory.
+// where the GPU has too little memory.
 std::unique_ptr<TrainingDevice> MakeCudaTrainingDevice(int device, TrainingState* state);
 std::unique_ptr<RayCaster> MakeCudaRayCaster(int device,
                                              const WalkGeometry<float>& geometry,

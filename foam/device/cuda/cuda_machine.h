@@ -15,11 +15,11 @@
 
 namespace semfoam {
 
-// The card's own errors are ours, but for memory: what does not fit is said to the user.
+// The GPU's own errors are ours, but for memory: what does not fit is said to the user.
 inline void CheckCuda(cudaError_t error, const char* what) {
   if (error == cudaErrorMemoryAllocation) {
     throw UserError(
-        "The graphics card has too little free memory; fewer sites "
+        "The GPU has too little free memory; fewer sites "
         "(--FoamTraining.final_sites), fewer rays at a time (--FoamTraining.rays_per_iteration) or "
         "--device cpu would be right.");
   }
@@ -90,9 +90,9 @@ class CudaMachine {
     Use();
     CheckCuda(cudaMemcpyAsync(
                   array->data() + at, values, count * sizeof(T), cudaMemcpyHostToDevice, stream_),
-              "copying to the card");
+              "copying to the GPU");
     // The caller may change the values as soon as this returns.
-    CheckCuda(cudaStreamSynchronize(stream_), "copying to the card");
+    CheckCuda(cudaStreamSynchronize(stream_), "copying to the GPU");
   }
   template <typename T>
   void Download(const Array<T>& array, size_t count, T* values) const {
@@ -101,8 +101,8 @@ class CudaMachine {
     Use();
     CheckCuda(
         cudaMemcpyAsync(values, array.data(), count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
-        "copying from the card");
-    CheckCuda(cudaStreamSynchronize(stream_), "the kernels before a copy from the card");
+        "copying from the GPU");
+    CheckCuda(cudaStreamSynchronize(stream_), "the kernels before a copy from the GPU");
   }
   template <typename T>
   void Clear(Array<T>* array) const {
@@ -159,7 +159,7 @@ class CudaMachine {
   }
 
  private:
-  // Which card is meant is a matter of the calling thread.
+  // Which GPU is meant is a matter of the calling thread.
   void Use() const { CheckCuda(cudaSetDevice(device_), "cudaSetDevice"); }
 
   void* Scratch(size_t bytes) {

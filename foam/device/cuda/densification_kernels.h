@@ -9,7 +9,7 @@
 #include <cstdint>
 
 // Rearrange, FoamOptimizer::Rearrange and TrainingDevice::HoldDensities as kernels: what one thread
-// of each does. All arrays are the card's; new arrays are others than the old ones.
+// of each does. All arrays are the GPU's; new arrays are others than the old ones.
 
 namespace semfoam {
 

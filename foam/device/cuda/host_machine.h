@@ -14,11 +14,11 @@
 
 namespace semfoam {
 
-// What CardTraining and CardCaster ask of a graphics card, on the machine's own cores: for tests,
+// What GpuTraining and GpuCaster ask of a GPU, on the CPU: for tests,
 // and no way to train. Kernels run in parallel, and see no memory but what was given to them.
 class HostMachine {
  public:
-  // An array in the card's memory. Borrowed by kernels through data().
+  // An array in the GPU's memory. Borrowed by kernels through data().
   template <typename T>
   class Array {
    public:

@@ -8,7 +8,7 @@
 #include <atomic>
 #endif
 
-// What the threads of a kernel say to each other, on a card and on the machine's cores. Neither use
+// What the threads of a kernel say to each other, on a GPU and on the CPU. Neither use
 // of it makes a result depend on the order of the threads.
 
 namespace semfoam {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/device/cuda/piece_pool.h"
+#include "foam/device/cuda/segment_pool.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/activation.h"
 #include "foam/optim/optimizer.h"
@@ -15,7 +15,7 @@
 #include <cstdint>
 
 // FoamOptimizer::Step, TotalVariation and Refresh as kernels: what one thread of each does. All
-// arrays are the card's.
+// arrays are the GPU's.
 
 namespace semfoam {
 
@@ -287,8 +287,9 @@ struct RefreshPlane {
   }
 };
 
-// Leaves cells with twins, and their neighbours, to double: a block at a time. Thread: block.
-struct LeaveTwinsToDouble {
+// Leaves cells with near-duplicates, and their neighbours, to double: a block at a time. Thread:
+// block.
+struct LeaveNearDuplicatesToDouble {
   const uint32_t* first_block;
   const uint32_t* cell_of_block;
   const uint8_t* has_twin;

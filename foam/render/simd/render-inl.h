@@ -23,12 +23,12 @@ HWY_BEFORE_NAMESPACE();
 namespace semfoam {
 namespace HWY_NAMESPACE {
 
-// Room for `count` pieces, the entry behind the last one, and a register's width beyond.
+// Room for `count` segments, the entry behind the last one, and a register's width beyond.
 inline void Reserve(size_t count, RayTrace* ray) {
-  if (ray->pieces.size() >= count + 1 + kPlaneLanes) return;
+  if (ray->segments.size() >= count + 1 + kPlaneLanes) return;
   const size_t size = std::max<size_t>(2 * count, 128) + 1 + kPlaneLanes;
   ray->sites.resize(size);
-  ray->pieces.resize(size);
+  ray->segments.resize(size);
   ray->weight.resize(size);
   ray->transmittance.resize(size);
   for (auto& channel : ray->color) channel.resize(size);
@@ -80,7 +80,7 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   State states[kRays];
   for (int r = 0; r < kRays; ++r) {
     states[r] = {rays[r].start_cell, 0, 0, true};
-    rays[r].num_pieces = 0;
+    rays[r].num_segments = 0;
     rays[r].hit_step_limit = false;
     rays[r].clamped.clear();
     Reserve(1, &rays[r]);
@@ -98,11 +98,11 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       if (!state.alive) continue;
       RayTrace& ray = rays[r];
       const CellExit<float> exit = FindExitSimd(geometry, state.cell, ray.origin, ray.direction);
-      const size_t k = ray.num_pieces;
+      const size_t k = ray.num_segments;
       const Eigen::Vector3f& site = geometry.positions[state.cell];
       if (HWY_UNLIKELY(exit.neighbor == kNoCell)) {
         ray.sites[k] = {site[0], site[1], site[2], 0};
-        ray.pieces[k] = {state.cell, 0, state.tau, 0};
+        ray.segments[k] = {state.cell, 0, state.tau, 0};
         state.alive = false;
         --num_alive;
         continue;
@@ -113,8 +113,8 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       const float shaded = sigma > static_cast<float>(kTransparentDensity) ? sigma : 0.f;
       const float optical_depth = shaded * (t_out - state.t);
       ray.sites[k] = {site[0], site[1], site[2], t_out > state.t ? shaded : 0.f};
-      ray.pieces[k] = {state.cell, t_out, state.tau, optical_depth};
-      ++ray.num_pieces;
+      ray.segments[k] = {state.cell, t_out, state.tau, optical_depth};
+      ++ray.num_segments;
       // The next cell comes while the other rays compute, and what shading will ask for while the
       // walk goes on: to the second-level cache, for the first has no room for all these rays'
       // cells.
@@ -127,11 +127,11 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
       state.tau += optical_depth;
       state.t = t_out;
       state.cell = exit.neighbor;
-      if (HWY_UNLIKELY(ray.pieces.size() < k + 2 + kPlaneLanes)) Reserve(k + 1, &ray);
+      if (HWY_UNLIKELY(ray.segments.size() < k + 2 + kPlaneLanes)) Reserve(k + 1, &ray);
       if (HWY_UNLIKELY(!(state.tau < cutoff_tau))) {
         const Eigen::Vector3f& next = geometry.positions[state.cell];
         ray.sites[k + 1] = {next[0], next[1], next[2], 0};
-        ray.pieces[k + 1] = {state.cell, 0, state.tau, 0};
+        ray.segments[k + 1] = {state.cell, 0, state.tau, 0};
         state.alive = false;
         --num_alive;
       }
@@ -176,14 +176,14 @@ HWY_INLINE void ShColorSimd(const float* basis,
 inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
-  const size_t n = ray->num_pieces;
+  const size_t n = ray->num_segments;
   // Behind the last entry: entries of no depth, so that whole registers can be worked on.
-  std::fill_n(&ray->pieces[n + 1], kPlaneLanes - 1, ray->pieces[n]);
+  std::fill_n(&ray->segments[n + 1], kPlaneLanes - 1, ray->segments[n]);
   std::fill_n(&ray->sites[n + 1], kPlaneLanes - 1, ray->sites[n]);
   for (size_t k = 0; k < n; k += kStep) {
     Floats cell, t_out, tau_in, optical_depth;
     hn::LoadInterleaved4(
-        f, reinterpret_cast<const float*>(&ray->pieces[k]), cell, t_out, tau_in, optical_depth);
+        f, reinterpret_cast<const float*>(&ray->segments[k]), cell, t_out, tau_in, optical_depth);
     const Floats before = hn::Exp(f, hn::Neg(tau_in));
     const Floats through = hn::Exp(f, hn::Neg(hn::Add(tau_in, optical_depth)));
     hn::StoreU(
@@ -193,18 +193,18 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
 
   RayComposite<float>& composite = ray->composite;
   composite = {};
-  composite.tau = ray->pieces[n].tau_in;
+  composite.tau = ray->segments[n].tau_in;
   for (int q = 0; q < kNumQuantiles; ++q) {
     const float quantile = ray->quantile_tau[q];
     composite.quantile_tau[q] = quantile;
     if (!(quantile < composite.tau)) continue;
     size_t k = 0;
-    while (!(quantile < ray->pieces[k + 1].tau_in)) ++k;
-    const RayTrace::Piece& piece = ray->pieces[k];
-    const float t_in = k == 0 ? 0.f : ray->pieces[k - 1].t_out;
-    const float depth = t_in + (quantile - piece.tau_in) / ray->sites[k].density;
-    composite.quantile_piece[q] = static_cast<int>(k);
-    composite.quantile_depth[q] = depth < piece.t_out ? depth : piece.t_out;
+    while (!(quantile < ray->segments[k + 1].tau_in)) ++k;
+    const RayTrace::Segment& segment = ray->segments[k];
+    const float t_in = k == 0 ? 0.f : ray->segments[k - 1].t_out;
+    const float depth = t_in + (quantile - segment.tau_in) / ray->sites[k].density;
+    composite.quantile_segment[q] = static_cast<int>(k);
+    composite.quantile_depth[q] = depth < segment.t_out ? depth : segment.t_out;
   }
 
   const int num_coefficients = NumShCoefficients(shading.sh_degree);
@@ -214,15 +214,15 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
   constexpr size_t kIdParts = kIdentityDim / kIdStep;
   hn::Vec<decltype(id)> identity[kIdParts];
   for (auto& part : identity) part = hn::Zero(id);
-  constexpr size_t kAhead = 4;  // pieces, from the second-level cache to the first
+  constexpr size_t kAhead = 4;  // segments, from the second-level cache to the first
   for (size_t k = 0; k < n; ++k) {
     float color[3] = {0, 0, 0};
     if (k + kAhead < n && ray->weight[k + kAhead] > kNegligibleWeight) {
-      PrefetchAppearance<3>(shading, 3 * num_coefficients, ray->pieces[k + kAhead].cell);
+      PrefetchAppearance<3>(shading, 3 * num_coefficients, ray->segments[k + kAhead].cell);
     }
     if (ray->sites[k].density > 0) {
       const float weight = ray->weight[k];
-      const size_t cell = ray->pieces[k].cell;
+      const size_t cell = ray->segments[k].cell;
       const bool counts = weight > kNegligibleWeight;
       const float* const sh = shading.sh + cell * 3 * num_coefficients;
       if (num_coefficients == 1) {
@@ -265,11 +265,11 @@ void TraceRays(const WalkGeometry<float>& geometry,
 // Scratch of the backward pass, one per thread.
 struct BackwardScratch {
   LargePageVector<float> by_weight;  // dL/dw
-  LargePageVector<float> behind;     // sum over the pieces behind of w dL/dw, and of quantiles
+  LargePageVector<float> behind;     // sum over the segments behind of w dL/dw, and of quantiles
   LargePageVector<float> density;    // dL/dsigma
   LargePageVector<float> by_t;       // dL/dt of the exit face
-  LargePageVector<float> by_t_own;   // the part of it that comes from the piece before the face
-  LargePageVector<float> here[3];    // by_t dt/d(site of the piece)
+  LargePageVector<float> by_t_own;   // the part of it that comes from the segment before the face
+  LargePageVector<float> here[3];    // by_t dt/d(site of the segment)
   LargePageVector<float> beyond[3];  // by_t dt/d(site behind the face)
 
   void Reserve(size_t count) {
@@ -280,7 +280,7 @@ struct BackwardScratch {
   }
 };
 
-// Adds to dL/dw of the pieces that show their identity what the rendered identity asks of it, and
+// Adds to dL/dw of the segments that show their identity what the rendered identity asks of it, and
 // to `behind` what that adds to the suffix sum.
 inline void AddIdentityByWeight(const RayTrace& ray,
                                 const float* identity_gradient,
@@ -291,10 +291,10 @@ inline void AddIdentityByWeight(const RayTrace& ray,
   constexpr size_t kParts = kIdentityDim / kStep;
   hn::Vec<decltype(id)> gradient[kParts];
   for (size_t p = 0; p < kParts; ++p) gradient[p] = hn::LoadU(id, identity_gradient + p * kStep);
-  for (int k = 0; k < ray.num_pieces; ++k) {
+  for (int k = 0; k < ray.num_segments; ++k) {
     const float weight = ray.weight[k];
     if (!(weight > kNegligibleWeight)) continue;
-    const float* const row = identity + size_t{ray.pieces[k].cell} * kIdentityDim;
+    const float* const row = identity + size_t{ray.segments[k].cell} * kIdentityDim;
     auto sum = hn::Mul(gradient[0], hn::LoadU(id, row));
     for (size_t p = 1; p < kParts; ++p) {
       sum = hn::MulAdd(gradient[p], hn::LoadU(id, row + p * kStep), sum);
@@ -311,7 +311,7 @@ void BackpropagateRay(const RayTrace& ray,
                       uint32_t ray_index,
                       std::vector<GradientRecord>* records,
                       const float* identity) {
-  const size_t n = ray.num_pieces;
+  const size_t n = ray.num_segments;
   if (n == 0) return;
   thread_local BackwardScratch s;
   s.Reserve(n + 2 * kPlaneLanes);
@@ -319,7 +319,7 @@ void BackpropagateRay(const RayTrace& ray,
   constexpr size_t kStep = hn::MaxLanes(f);
   const Floats zero = hn::Zero(f);
 
-  // dL/dw, and what each piece adds to the suffix sum of those before it.
+  // dL/dw, and what each segment adds to the suffix sum of those before it.
   {
     const Floats opacity = hn::Set(f, gradient.opacity);
     const Floats red = hn::Set(f, gradient.color[0]);
@@ -339,7 +339,7 @@ void BackpropagateRay(const RayTrace& ray,
   if (identity != nullptr) AddIdentityByWeight(ray, gradient.identity, identity, &s);
   const RayComposite<float>& composite = ray.composite;
   for (int q = 0; q < kNumQuantiles; ++q) {
-    const int k = composite.quantile_piece[q];
+    const int k = composite.quantile_segment[q];
     if (k >= 0) s.behind[k] += gradient.quantile_depth[q] / ray.sites[k].density;
   }
   float suffix = 0;
@@ -355,7 +355,7 @@ void BackpropagateRay(const RayTrace& ray,
     Floats x, y, z, density, cell, t_out, tau_in, optical_depth;
     hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
     hn::LoadInterleaved4(
-        f, reinterpret_cast<const float*>(&ray.pieces[k]), cell, t_out, tau_in, optical_depth);
+        f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t_out, tau_in, optical_depth);
     const Floats by_depth = hn::Sub(
         hn::Mul(hn::LoadU(f, s.by_weight.data() + k), hn::LoadU(f, ray.transmittance.data() + k)),
         hn::LoadU(f, s.behind.data() + k));
@@ -371,10 +371,10 @@ void BackpropagateRay(const RayTrace& ray,
         s.by_t.data() + k);
   }
   for (int q = 0; q < kNumQuantiles; ++q) {
-    const int k = composite.quantile_piece[q];
+    const int k = composite.quantile_segment[q];
     if (k < 0) continue;
     const float by_quantile = gradient.quantile_depth[q];
-    const float t_in = k == 0 ? 0.f : ray.pieces[k - 1].t_out;
+    const float t_in = k == 0 ? 0.f : ray.segments[k - 1].t_out;
     s.density[k] -= by_quantile * (composite.quantile_depth[q] - t_in) / ray.sites[k].density;
     if (k > 0) s.by_t[k - 1] += by_quantile;
   }
@@ -400,7 +400,7 @@ void BackpropagateRay(const RayTrace& ray,
       hn::LoadInterleaved4(
           f, reinterpret_cast<const float*>(&ray.sites[k + 1]), nx, ny, nz, density);
       hn::LoadInterleaved4(
-          f, reinterpret_cast<const float*>(&ray.pieces[k]), cell, t, tau_in, optical_depth);
+          f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t, tau_in, optical_depth);
       nx = hn::Sub(nx, x);
       ny = hn::Sub(ny, y);
       nz = hn::Sub(nz, z);
@@ -422,7 +422,7 @@ void BackpropagateRay(const RayTrace& ray,
     }
   }
   for (size_t k = 0; k <= n; ++k) {
-    GradientRecord record{ray_index, {ray.pieces[k].cell, 0, 0, 0, Eigen::Vector3f::Zero()}};
+    GradientRecord record{ray_index, {ray.segments[k].cell, 0, 0, 0, Eigen::Vector3f::Zero()}};
     CellContribution<float>& c = record.contribution;
     if (c.cell >= num_sites) continue;
     if (k > 0) c.position = {s.beyond[0][k - 1], s.beyond[1][k - 1], s.beyond[2][k - 1]};

@@ -21,9 +21,8 @@ namespace semfoam {
 namespace {
 
 TEST(Device, IsFoundByItsName) {
-  for (const std::optional<int> cards :
-       {std::optional<int>(), std::optional(0), std::optional(3)}) {
-    EXPECT_EQ(FindCudaDevice("cpu", cards), std::nullopt);
+  for (const std::optional<int> gpus : {std::optional<int>(), std::optional(0), std::optional(3)}) {
+    EXPECT_EQ(FindCudaDevice("cpu", gpus), std::nullopt);
   }
   EXPECT_EQ(FindCudaDevice("auto", std::nullopt), std::nullopt);
   EXPECT_EQ(FindCudaDevice("auto", 0), std::nullopt);
@@ -32,9 +31,9 @@ TEST(Device, IsFoundByItsName) {
   EXPECT_EQ(FindCudaDevice("cuda:2", 3), 2);
 }
 
-std::string Refusal(const std::string& device, std::optional<int> cards) {
+std::string Refusal(const std::string& device, std::optional<int> gpus) {
   try {
-    FindCudaDevice(device, cards);
+    FindCudaDevice(device, gpus);
   } catch (const UserError& error) {
     return error.what();
   }
@@ -46,20 +45,20 @@ TEST(Device, SaysWhyThereIsNone) {
             "--device cuda:0: this program was built without CUDA; build it with "
             "-DSEMFOAM_CUDA=ON, or use --device cpu.");
   EXPECT_EQ(Refusal("cuda:0", 0),
-            "--device cuda:0: there is no graphics card here that CUDA can use; --device cpu or "
+            "--device cuda:0: there is no GPU here that CUDA can use; --device cpu or "
             "auto would be right.");
   EXPECT_EQ(Refusal("cuda:1", 1),
-            "--device cuda:1: there is no graphics card of that number; cuda:0 would be right.");
+            "--device cuda:1: there is no GPU of that number; cuda:0 would be right.");
   EXPECT_EQ(Refusal("cuda:3", 3),
-            "--device cuda:3: there is no graphics card of that number; cuda:0 to cuda:2 would be "
+            "--device cuda:3: there is no GPU of that number; cuda:0 to cuda:2 would be "
             "right.");
   for (const std::string device :
        {"", "gpu", "CPU", "cpu ", "cuda", "cuda:", "cuda:-1", "cuda:-0", "cuda:1x", "cuda: 1"}) {
-    for (const std::optional<int> cards : {std::optional<int>(), std::optional(2)}) {
-      EXPECT_EQ(Refusal(device, cards),
+    for (const std::optional<int> gpus : {std::optional<int>(), std::optional(2)}) {
+      EXPECT_EQ(Refusal(device, gpus),
                 "Failed to parse options - the argument ('" + device +
                     "') for option '--device' is invalid; it takes auto, cpu or cuda:N, the "
-                    "graphics card of that number from 0 on.");
+                    "GPU of that number from 0 on.");
     }
   }
 }
@@ -75,9 +74,9 @@ TEST(Device, CoresAreNamedByTheirThreads) {
   SetNumThreads(-1);
 }
 
-// Where no card is to be seen, "auto" is the cores, in every respect.
-TEST(Device, AutoIsTheCoresWhereThereIsNoCard) {
-  // Hides cards from CUDA, if there are any; read once, at the first look for them.
+// Where no GPU is to be seen, "auto" is the CPU, in every respect.
+TEST(Device, AutoIsTheCpuWhereThereIsNoGpu) {
+  // Hides GPUs from CUDA, if there are any; read once, at the first look for them.
   ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
   UseDevice("auto");
   EXPECT_EQ(CudaDeviceInUse(), std::nullopt);
@@ -133,20 +132,20 @@ class CpuDeviceTest : public testing::Test {
   }
 
   // The device's rays against pixels of the same view.
-  static void ExpectSame(const std::vector<ShownRay>& shown, const RenderedView& render) {
-    ASSERT_EQ(shown.size(), render.color.size());
+  static void ExpectSame(const std::vector<RenderedRay>& rendered, const RenderedView& render) {
+    ASSERT_EQ(rendered.size(), render.color.size());
     int labelled = 0, opaque = 0;
-    for (size_t i = 0; i < shown.size(); ++i) {
-      EXPECT_EQ(shown[i].color, render.color[i]);
-      EXPECT_EQ(shown[i].opacity, render.opacity[i]);
-      EXPECT_EQ(shown[i].distance, render.distance[i]);
-      EXPECT_EQ(shown[i].class_index, render.class_index[i]);
-      EXPECT_EQ(shown[i].confidence, render.confidence[i]);
-      labelled += shown[i].class_index >= 0 && shown[i].confidence > 0;
-      opaque += shown[i].distance > 0;
+    for (size_t i = 0; i < rendered.size(); ++i) {
+      EXPECT_EQ(rendered[i].color, render.color[i]);
+      EXPECT_EQ(rendered[i].opacity, render.opacity[i]);
+      EXPECT_EQ(rendered[i].distance, render.distance[i]);
+      EXPECT_EQ(rendered[i].class_index, render.class_index[i]);
+      EXPECT_EQ(rendered[i].confidence, render.confidence[i]);
+      labelled += rendered[i].class_index >= 0 && rendered[i].confidence > 0;
+      opaque += rendered[i].distance > 0;
     }
-    EXPECT_GT(labelled, std::ssize(shown) / 2);
-    EXPECT_GT(opaque, std::ssize(shown) / 2);
+    EXPECT_GT(labelled, std::ssize(rendered) / 2);
+    EXPECT_GT(opaque, std::ssize(rendered) / 2);
   }
 
   inline static const Foam* foam_ = nullptr;
@@ -155,16 +154,17 @@ class CpuDeviceTest : public testing::Test {
 };
 
 TEST_F(CpuDeviceTest, ShowsWhatTheRendererShows) {
-  ExpectSame(device_->Show(RaysOf(1), 2), ViewRenderer(*foam_).Render(Views().Rays(1)));
+  ExpectSame(device_->Render(RaysOf(1), 2), ViewRenderer(*foam_).Render(Views().Rays(1)));
 }
 
 TEST_F(CpuDeviceTest, ShowsTheFoamInALowerShDegree) {
   for (const int degree : {0, 1}) {
     Foam lower = *foam_;
     ChangeShDegree(degree, &lower);
-    ExpectSame(device_->Show(RaysOf(2), degree), ViewRenderer(lower).Render(Views().Rays(2)));
+    ExpectSame(device_->Render(RaysOf(2), degree), ViewRenderer(lower).Render(Views().Rays(2)));
   }
-  const std::vector<ShownRay> mean = device_->Show(RaysOf(2), 0), all = device_->Show(RaysOf(2), 2);
+  const std::vector<RenderedRay> mean = device_->Render(RaysOf(2), 0),
+                                 all = device_->Render(RaysOf(2), 2);
   int differ = 0;
   for (size_t i = 0; i < all.size(); ++i) differ += mean[i].color != all[i].color;
   EXPECT_GT(differ, std::ssize(all) / 2) << "all colours are the same from everywhere";
@@ -197,7 +197,7 @@ TEST_F(CpuDeviceTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
   const Foam before = state_.foam;
   const auto planes = state_.topology.geometry().positions;
   const TrainingStepResult result = device_->Step({rays, RayLossWeights{}, 6.9f, 1.0, rates});
-  EXPECT_GT(result.batch.num_pieces, std::ssize(rays));
+  EXPECT_GT(result.batch.num_segments, std::ssize(rays));
   EXPECT_GT(result.batch.mean_loss.color, 0);
   EXPECT_GT(result.batch.mean_loss.identity, 0);
   EXPECT_EQ(result.batch.step_limit_hits, 0);

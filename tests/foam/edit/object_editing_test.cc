@@ -173,8 +173,8 @@ TEST(RemoveObjects, PixelsThatNeverSawTheObjectStay) {
       const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
       TraceRays(renderer.geometry(), renderer.shading(), cutoff_tau, traces);
       bool saw_ring = false;
-      for (int k = 0; k < traces[0].num_pieces; ++k) {
-        saw_ring = saw_ring || is_ring[traces[0].pieces[k].cell];
+      for (int k = 0; k < traces[0].num_segments; ++k) {
+        saw_ring = saw_ring || is_ring[traces[0].segments[k].cell];
       }
       const float change = (after.color[i] - before.color[i]).cwiseAbs().maxCoeff();
       if (!saw_ring) {

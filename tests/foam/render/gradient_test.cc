@@ -145,11 +145,11 @@ class Scene {
     const RayGradient<double> gradient =
         RayLossGradient(record.composite, ray.target, classifier, weights, logits.data());
     double largest = 0;
-    for (const auto& piece : record.pieces) {
-      if (piece.shaded < 0) continue;
+    for (const auto& segment : record.segments) {
+      if (segment.shaded < 0) continue;
       double by_weight = 0;
       for (int c = 0; c < kIdentityDim; ++c) {
-        by_weight += gradient.identity[c] * parameters_.identity[piece.cell * kIdentityDim + c];
+        by_weight += gradient.identity[c] * parameters_.identity[segment.cell * kIdentityDim + c];
       }
       largest = std::max(largest, std::abs(by_weight));
     }
@@ -164,10 +164,11 @@ class Scene {
   }
 
   static bool SameBranch(const RayRecord<double>& a, const RayRecord<double>& b) {
-    if (a.pieces.size() != b.pieces.size() || a.shaded.size() != b.shaded.size()) return false;
-    for (size_t n = 0; n < a.pieces.size(); ++n) {
-      if (a.pieces[n].cell != b.pieces[n].cell || a.pieces[n].next != b.pieces[n].next ||
-          a.pieces[n].clamped != b.pieces[n].clamped || a.pieces[n].shaded != b.pieces[n].shaded) {
+    if (a.segments.size() != b.segments.size() || a.shaded.size() != b.shaded.size()) return false;
+    for (size_t n = 0; n < a.segments.size(); ++n) {
+      if (a.segments[n].cell != b.segments[n].cell || a.segments[n].next != b.segments[n].next ||
+          a.segments[n].clamped != b.segments[n].clamped ||
+          a.segments[n].shaded != b.segments[n].shaded) {
         return false;
       }
     }
@@ -180,7 +181,7 @@ class Scene {
       }
     }
     for (int k = 0; k < 2; ++k) {
-      if (a.composite.quantile_piece[k] != b.composite.quantile_piece[k]) return false;
+      if (a.composite.quantile_segment[k] != b.composite.quantile_segment[k]) return false;
     }
     return true;
   }
@@ -248,7 +249,7 @@ TEST(Gradient, RandomRaysHaveDominantCells) {
   for (int i = 0; i < 12; ++i) {
     const RayCase ray = RandomRay(1, i);
     const RayRecord<double> record = scene.Trace(ray, scene.parameters_);
-    dominant += DominantPiece(record, ray.target, kCut) != nullptr;
+    dominant += DominantSegment(record, ray.target, kCut) != nullptr;
   }
   EXPECT_GE(dominant, 3);
   EXPECT_LT(dominant, 12);
@@ -268,8 +269,8 @@ TEST(Gradient, OfTheLastCellBeforeTheGuards) {
   RayCase ray = RandomRay(8, 1);
   const RayRecord<double> walk = scene.Trace(ray, scene.parameters_);
   uint32_t last = 0;
-  for (const auto& piece : walk.pieces) {
-    if (piece.cell < scene.cells_.delaunay.num_sites) last = piece.cell;
+  for (const auto& segment : walk.segments) {
+    if (segment.cell < scene.cells_.delaunay.num_sites) last = segment.cell;
   }
   std::fill(scene.parameters_.raw_density.begin(), scene.parameters_.raw_density.end(), -3.0);
   scene.parameters_.raw_density[last] = -0.2;
@@ -315,7 +316,8 @@ TEST(Gradient, OnATopologyOlderThanThePositions) {
   size_t clamped = 0;
   for (int i = 0; i < 20; ++i) {
     const RayCase ray = RandomRay(11, i);
-    for (const auto& piece : scene.Trace(ray, scene.parameters_).pieces) clamped += piece.clamped;
+    for (const auto& segment : scene.Trace(ray, scene.parameters_).segments)
+      clamped += segment.clamped;
     scene.ExpectJetAgrees(ray);
   }
   EXPECT_GT(clamped, 0u);
@@ -328,8 +330,8 @@ TEST(Gradient, OfQuantilesInOneCell) {
   ray.quantile_tau[0] = 0.001;
   ray.quantile_tau[1] = 0.01;
   const RayRecord<double> record = scene.Trace(ray, scene.parameters_);
-  ASSERT_EQ(record.composite.quantile_piece[0], record.composite.quantile_piece[1]);
-  ASSERT_GE(record.composite.quantile_piece[0], 0);
+  ASSERT_EQ(record.composite.quantile_segment[0], record.composite.quantile_segment[1]);
+  ASSERT_GE(record.composite.quantile_segment[0], 0);
   scene.ExpectJetAgrees(ray);
 }
 

@@ -132,13 +132,14 @@ RayRecord<Real> TraceCase(const WalkGeometry<Real>& geometry,
   return record;
 }
 
-// The piece whose cell's own class the loss trains, or null.
-inline const RecordedPiece<double>* DominantPiece(const RayRecord<double>& record,
-                                                  const RayTarget& target,
-                                                  const RayLossWeights& weights) {
+// The segment whose cell's own class the loss trains, or null.
+inline const RecordedSegment<double>* DominantSegment(const RayRecord<double>& record,
+                                                      const RayTarget& target,
+                                                      const RayLossWeights& weights) {
   if (target.class_index == kUnlabelled || weights.cell_identity == 0) return nullptr;
-  for (const RecordedPiece<double>& piece : record.pieces) {
-    if (piece.shaded >= 0 && record.shaded[piece.shaded].weight > kDominantWeight) return &piece;
+  for (const RecordedSegment<double>& segment : record.segments) {
+    if (segment.shaded >= 0 && record.shaded[segment.shaded].weight > kDominantWeight)
+      return &segment;
   }
   return nullptr;
 }
@@ -157,36 +158,36 @@ T ReplayLoss(const RayRecord<double>& record,
   T basis[kMaxShCoefficients];
   ShBasis(p.sh_degree, direction, basis);
   T t_in = T(0);
-  for (const RecordedPiece<double>& piece : record.pieces) {
-    const Eigen::Matrix<T, 3, 1> r = origin - p.positions[piece.cell];
-    const Eigen::Matrix<T, 3, 1> n = p.positions[piece.next] - p.positions[piece.cell];
+  for (const RecordedSegment<double>& segment : record.segments) {
+    const Eigen::Matrix<T, 3, 1> r = origin - p.positions[segment.cell];
+    const Eigen::Matrix<T, 3, 1> n = p.positions[segment.next] - p.positions[segment.cell];
     T t_out = t_in;
-    if (!piece.clamped) {
-      t_out = IsGrazing<T>(n, direction) ? T(piece.t_out) : CrossingDistance<T>(r, n, direction);
+    if (!segment.clamped) {
+      t_out = IsGrazing<T>(n, direction) ? T(segment.t_out) : CrossingDistance<T>(r, n, direction);
     }
-    if (piece.shaded >= 0) {
-      const T sigma = Density(p.raw_density[piece.cell]);
-      const ShadedPiece<T> shaded = AddPiece(t_in, t_out, sigma, piece.shaded, &composite);
-      const bool counts = record.shaded[piece.shaded].weight > kNegligibleWeight;
+    if (segment.shaded >= 0) {
+      const T sigma = Density(p.raw_density[segment.cell]);
+      const ShadedSegment<T> shaded = AddSegment(t_in, t_out, sigma, segment.shaded, &composite);
+      const bool counts = record.shaded[segment.shaded].weight > kNegligibleWeight;
       T color[3];
       ShColor(basis,
               counts ? num_coefficients : 1,
-              &p.sh[size_t(piece.cell) * 3 * num_coefficients],
+              &p.sh[size_t(segment.cell) * 3 * num_coefficients],
               color);
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
       for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
         // As far as the identity loss is not to bend geometry, its weight is a constant.
         const double share = weights.identity_to_density;
         const T weight =
-            T(share) * shaded.weight + T((1 - share) * record.shaded[piece.shaded].weight);
-        composite.identity[c] += weight * p.identity[size_t(piece.cell) * kIdentityDim + c];
+            T(share) * shaded.weight + T((1 - share) * record.shaded[segment.shaded].weight);
+        composite.identity[c] += weight * p.identity[size_t(segment.cell) * kIdentityDim + c];
       }
     }
     t_in = t_out;
   }
   std::vector<T> logits(p.num_classes);
   RayLossTerms<T> loss = RayLoss(composite, ray.target, p.Classifier(), logits.data());
-  if (const auto* const dominant = DominantPiece(record, ray.target, weights)) {
+  if (const auto* const dominant = DominantSegment(record, ray.target, weights)) {
     loss.cell_identity = T(record.shaded[dominant->shaded].weight) *
                          ClassEntropy(&p.identity[size_t(dominant->cell) * kIdentityDim],
                                       ray.target.class_index,
@@ -220,7 +221,7 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
       out[5][k] = logits[k];
     }
   }
-  if (const auto* const dominant = DominantPiece(record, ray.target, weights)) {
+  if (const auto* const dominant = DominantSegment(record, ray.target, weights)) {
     const double* const identity = &p.identity[size_t(dominant->cell) * kIdentityDim];
     ClassEntropy(identity, ray.target.class_index, p.Classifier(), logits.data());
     AddClassEntropyGradient(ray.target.class_index,

@@ -81,21 +81,21 @@ RayRecord<Real> Reference(const WalkGeometry<Real>& geometry,
 
 void ExpectSameSteps(const RayTrace& ray, const RayRecord<float>& reference) {
   ASSERT_EQ(ray.hit_step_limit, reference.hit_step_limit);
-  ASSERT_EQ(ray.num_pieces, static_cast<int>(reference.pieces.size()));
+  ASSERT_EQ(ray.num_segments, static_cast<int>(reference.segments.size()));
   size_t clamped = 0;
-  for (int k = 0; k < ray.num_pieces; ++k) {
+  for (int k = 0; k < ray.num_segments; ++k) {
     SCOPED_TRACE(k);
-    const RecordedPiece<float>& piece = reference.pieces[k];
-    ASSERT_EQ(ray.pieces[k].cell, piece.cell);
-    ASSERT_EQ(ray.pieces[k + 1].cell, piece.next);
-    ASSERT_EQ(ray.pieces[k].t_out, piece.t_out);
+    const RecordedSegment<float>& segment = reference.segments[k];
+    ASSERT_EQ(ray.segments[k].cell, segment.cell);
+    ASSERT_EQ(ray.segments[k + 1].cell, segment.next);
+    ASSERT_EQ(ray.segments[k].t_out, segment.t_out);
     const bool is_clamped = clamped < ray.clamped.size() && ray.clamped[clamped] == uint32_t(k);
     clamped += is_clamped;
-    ASSERT_EQ(is_clamped, piece.clamped);
-    ASSERT_EQ(ray.sites[k].density > 0, piece.shaded >= 0);
-    if (piece.shaded < 0) continue;
-    const ShadedPiece<float>& shaded = reference.shaded[piece.shaded];
-    ASSERT_EQ(ray.pieces[k].tau_in, shaded.tau_in);
+    ASSERT_EQ(is_clamped, segment.clamped);
+    ASSERT_EQ(ray.sites[k].density > 0, segment.shaded >= 0);
+    if (segment.shaded < 0) continue;
+    const ShadedSegment<float>& shaded = reference.shaded[segment.shaded];
+    ASSERT_EQ(ray.segments[k].tau_in, shaded.tau_in);
     ASSERT_NEAR(ray.weight[k], shaded.weight, 1e-6);
     // Where the weight is within rounding of negligible either colour is right.
     if (std::abs(shaded.weight - kNegligibleWeight) < 1e-6f) continue;
@@ -198,11 +198,11 @@ class RayTracer : public testing::TestWithParam<std::string> {
         ASSERT_NO_FATAL_FAILURE(ExpectSameSteps(rays[i], reference));
         ASSERT_NO_FATAL_FAILURE(ExpectSameComposite(rays[i].composite, reference.composite, 3e-4));
         for (int q = 0; q < kNumQuantiles; ++q) {
-          const int piece = rays[i].composite.quantile_piece[q];
-          const int shaded = reference.composite.quantile_piece[q];
-          ASSERT_EQ(piece >= 0, shaded >= 0);
-          if (piece < 0) continue;
-          ASSERT_EQ(reference.pieces[piece].shaded, shaded);
+          const int segment = rays[i].composite.quantile_segment[q];
+          const int shaded = reference.composite.quantile_segment[q];
+          ASSERT_EQ(segment >= 0, shaded >= 0);
+          if (segment < 0) continue;
+          ASSERT_EQ(reference.segments[segment].shaded, shaded);
           ASSERT_EQ(rays[i].composite.quantile_depth[q], reference.composite.quantile_depth[q]);
         }
         for (const float* identity : {(const float*)nullptr, appearance.identity.data()}) {
@@ -255,7 +255,8 @@ TEST_P(RayTracer, AgreesWithTheReferenceOnATopologyOlderThanThePositions) {
 }
 
 TEST_P(RayTracer, PlanesAreThoseOfTheSites) {
-  // With a pair of twins far from the rest, so that cells are left to double here as well.
+  // With a pair of near-duplicates far from the rest, so that cells are left to double here as
+  // well.
   std::vector<Eigen::Vector3f> sites = RandomSites(500, 40);
   sites.push_back({9, 9, 9});
   sites.push_back({std::nextafter(9.f, 10.f), 9, 9});
@@ -315,7 +316,7 @@ TEST_P(RayTracer, LongRaysGrowTheirRecord) {
   }
   TraceRays(cells.float_geometry, Appearance(cells).Float(), kInfinity, rays);
   for (const RayTrace& ray : rays) {
-    EXPECT_EQ(ray.num_pieces, 3000);
+    EXPECT_EQ(ray.num_segments, 3000);
     EXPECT_FALSE(ray.hit_step_limit);
   }
 }

@@ -13,60 +13,61 @@
 namespace semfoam {
 namespace {
 
-struct Piece {
+struct Segment {
   uint32_t cell;
   double t_in, t_out;
   bool clamped;
 };
 
 template <typename Real>
-std::vector<Piece> WalkAll(const WalkGeometry<Real>& geometry,
-                           const Eigen::Vector3d& origin,
-                           const Eigen::Vector3d& direction,
-                           uint32_t start) {
-  std::vector<Piece> pieces;
+std::vector<Segment> WalkAll(const WalkGeometry<Real>& geometry,
+                             const Eigen::Vector3d& origin,
+                             const Eigen::Vector3d& direction,
+                             uint32_t start) {
+  std::vector<Segment> segments;
   const bool ended = Walk<Real>(geometry,
                                 origin.cast<Real>(),
                                 direction.cast<Real>(),
                                 start,
                                 [&](uint32_t cell, Real t_in, Real t_out, uint32_t, bool clamped) {
-                                  pieces.push_back({cell, t_in, t_out, clamped});
+                                  segments.push_back({cell, t_in, t_out, clamped});
                                   return true;
                                 });
   EXPECT_TRUE(ended) << "the step limit was hit";
-  return pieces;
+  return segments;
 }
 
 // The walk against looking at all sites: wherever a ray is, the nearest site is the cell reported;
-// pieces follow on each other; p.d grows strictly; no cell comes twice.
+// segments follow on each other; p.d grows strictly; no cell comes twice.
 template <typename Real>
 void ExpectWalkIsRight(const WalkableCells& cells,
                        const WalkGeometry<Real>& geometry,
                        const Eigen::Vector3d& origin,
                        const Eigen::Vector3d& direction,
                        double tolerance) {
-  const std::vector<Piece> pieces =
+  const std::vector<Segment> segments =
       WalkAll(geometry, origin, direction, cells.BruteForceNearest(origin));
   double t = 0;
   std::set<uint32_t> seen;
-  for (size_t n = 0; n < pieces.size(); ++n) {
-    const Piece& piece = pieces[n];
-    ASSERT_EQ(piece.t_in, t);
-    ASSERT_GE(piece.t_out, piece.t_in);
-    t = piece.t_out;
-    ASSERT_TRUE(seen.insert(piece.cell).second) << "cell " << piece.cell << " twice";
+  for (size_t n = 0; n < segments.size(); ++n) {
+    const Segment& segment = segments[n];
+    ASSERT_EQ(segment.t_in, t);
+    ASSERT_GE(segment.t_out, segment.t_in);
+    t = segment.t_out;
+    ASSERT_TRUE(seen.insert(segment.cell).second) << "cell " << segment.cell << " twice";
     if (n > 0) {
-      const double before = cells.geometry.positions[pieces[n - 1].cell].dot(direction);
-      ASSERT_GT(cells.geometry.positions[piece.cell].dot(direction), before - tolerance);
+      const double before = cells.geometry.positions[segments[n - 1].cell].dot(direction);
+      ASSERT_GT(cells.geometry.positions[segment.cell].dot(direction), before - tolerance);
     }
     for (const double at : {0.1, 0.5, 0.9}) {
-      const Eigen::Vector3d x = origin + (piece.t_in + at * (piece.t_out - piece.t_in)) * direction;
-      const double own = (cells.geometry.positions[piece.cell] - x).norm();
+      const Eigen::Vector3d x =
+          origin + (segment.t_in + at * (segment.t_out - segment.t_in)) * direction;
+      const double own = (cells.geometry.positions[segment.cell] - x).norm();
       const double nearest = (cells.geometry.positions[cells.BruteForceNearest(x)] - x).norm();
-      ASSERT_LE(own, nearest + tolerance * (1 + x.norm())) << "cell " << piece.cell;
+      ASSERT_LE(own, nearest + tolerance * (1 + x.norm())) << "cell " << segment.cell;
     }
   }
-  // The lengths add up to the exit: the last piece ends where the unbounded cell begins.
+  // The lengths add up to the exit: the last segment ends where the unbounded cell begins.
   const Eigen::Vector3d beyond = origin + (t + 1000) * direction;
   EXPECT_GE(cells.BruteForceNearest(beyond), cells.delaunay.num_sites) << "left a bounded cell";
 }
@@ -120,22 +121,22 @@ TEST(Walk, AlongLatticeLinesAndThroughSitesEndsAndIsRight) {
 }
 
 TEST(Walk, OfDegenerateSites) {
-  std::vector<Eigen::Vector3f> plane, line, sphere, few, twins;
+  std::vector<Eigen::Vector3f> plane, line, sphere, few, duplicates;
   for (int i = 0; i < 200; ++i) {
     CounterRandom random(3, 0x62, i);
     const Eigen::Vector3f p = RandomPoint(&random, 1).cast<float>();
     plane.emplace_back(p.x(), p.y(), 0.f);
     line.emplace_back(p.x(), 0.f, 0.f);
     sphere.push_back(RandomDirection(&random).cast<float>());
-    twins.push_back(p);
-    twins.push_back(p);
+    duplicates.push_back(p);
+    duplicates.push_back(p);
     if (i < 5) few.push_back(p);
   }
   ExpectWalksAreRight(plane, 20, 4);
   ExpectWalksAreRight(line, 20, 5);
   ExpectWalksAreRight(sphere, 20, 6);
   ExpectWalksAreRight(few, 20, 7);
-  ExpectWalksAreRight(twins, 20, 8);
+  ExpectWalksAreRight(duplicates, 20, 8);
   ExpectWalksAreRight({Eigen::Vector3f::Zero()}, 10, 9);
   ExpectWalksAreRight({}, 10, 10);
 }
@@ -155,11 +156,11 @@ TEST(Walk, OfSitesOneUlpApart) {
     const Eigen::Vector3d origin = RandomPoint(&random, 1.2), direction = RandomDirection(&random);
     ExpectWalkIsRight(cells, cells.geometry, origin, direction, 1e-9);
     double t = 0;
-    for (const Piece& piece :
+    for (const Segment& segment :
          WalkAll(cells.float_geometry, origin, direction, cells.BruteForceNearest(origin))) {
-      ASSERT_EQ(piece.t_in, t);
-      ASSERT_GE(piece.t_out, piece.t_in);
-      t = piece.t_out;
+      ASSERT_EQ(segment.t_in, t);
+      ASSERT_GE(segment.t_out, segment.t_in);
+      t = segment.t_out;
     }
   }
 }
@@ -175,14 +176,14 @@ TEST(Walk, EndsOnATopologyOlderThanThePositions) {
     CounterRandom ray(11, 0x64, i);
     const Eigen::Vector3d origin = RandomPoint(&ray, 1);
     double t = 0;
-    for (const Piece& piece : WalkAll(cells.float_geometry,
-                                      origin,
-                                      RandomDirection(&ray),
-                                      cells.BruteForceNearest(origin))) {
-      ASSERT_EQ(piece.t_in, t);
-      ASSERT_GE(piece.t_out, piece.t_in);
-      t = piece.t_out;
-      clamped += piece.clamped;
+    for (const Segment& segment : WalkAll(cells.float_geometry,
+                                          origin,
+                                          RandomDirection(&ray),
+                                          cells.BruteForceNearest(origin))) {
+      ASSERT_EQ(segment.t_in, t);
+      ASSERT_GE(segment.t_out, segment.t_in);
+      t = segment.t_out;
+      clamped += segment.clamped;
     }
   }
   EXPECT_GT(clamped, 0u) << "nothing was stale, so nothing was tested";

@@ -12,7 +12,7 @@
 
 namespace semfoam {
 
-// The machine's cores as a device whose memory is its own: it works on a copy of the state, and
+// the CPU as a device whose memory is its own: it works on a copy of the state, and
 // spoils the host's as soon as it has taken it over. So a training ends with other numbers, or
 // with none, where the host looks at the state without asking for it, or keeps a change to itself.
 class OwnMemoryDevice final : public TrainingDevice {
@@ -63,8 +63,8 @@ class OwnMemoryDevice final : public TrainingDevice {
 
   TrainingStepResult Step(const TrainingStep& step) override { return cpu_->Step(step); }
 
-  std::vector<ShownRay> Show(const std::vector<BatchRay>& rays, int sh_degree) override {
-    return cpu_->Show(rays, sh_degree);
+  std::vector<RenderedRay> Render(const std::vector<BatchRay>& rays, int sh_degree) override {
+    return cpu_->Render(rays, sh_degree);
   }
 
  private:

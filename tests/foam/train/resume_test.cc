@@ -59,7 +59,7 @@ TEST_F(ResumeTest, EndsWithTheSameBytesOnAnyNumberOfThreads) {
   }
 }
 
-// On a device that keeps the state to itself, as a graphics card does: the trainer asks for it
+// On a device that keeps the state to itself, as a GPU does: the trainer asks for it
 // whenever it looks at it, and hands it back whenever it has changed it.
 TEST_F(ResumeTest, EndsWithTheSameBytesOnADeviceWithItsOwnMemory) {
   const TrainingOptions options = EventfulRun();

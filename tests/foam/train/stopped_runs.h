@@ -111,7 +111,7 @@ inline void ExpectSame(const TrainingSummary& resumed, const TrainingSummary& wh
   EXPECT_EQ(DigestOf(resumed), DigestOf(whole));
   EXPECT_EQ(resumed.last.iteration, whole.last.iteration);
   EXPECT_EQ(resumed.last.rays, whole.last.rays);
-  EXPECT_EQ(resumed.pieces, whole.pieces);
+  EXPECT_EQ(resumed.segments, whole.segments);
   EXPECT_EQ(resumed.triangulations, whole.triangulations);
   EXPECT_EQ(resumed.late_rays, whole.late_rays);
   EXPECT_EQ(FormatNumber(resumed.explained_contrast), FormatNumber(whole.explained_contrast));

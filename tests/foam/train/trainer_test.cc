@@ -162,7 +162,7 @@ TEST(Trainer, RaysThatStopEarlierTrainAnotherFoam) {
   const TrainingSummary usual = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
   options.transmittance_cutoff = 0.3;
   const TrainingSummary early = TrainFoam(views, views.Seeds(500), 3, options, nullptr);
-  EXPECT_LT(early.pieces, usual.pieces);
+  EXPECT_LT(early.segments, usual.segments);
   options.transmittance_cutoff = 1;
   EXPECT_NE(options.Check().find("transmittance_cutoff"), std::string::npos);
 }

@@ -73,9 +73,9 @@ TEST(Interruption, TellsWhatIsLeftToDoBeforeItEnds) {
       {
         HandleInterruptions();
         {
-          const SayOnInterruption done([] { std::fputs("this is done\n", stderr); });
+          const OnInterrupt done([] { std::fputs("this is done\n", stderr); });
         }
-        const SayOnInterruption say([] { std::fputs("there is more to do\n", stderr); });
+        const OnInterrupt say([] { std::fputs("there is more to do\n", stderr); });
         const OutputFile file(folder / "unfinished.vdb");
         Send(SIGINT);
         WaitForTheEnd();
@@ -87,7 +87,7 @@ TEST(Interruption, TellsWhatIsLeftToDoBeforeItEnds) {
   EXPECT_EXIT(
       {
         HandleInterruptions();
-        const SayOnInterruption say([] { std::fputs("there is more to do\n", stderr); });
+        const OnInterrupt say([] { std::fputs("there is more to do\n", stderr); });
         try {
           const DeferInterruption until_safe;
           SendAndAwait(SIGTERM);

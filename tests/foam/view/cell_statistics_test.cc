@@ -55,17 +55,17 @@ TEST(CellStatistics, AreTheSumsOfTheirDefinition) {
                  static_cast<float>(-std::log(kTransmittanceCutoff)),
                  &record);
         double before = 1;
-        for (const RecordedPiece<float>& piece : record.pieces) {
+        for (const RecordedSegment<float>& segment : record.segments) {
           double behind = before;
-          if (piece.shaded >= 0) {
-            const ShadedPiece<float>& shaded = record.shaded[piece.shaded];
+          if (segment.shaded >= 0) {
+            const ShadedSegment<float>& shaded = record.shaded[segment.shaded];
             behind = std::exp(-double(shaded.tau_in) - shaded.optical_depth);
           }
-          if (piece.cell < 400) {
-            contribution[piece.cell] = std::max(contribution[piece.cell], before - behind);
+          if (segment.cell < 400) {
+            contribution[segment.cell] = std::max(contribution[segment.cell], before - behind);
             // Of the light above one half, what is left; below it, what is taken.
-            if (behind > 0.5) passed[piece.cell] += 2 * (behind - 0.5);
-            if (behind < 0.5) stopped[piece.cell] += 2 * (std::min(before, 0.5) - behind);
+            if (behind > 0.5) passed[segment.cell] += 2 * (behind - 0.5);
+            if (behind < 0.5) stopped[segment.cell] += 2 * (std::min(before, 0.5) - behind);
           }
           before = behind;
         }

@@ -60,10 +60,10 @@ TEST(Tracks, PointsThatThreePhotosShowAtThePhotosOwnSize) {
   const std::vector<Track> tracks = SampleTracks(model, PhotosOf(model, 0.5), 0);
   ASSERT_EQ(tracks.size(), 2u);
   EXPECT_EQ(tracks[0].position, Eigen::Vector3d(0, 2, 3));
-  ASSERT_EQ(tracks[0].sightings.size(), 5u);
-  EXPECT_EQ(tracks[1].sightings.size(), 3u);
-  EXPECT_EQ(tracks[1].sightings[2].view, 2);
-  EXPECT_EQ(tracks[1].sightings[2].pixel, Eigen::Vector2d(1, 1));
+  ASSERT_EQ(tracks[0].observations.size(), 5u);
+  EXPECT_EQ(tracks[1].observations.size(), 3u);
+  EXPECT_EQ(tracks[1].observations[2].view, 2);
+  EXPECT_EQ(tracks[1].observations[2].pixel, Eigen::Vector2d(1, 1));
 }
 
 TEST(Tracks, ASampleIsBoundedAndDependsOnTheSeedAlone) {

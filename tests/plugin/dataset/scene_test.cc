@@ -360,8 +360,8 @@ TEST(Scene, LargePhotosAreReducedWithTheirCamera) {
 TEST(Scene, SeedsAreFitSortedAndSingle) {
   SmallWorkspace workspace;
   auto& points = workspace.model.points;
-  Point3D twin = points[0];
-  twin.id = 100;
+  Point3D duplicate = points[0];
+  duplicate.id = 100;
   Point3D trackless = points[0];
   trackless.id = 101;
   trackless.position.x() += 0.01;
@@ -372,7 +372,7 @@ TEST(Scene, SeedsAreFitSortedAndSingle) {
   Point3D far = points[0];
   far.id = 103;
   far.position.z() = 1e4;
-  points.insert(points.end(), {twin, trackless, nan, far});
+  points.insert(points.end(), {duplicate, trackless, nan, far});
   workspace.WriteModelFiles();
   const ScenePlan plan = PlanScene(workspace.Options());
   EXPECT_EQ(plan.num_points, 7);
@@ -405,15 +405,15 @@ TEST(Scene, TracksAreInPixelsOfTheTrainingPhotos) {
   SceneOptions options = workspace.Options();
   options.test_every = 3;
   const ScenePlan plan = PlanScene(options);
-  ASSERT_EQ(plan.seed_sightings.size(), plan.seeds.size());
-  const Sightings& track = plan.seed_sightings[1];  // of point 5
-  ASSERT_EQ(track.size(), 2u);                      // photo 0 is held out
+  ASSERT_EQ(plan.seed_tracks.size(), plan.seeds.size());
+  const PixelObservations& track = plan.seed_tracks[1];  // of point 5
+  ASSERT_EQ(track.size(), 2u);                           // photo 0 is held out
   EXPECT_EQ(track[0].view, 1);
   EXPECT_EQ(track[0].pixel, Eigen::Vector2d(8, 6));
   EXPECT_EQ(track[1].view, 2);
   EXPECT_EQ(track[1].pixel.x(), 4);
   options.mask_consistency = MaskConsistency::kOff;
-  EXPECT_TRUE(PlanScene(options).seed_sightings.empty());
+  EXPECT_TRUE(PlanScene(options).seed_tracks.empty());
 }
 
 TEST(Scene, MaskFoldersThatYieldNothingAreToldOf) {

@@ -113,8 +113,8 @@ TEST(MaskConsistency, IndependentMasksAreMatched) {
   }
   wall.Paint(9, 30, 0, 30, [](int) { return 4; });  // in two parts here
   wall.photos[1].held_out = true;
-  for (Sightings& track : wall.tracks) {
-    std::erase_if(track, [](const Sighting& sighting) { return sighting.view == 1; });
+  for (PixelObservations& track : wall.tracks) {
+    std::erase_if(track, [](const PixelObservation& observation) { return observation.view == 1; });
   }
   const MaskConsistencyReport report = wall.Correct(MaskConsistency::kAuto);
   EXPECT_EQ(report.used, MaskConsistency::kIndependent);
@@ -171,7 +171,7 @@ TEST(MaskConsistency, HeldOutPhotosHaveNoSay) {
     w->PaintBand(3, 0, 8);
     w->PaintBand(3, 1, 7);
   }
-  // Even their sightings, if there were any, and whatever their mask is.
+  // Even their observations, if there were any, and whatever their mask is.
   for (int band = 0; band < 3; ++band) other.PaintBand(4, band, 90 + band);
   wall.Correct(MaskConsistency::kTracks);
   other.Correct(MaskConsistency::kTracks);
@@ -198,7 +198,7 @@ TEST(MaskConsistency, WithoutEvidenceMasksAreBelieved) {
 }
 
 // Points near a border, where masks are ragged, and outside of their photo say nothing.
-TEST(MaskConsistency, SightingsAtBordersSayNothing) {
+TEST(MaskConsistency, ObservationsAtBordersSayNothing) {
   Wall wall(/*num_points=*/0);
   for (int i = 0; i < 200; ++i) {
     const float y = 2 + 0.25f * static_cast<float>(i);

@@ -94,14 +94,14 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   EXPECT_EQ(b[32], 1);
   EXPECT_THAT(photos.pixels[0], ElementsAre(Pair(0, 16 * 24), Pair(1, 16 * 24)));
   EXPECT_THAT(photos.pixels[1], ElementsAre(Pair(0, 32 * 48), Pair(1, 32 * 48)));
-  // Sightings are in pixels of these sizes, in the order of the track.
-  ASSERT_THAT(photos.sightings, SizeIs(2));
-  ASSERT_THAT(photos.sightings[0], SizeIs(2));
-  EXPECT_EQ(photos.sightings[0][0].view, 1);
-  EXPECT_EQ(photos.sightings[0][0].pixel, Eigen::Vector2d(40, 12));
-  EXPECT_EQ(photos.sightings[0][1].view, 0);
-  EXPECT_EQ(photos.sightings[0][1].pixel, Eigen::Vector2d(5, 10));
-  EXPECT_THAT(photos.sightings[1], SizeIs(0));
+  // Observations are in pixels of these sizes, in the order of the track.
+  ASSERT_THAT(photos.observations, SizeIs(2));
+  ASSERT_THAT(photos.observations[0], SizeIs(2));
+  EXPECT_EQ(photos.observations[0][0].view, 1);
+  EXPECT_EQ(photos.observations[0][0].pixel, Eigen::Vector2d(40, 12));
+  EXPECT_EQ(photos.observations[0][1].view, 0);
+  EXPECT_EQ(photos.observations[0][1].pixel, Eigen::Vector2d(5, 10));
+  EXPECT_THAT(photos.observations[1], SizeIs(0));
   // And what the masks show there: a radius of one pixel is all that is asked of the mask as it is.
   ASSERT_THAT(photos.shown, SizeIs(2));
   ASSERT_THAT(photos.shown[0], SizeIs(2));
@@ -128,7 +128,7 @@ TEST(MaskedPhotos, WithoutAModelMasksAreBelieved) {
   WriteHalves(folder / "a.png", 64, 48);
   const MaskedPhotos photos = Load(folder, nullptr);
   EXPECT_EQ(photos.consistency.used, MaskConsistency::kOff);
-  EXPECT_THAT(photos.sightings, SizeIs(0));
+  EXPECT_THAT(photos.observations, SizeIs(0));
   EXPECT_THAT(photos.labels, SizeIs(2));
   EXPECT_EQ(photos.GivenMask(0)[40], 1);
   EXPECT_TRUE(photos.GivenMask(1).Empty());

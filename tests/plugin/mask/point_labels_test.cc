@@ -36,9 +36,9 @@ class Votes {
     return AddPhoto([](int x, int) { return x < kSide / 2 ? 1 : 2; });
   }
 
-  PointLabel Label(const Sightings& sightings) {
-    photos.sightings = {sightings};
-    LookAtSightings([&](int view) { return ViewMasks{masks[view], masks[view]}; }, &photos);
+  PointLabel Label(const PixelObservations& observations) {
+    photos.observations = {observations};
+    CollectObservations([&](int view) { return ViewMasks{masks[view], masks[view]}; }, &photos);
     return LabelPoints(photos).front();
   }
 
@@ -85,9 +85,10 @@ TEST(PointLabels, ALoneVoteAtABorderStillCounts) {
 TEST(PointLabels, OfATieTheFirstClassWinsWhateverTheOrder) {
   Votes votes;
   const int32_t one = votes.AddUniform(1), two = votes.AddUniform(2);
-  for (const Sightings& sightings :
-       {Sightings{{one, kMiddle}, {two, kMiddle}}, Sightings{{two, kMiddle}, {one, kMiddle}}}) {
-    const PointLabel label = votes.Label(sightings);
+  for (const PixelObservations& observations :
+       {PixelObservations{{one, kMiddle}, {two, kMiddle}},
+        PixelObservations{{two, kMiddle}, {one, kMiddle}}}) {
+    const PointLabel label = votes.Label(observations);
     EXPECT_EQ(label.class_index, 1);
     EXPECT_FLOAT_EQ(label.confidence, 0.5f);
   }
@@ -99,12 +100,12 @@ TEST(PointLabels, WithoutAMaskThereIsNoLabel) {
   votes.photos.photos.push_back(votes.photos.photos.front());
   votes.masks.emplace_back();
   const int32_t without = 2;
-  for (const Sightings& sightings :
-       {Sightings{},
-        Sightings{{without, kMiddle}},
-        Sightings{{nothing, kMiddle}},
-        Sightings{{two, {-1, 5}}, {two, {5, kSide}}, {two, {NAN, 1}}}}) {
-    const PointLabel label = votes.Label(sightings);
+  for (const PixelObservations& observations :
+       {PixelObservations{},
+        PixelObservations{{without, kMiddle}},
+        PixelObservations{{nothing, kMiddle}},
+        PixelObservations{{two, {-1, 5}}, {two, {5, kSide}}, {two, {NAN, 1}}}}) {
+    const PointLabel label = votes.Label(observations);
     EXPECT_EQ(label.class_index, kUnlabelled);
     EXPECT_EQ(label.confidence, 0);
   }

@@ -43,7 +43,7 @@ class Wall {
       const auto x = static_cast<float>(kWidth * random.Uniform());
       const auto y = static_cast<float>(kHeight * random.Uniform());
       seeds.push_back({Eigen::Vector3f(x, y, 0) / kWidth, Eigen::Vector3f::Zero()});
-      Sightings& track = tracks.emplace_back();
+      PixelObservations& track = tracks.emplace_back();
       std::set<int32_t> views;
       while (views.size() < 3) views.insert(static_cast<int32_t>(random.Below(kViews)));
       for (const int32_t view : views) track.push_back({view, {x, y}});
@@ -111,8 +111,8 @@ class Wall {
     result.given.labels = given.labels;
     result.consistency = Correct(MaskConsistency::kTracks, zero_is_class);
     result.labels = masks.labels;
-    result.sightings = tracks;
-    LookAtSightings(
+    result.observations = tracks;
+    CollectObservations(
         [&](int view) {
           return ViewMasks{given.classes[view], masks.classes[view]};
         },
@@ -131,7 +131,7 @@ class Wall {
 
   std::vector<PhotoRecord> photos;
   std::vector<SeedPoint> seeds;
-  std::vector<Sightings> tracks;
+  std::vector<PixelObservations> tracks;
   std::vector<std::vector<int>> ids;  // of the masks, per view
   PaintedMasks masks;                 // after Correct
 };

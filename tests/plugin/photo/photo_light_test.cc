@@ -14,7 +14,7 @@ namespace {
 TEST(PhotoLight, SrgbGoesThereAndBack) {
   EXPECT_DOUBLE_EQ(LinearFromDisplay(1.0), 1);
   EXPECT_DOUBLE_EQ(LinearFromDisplay(0.0), 0);
-  // 118 of 255 is a photographer's grey card, 18 % of the light.
+  // 118 of 255 is a photographer's grey GPU, 18 % of the light.
   EXPECT_NEAR(LinearFromDisplay(118 / 255.0), 0.18, 0.002);
   for (int i = 0; i <= 255; ++i) {
     EXPECT_NEAR(255 * DisplayFromLinear(LinearFromDisplay(i / 255.0)), i, 1e-5);

@@ -179,7 +179,7 @@ TEST(OptionManager, SetsTheDeviceOfTheProcess) {
     EXPECT_THAT(Command().Error({"--input_path", "a", "--device", bad}),
                 HasSubstr("argument ('" + std::string(bad) + "') for option '--device'"));
   }
-  // No machine has as many cards: none at all is the other reason.
+  // No machine has as many GPUs: none at all is the other reason.
   EXPECT_THAT(Command().Error({"--input_path", "a", "--device", "cuda:1000"}),
               StartsWith("--device cuda:1000: "));
   OptionManager exporter("mesh_exporter", "Exports.");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Stands in for libcuda.so.1 on a machine whose graphics card cannot be used: it is found, and
+// Stands in for libcuda.so.1 on a machine whose GPU cannot be used: it is found, and
 // every call fails. Leaves the file that SEMFOAM_DRIVER_NOTE names when it is loaded.
 #include <cstdio>
 #include <cstdlib>

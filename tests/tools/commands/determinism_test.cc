@@ -52,8 +52,8 @@ TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
   EXPECT_FALSE(TrainedFoam({"--random_seed", "1"}) == one);
 }
 
-TEST(Determinism, WithoutACardAutoIsTheCores) {
-  // Hides cards from CUDA, if there are any.
+TEST(Determinism, WithoutAGpuAutoIsTheCpu) {
+  // Hides GPUs from CUDA, if there are any.
   ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
   std::string log;
   const std::string on_auto = TrainedFoam({"--num_threads", "2", "--device", "auto"}, &log);
@@ -66,7 +66,7 @@ TEST(Determinism, WithoutACardAutoIsTheCores) {
   ::unsetenv("CUDA_VISIBLE_DEVICES");
 }
 
-// A driver that is there and refuses everything is no card.
+// A driver that is there and refuses everything is no GPU.
 TEST(Determinism, WithADriverThatFailsAutoIsTheCores) {
   const TempFolder folder;
   const std::string driver = fs::path(SEMFOAM_BROKEN_CUDA_DRIVER).parent_path();
@@ -85,7 +85,7 @@ TEST(Determinism, WithADriverThatFailsAutoIsTheCores) {
   EXPECT_EQ(refused.exit_code, 1);
   if (refused.err.find("built without CUDA") == std::string::npos) {
     EXPECT_THAT(refused.Errors(),
-                ElementsAre("ERROR: --device cuda:0: there is no graphics card here that CUDA can "
+                ElementsAre("ERROR: --device cuda:0: there is no GPU here that CUDA can "
                             "use; --device cpu or auto would be right."));
     EXPECT_TRUE(fs::exists(folder / "loaded")) << "the driver was not asked";
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// --device: the same training on the machine's cores and on a graphics card, if there is one.
+// --device: the same training on the CPU and on a GPU, if there is one.
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,21 +49,20 @@ Outcome TrainAndScore(const TempFolder& folder, const std::string& device, Quali
   return scored;
 }
 
-TEST(Device, TrainsAsWellOnACardAsOnTheCores) {
+TEST(Device, TrainsAsWellOnAGpuAsOnTheCpu) {
   const TempFolder folder;
-  Quality card{}, cores{};
-  const Outcome on_card = TrainAndScore(folder, "cuda:0", &card);
-  if (on_card.exit_code != 0) {
-    ASSERT_EQ(on_card.exit_code, 1);
-    ASSERT_THAT(on_card.err,
-                AnyOf(HasSubstr("built without CUDA"), HasSubstr("no graphics card here")));
+  Quality gpu{}, cpu{};
+  const Outcome on_gpu = TrainAndScore(folder, "cuda:0", &gpu);
+  if (on_gpu.exit_code != 0) {
+    ASSERT_EQ(on_gpu.exit_code, 1);
+    ASSERT_THAT(on_gpu.err, AnyOf(HasSubstr("built without CUDA"), HasSubstr("no GPU here")));
     EXPECT_FALSE(std::filesystem::exists(folder / "cuda:0" / "scene.foam"));
-    GTEST_SKIP() << on_card.err;
+    GTEST_SKIP() << on_gpu.err;
   }
-  const Outcome on_cores = TrainAndScore(folder, "cpu", &cores);
-  ASSERT_EQ(on_cores.exit_code, 0) << on_cores.err;
-  EXPECT_NEAR(card.psnr, cores.psnr, 0.1);
-  EXPECT_NEAR(card.miou, cores.miou, 0.02);
+  const Outcome on_cpu = TrainAndScore(folder, "cpu", &cpu);
+  ASSERT_EQ(on_cpu.exit_code, 0) << on_cpu.err;
+  EXPECT_NEAR(gpu.psnr, cpu.psnr, 0.1);
+  EXPECT_NEAR(gpu.miou, cpu.miou, 0.02);
 }
 
 }  // namespace

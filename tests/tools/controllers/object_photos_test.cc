@@ -57,7 +57,7 @@ TEST(ObjectPhotos, AreThoseThatShowTheObjectByPixels) {
   ASSERT_EQ(scene.objects.size(), 2u);
   const auto names = [&](int object) {
     std::vector<std::string> names;
-    for (const PhotoSighting& s : scene.objects[object].photos) names.push_back(s.photo);
+    for (const PhotoObservation& s : scene.objects[object].photos) names.push_back(s.photo);
     return names;
   };
   // The left ball hides the right one from the left.
@@ -67,7 +67,7 @@ TEST(ObjectPhotos, AreThoseThatShowTheObjectByPixels) {
   // ellipse hardly larger than this circle. Cells stick out of it.
   const double far_pixels = M_PI * std::pow(400 * 1.2 / std::sqrt(144 - 1.44), 2);
   for (const ObjectInfo& object : scene.objects) {
-    const PhotoSighting& last = object.photos.back();
+    const PhotoObservation& last = object.photos.back();
     EXPECT_EQ(last.photo, "far.jpg");
     EXPECT_NEAR(static_cast<double>(last.pixels), far_pixels, 0.25 * far_pixels);
     EXPECT_GT(object.photos.front().pixels, 3 * last.pixels);
@@ -76,7 +76,7 @@ TEST(ObjectPhotos, AreThoseThatShowTheObjectByPixels) {
 
 TEST(ObjectPhotos, AreTheSameOnAnyNumberOfThreads) {
   const Model model = BallsWithPhotos();
-  std::vector<std::vector<PhotoSighting>> first;
+  std::vector<std::vector<PhotoObservation>> first;
   for (const int threads : {1, 3, -1}) {
     SetNumThreads(threads);
     ExportableScene scene = MakeExportableScene(model);

@@ -103,7 +103,7 @@ TEST_F(TrainingFolder, RefusesAnotherRun) {
   ExpectWhole(output);
 }
 
-// As if a graphics card had made the checkpoint; said before photos are read.
+// As if a GPU had made the checkpoint; said before photos are read.
 TEST_F(TrainingFolder, RefusesAnotherKindOfDevice) {
   const TempFolder folder;
   const fs::path output = folder / "out";
@@ -120,9 +120,9 @@ TEST_F(TrainingFolder, RefusesAnotherKindOfDevice) {
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.Errors(),
               ElementsAre("ERROR: " + newest.string() +
-                          ": this checkpoint was made on a graphics card, and gone on with on the "
-                          "machine's cores the run would end with other bytes; --device cuda:0, "
-                          "or another card, or training from the beginning, would be right."));
+                          ": this checkpoint was made on a GPU, and gone on with on the "
+                          "CPU the run would end with other bytes; --device cuda:0, "
+                          "or another GPU, or training from the beginning, would be right."));
   EXPECT_THAT(outcome.err, Not(HasSubstr("Loading")));
 }
 

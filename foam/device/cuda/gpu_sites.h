@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/device/cuda/card_scene.h"
 #include "foam/device/cuda/densification_kernels.h"
+#include "foam/device/cuda/gpu_scene.h"
 #include "foam/optim/densification.h"
 #include "foam/optim/training_device.h"
 
@@ -14,10 +14,10 @@
 
 namespace semfoam {
 
-// The sites of a training in the memory of a graphics card: what the optimiser and densification
-// know of them, beside what rays see (CardScene). Arrays are [N] where nothing else is said.
+// The sites of a training in the memory of a GPU: what the optimiser and densification
+// know of them, beside what rays see (GpuScene). Arrays are [N] where nothing else is said.
 template <typename Machine>
-struct CardSites {
+struct GpuSites {
   template <typename T>
   using Array = typename Machine::template Array<T>;
 
@@ -51,7 +51,7 @@ struct CardSites {
 
   // Carries out a densification, on SH coefficients and identities of `scene`, too: its densities
   // and topology are to follow. Holds the old and the new of one array at a time.
-  void Rearrange(Machine& machine, const Rearrangement& plan, CardScene<Machine>* scene) {
+  void Rearrange(Machine& machine, const Rearrangement& plan, GpuScene<Machine>* scene) {
     const size_t old_count = positions.size(), count = plan.origin.size();
     CHECK_EQ(plan.is_new.size(), count);
     CHECK_EQ(plan.positions.size(), count);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/device/cuda/show_kernels.h"
+#include "foam/device/cuda/render_kernels.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/render/ray_caster.h"
 #include "foam/render/ray_loss.h"
@@ -16,7 +16,7 @@
 
 namespace semfoam {
 
-// Values into an array of a graphics card, and back; the target takes on their number.
+// Values into an array of a GPU, and back; the target takes on their number.
 template <typename Machine, typename Vector, typename Array>
 void SendTo(Machine& machine, const Vector& values, Array* array) {
   array->Resize(values.size());
@@ -28,9 +28,9 @@ void FetchFrom(Machine& machine, const Array& array, Vector* values) {
   machine.Download(array, array.size(), values->data());
 }
 
-// What a ray has to see of a foam, in the memory of a graphics card.
+// What a ray has to see of a foam, in the memory of a GPU.
 template <typename Machine>
-struct CardScene {
+struct GpuScene {
   template <typename T>
   using Array = typename Machine::template Array<T>;
 
@@ -88,18 +88,18 @@ struct CardScene {
   }
 };
 
-// Shows rays of a scene that is on the card. Ray: as in ShowRay.
+// Shows rays of a scene that is on the GPU. Ray: as in RenderRay.
 template <typename Machine, typename Ray>
-class RayShower {
+class GpuRenderer {
  public:
   // `hit_step_limit`: whether any ray did.
-  std::vector<ShownRay> Show(Machine& machine,
-                             const WalkView<float>& geometry,
-                             const CellShading<float>& shading,
-                             const ClassifierView<float>& classifier,
-                             std::span<const Ray> rays,
-                             bool* hit_step_limit) {
-    std::vector<ShownRay> shown(rays.size());
+  std::vector<RenderedRay> Render(Machine& machine,
+                                  const WalkView<float>& geometry,
+                                  const CellShading<float>& shading,
+                                  const ClassifierView<float>& classifier,
+                                  std::span<const Ray> rays,
+                                  bool* hit_step_limit) {
+    std::vector<RenderedRay> rendered(rays.size());
     any_step_limit_hit_.Resize(1);
     machine.Clear(&any_step_limit_hit_);
     for (size_t begin = 0; begin < rays.size(); begin += kRaysAtATime) {
@@ -108,26 +108,26 @@ class RayShower {
       shown_.Resize(count);
       machine.Upload(rays.data() + begin, count, &rays_);
       machine.ForEach(count,
-                      ShowRay<Ray>{geometry,
-                                   shading,
-                                   classifier,
-                                   static_cast<float>(-std::log(kTransmittanceCutoff)),
-                                   rays_.data(),
-                                   shown_.data(),
-                                   any_step_limit_hit_.data()});
-      machine.Download(shown_, count, shown.data() + begin);
+                      RenderRay<Ray>{geometry,
+                                     shading,
+                                     classifier,
+                                     static_cast<float>(-std::log(kTransmittanceCutoff)),
+                                     rays_.data(),
+                                     shown_.data(),
+                                     any_step_limit_hit_.data()});
+      machine.Download(shown_, count, rendered.data() + begin);
     }
     uint8_t hit = 0;
     machine.Download(any_step_limit_hit_, 1, &hit);
     *hit_step_limit = hit != 0;
-    return shown;
+    return rendered;
   }
 
  private:
   static constexpr size_t kRaysAtATime = size_t{1} << 21;
 
   typename Machine::template Array<Ray> rays_;
-  typename Machine::template Array<ShownRay> shown_;
+  typename Machine::template Array<RenderedRay> shown_;
   typename Machine::template Array<uint8_t> any_step_limit_hit_;
 };
 

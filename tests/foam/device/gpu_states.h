@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/device/cuda/card_training.h"
 #include "foam/device/cuda/cuda_device.h"
+#include "foam/device/cuda/gpu_training.h"
 #include "foam/device/cuda/host_machine.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/optim/training_device.h"
@@ -18,28 +18,28 @@
 #include <glog/logging.h>
 #include <gtest/gtest.h>
 
-// A graphics card and foams to train on it. What its kernels do is also run on the machine's cores:
+// A GPU and foams to train on it. What its kernels do is also run on the CPU:
 // the same source that nvcc compiles, but for launching, memory, sorting and prefix sums. Where
-// there is no card, the tests that need one are skipped and say so.
+// there is no GPU, the tests that need one are skipped and say so.
 
 namespace semfoam {
 
-// Why a test that needs a card cannot run; empty if it can.
-inline std::string WhyNoCard() {
+// Why a test that needs a GPU cannot run; empty if it can.
+inline std::string WhyNoGpu() {
 #ifdef SEMFOAM_HAS_CUDA
-  return NumCudaDevices() > 0 ? "" : "there is no NVIDIA card, or no driver for it";
+  return NumCudaDevices() > 0 ? "" : "there is no NVIDIA GPU, or no driver for it";
 #else
   return "built without CUDA";
 #endif
 }
 
-// On "cuda", the first card, or on "cores", the kernels without one.
-inline std::unique_ptr<TrainingDevice> MakeCard(const std::string& kind, TrainingState* state) {
+// On "cuda", the first GPU, or on "cpu", the kernels without one.
+inline std::unique_ptr<TrainingDevice> MakeGpu(const std::string& kind, TrainingState* state) {
 #ifdef SEMFOAM_HAS_CUDA
   if (kind == "cuda") return MakeCudaTrainingDevice(0, state);
 #endif
-  CHECK_EQ(kind, "cores");
-  return std::make_unique<CardTraining<HostMachine>>(state);
+  CHECK_EQ(kind, "cpu");
+  return std::make_unique<GpuTraining<HostMachine>>(state);
 }
 
 struct Scene {
@@ -110,13 +110,13 @@ inline std::vector<float> Coordinates(const std::vector<Eigen::Vector3f>& points
   return values;
 }
 
-class Card : public testing::TestWithParam<std::string> {
+class Gpu : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    if (GetParam() == "cuda" && !WhyNoCard().empty()) GTEST_SKIP() << WhyNoCard();
+    if (GetParam() == "cuda" && !WhyNoGpu().empty()) GTEST_SKIP() << WhyNoGpu();
   }
   std::unique_ptr<TrainingDevice> MakeTraining(TrainingState* state) const {
-    return MakeCard(GetParam(), state);
+    return MakeGpu(GetParam(), state);
   }
 };
 

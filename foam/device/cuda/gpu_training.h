@@ -2,9 +2,9 @@
 #pragma once
 
 #include "foam/device/cuda/batch_kernels.h"
-#include "foam/device/cuda/card_scene.h"
-#include "foam/device/cuda/card_sites.h"
-#include "foam/device/cuda/show_kernels.h"
+#include "foam/device/cuda/gpu_scene.h"
+#include "foam/device/cuda/gpu_sites.h"
+#include "foam/device/cuda/render_kernels.h"
 #include "foam/device/cuda/update_kernels.h"
 #include "foam/optim/training_device.h"
 #include "foam/render/cell_shading.h"
@@ -21,18 +21,18 @@
 
 namespace semfoam {
 
-// A training on a graphics card (Machine: CudaMachine; HostMachine in tests): the state lives in
-// the card's memory, and an iteration sends rays there and fetches sums.
+// A training on a GPU (Machine: CudaMachine; HostMachine in tests): the state lives in
+// the GPU's memory, and an iteration sends rays there and fetches sums.
 //
 // The gradients of a batch are summed in the order of the rays, whichever thread was first: each
 // ray leaves its contributions in a pool, these are listed in the order of the rays, sorted by cell
 // (stably), and each cell adds up its own. So the bytes of a result depend on the input and the
-// kind of card alone.
+// kind of GPU alone.
 template <typename Machine>
-class CardTraining : public TrainingDevice {
+class GpuTraining : public TrainingDevice {
  public:
   template <typename... Arguments>
-  explicit CardTraining(TrainingState* state, Arguments&&... arguments)
+  explicit GpuTraining(TrainingState* state, Arguments&&... arguments)
       : state_(state), machine_(std::forward<Arguments>(arguments)...) {
     const std::vector<AdamCorrection>& corrections = AdamCorrections();
     Send(corrections, &corrections_);
@@ -40,7 +40,7 @@ class CardTraining : public TrainingDevice {
     any_twin_.Resize(1);
   }
 
-  DeviceKind Kind() const override { return DeviceKind::kCard; }
+  DeviceKind Kind() const override { return DeviceKind::kGpu; }
 
   void Upload() override {
     const Foam& foam = state_->foam;
@@ -94,7 +94,7 @@ class CardTraining : public TrainingDevice {
   }
 
   // CGAL triangulates some 0.2 M sites a second; iterations of so many sites that take 40 ms or
-  // more do not wait for it then. Counted, not measured: no card has run this yet.
+  // more do not wait for it then. Counted, not measured: no GPU has run this yet.
   int TriangulationLag(size_t num_sites) const override {
     return std::max(8, static_cast<int>(num_sites / 8192));
   }
@@ -111,11 +111,11 @@ class CardTraining : public TrainingDevice {
                                   scene_.has_twin.data(),
                                   any_twin_.data()});
     machine_.ForEach(scene_.blocks.size(),
-                     LeaveTwinsToDouble{scene_.first_block.data(),
-                                        scene_.cell_of_block.data(),
-                                        scene_.has_twin.data(),
-                                        any_twin_.data(),
-                                        scene_.blocks.data()});
+                     LeaveNearDuplicatesToDouble{scene_.first_block.data(),
+                                                 scene_.cell_of_block.data(),
+                                                 scene_.has_twin.data(),
+                                                 any_twin_.data(),
+                                                 scene_.blocks.data()});
   }
 
   void StartCells(const std::vector<Eigen::Vector3d>& origins,
@@ -143,7 +143,7 @@ class CardTraining : public TrainingDevice {
     return result;
   }
 
-  std::vector<ShownRay> Show(const std::vector<BatchRay>& rays, int sh_degree) override {
+  std::vector<RenderedRay> Render(const std::vector<BatchRay>& rays, int sh_degree) override {
     const int own_degree = state_->foam.sh_degree;
     CHECK_LE(sh_degree, own_degree);
     CellShading<float> shading = scene_.Shading(own_degree);
@@ -159,12 +159,12 @@ class CardTraining : public TrainingDevice {
     }
     // A topology that has become stale may cut a ray; training counts and judges these.
     bool hit_step_limit = false;
-    return shower_.Show(machine_,
-                        scene_.Geometry(num_sites_),
-                        shading,
-                        scene_.Classes(NumClasses()),
-                        rays,
-                        &hit_step_limit);
+    return renderer_.Render(machine_,
+                            scene_.Geometry(num_sites_),
+                            shading,
+                            scene_.Classes(NumClasses()),
+                            rays,
+                            &hit_step_limit);
   }
 
  private:
@@ -226,7 +226,7 @@ class CardTraining : public TrainingDevice {
     }
   }
 
-  PiecePool Pool() {
+  SegmentPool Pool() {
     return {slots_.data(), chunks_.data(), taken_.data(), static_cast<uint32_t>(chunks_.size())};
   }
   void ResizePool(uint32_t num_chunks) {
@@ -251,8 +251,8 @@ class CardTraining : public TrainingDevice {
       totals->mean_loss.identity += sum.loss.identity / num_rays;
       totals->mean_loss.cell_identity += sum.loss.cell_identity / num_rays;
       totals->step_limit_hits += sum.step_limit_hits;
-      totals->num_pieces += sum.num_pieces;
-      totals->clamped_pieces += sum.clamped_pieces;
+      totals->num_segments += sum.num_segments;
+      totals->clamped_segments += sum.clamped_segments;
       num_contributions += sum.num_contributions;
     }
     CHECK_LT(num_contributions, int64_t{1} << 32);
@@ -358,7 +358,7 @@ class CardTraining : public TrainingDevice {
     return std::llround(Sum(not_finite_));
   }
 
-  // The classifier is small: its gradient is summed on the card, its step taken on the host.
+  // The classifier is small: its gradient is summed on the GPU, its step taken on the host.
   int64_t UpdateClassifier(const TrainingStep& step) {
     Foam& foam = state_->foam;
     const int64_t num_samples = samples_.size();
@@ -397,8 +397,8 @@ class CardTraining : public TrainingDevice {
   uint32_t num_sites_ = 0;
 
   // The foam and its topology; positions in the scene are those of the planes.
-  CardScene<Machine> scene_;
-  CardSites<Machine> sites_;
+  GpuScene<Machine> scene_;
+  GpuSites<Machine> sites_;
   Array<uint8_t> is_clear_;
   Array<float> radius_;
   bool has_graph_ = false;
@@ -415,7 +415,7 @@ class CardTraining : public TrainingDevice {
   Array<RayTally> tallies_;
   Array<TallySum> tally_sums_;
   Array<Slot> slots_;
-  Array<uint32_t> chunks_;  // PiecePool::previous
+  Array<uint32_t> chunks_;  // SegmentPool::previous
   Array<uint32_t> taken_;
   Array<uint32_t> counts_, first_, cells_, order_, begin_, end_;
   Array<float> gradients_;
@@ -426,7 +426,7 @@ class CardTraining : public TrainingDevice {
   Array<double> sums_;
 
   // Rays that are only shown, and their start.
-  RayShower<Machine, BatchRay> shower_;
+  GpuRenderer<Machine, BatchRay> renderer_;
   Array<float> lower_sh_;
   Array<Eigen::Vector3d> origins_;
   Array<uint32_t> start_cells_;

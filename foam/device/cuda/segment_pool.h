@@ -9,13 +9,13 @@
 #include <cstdint>
 
 // The record of a ray where thousands of them are cast at once: in chunks of a common pool, as many
-// as the ray needs. The walk writes its pieces there; the backward pass reads each of them once and
-// leaves what it has to say to a cell in their place.
+// as the ray needs. The walk writes its segments there; the backward pass reads each of them once
+// and leaves what it has to say to a cell in their place.
 
 namespace semfoam {
 
-// As a piece of a ray: its cell, what it is, and t_out, tau_in, sigma and the colour (the last five
-// only if it is shaded). As a contribution (CellContribution): its cell, ray and channels, and
+// As a segment of a ray: its cell, what it is, and t_out, tau_in, sigma and the colour (the last
+// five only if it is shaded). As a contribution (CellContribution): its cell, ray and channels, and
 // weight, density and position.
 struct alignas(32) Slot {
   uint32_t cell;
@@ -26,7 +26,7 @@ struct alignas(32) Slot {
 inline constexpr uint32_t kSlotsPerChunk = 32;
 inline constexpr uint32_t kNoChunk = ~0u;
 
-struct PiecePool {
+struct SegmentPool {
   Slot* slots = nullptr;         // [num_chunks][kSlotsPerChunk]
   uint32_t* previous = nullptr;  // [num_chunks] the chunk before, on the same ray
   uint32_t* num_taken =
@@ -40,7 +40,7 @@ struct SlotCursor {
   uint32_t position = kSlotsPerChunk;
 
   // Moves back over a slot, and returns where it lies in the pool.
-  SEMFOAM_HOST_DEVICE uint32_t Back(const PiecePool& pool) {
+  SEMFOAM_HOST_DEVICE uint32_t Back(const SegmentPool& pool) {
     if (position == 0) {
       chunk = pool.previous[chunk];
       position = kSlotsPerChunk;
@@ -53,20 +53,20 @@ struct SlotCursor {
 // See RayRecord.
 class PooledRecord : public RayInProgress<float> {
  public:
-  SEMFOAM_HOST_DEVICE explicit PooledRecord(const PiecePool& pool) : pool_(pool) {}
+  SEMFOAM_HOST_DEVICE explicit PooledRecord(const SegmentPool& pool) : pool_(pool) {}
 
   SEMFOAM_HOST_DEVICE void Clear() {
     end_ = {};
-    end_of_pieces_ = {};
-    num_pieces = num_clamped = 0;
+    end_of_segments_ = {};
+    num_segments = num_clamped = 0;
     num_shaded_ = 0;
     overflow = false;
   }
   SEMFOAM_HOST_DEVICE int NumShaded() const { return num_shaded_; }
 
-  SEMFOAM_HOST_DEVICE bool Add(const RecordedPiece<float>& piece,
-                               const ShadedPiece<float>* appearance) {
-    Slot slot{piece.cell, piece.clamped ? kClamped : 0, {piece.t_out, 0, 0, 0, 0, 0}};
+  SEMFOAM_HOST_DEVICE bool Add(const RecordedSegment<float>& segment,
+                               const ShadedSegment<float>* appearance) {
+    Slot slot{segment.cell, segment.clamped ? kClamped : 0, {segment.t_out, 0, 0, 0, 0, 0}};
     if (appearance != nullptr) {
       slot.bits |= kShaded;
       slot.values[1] = appearance->tau_in;
@@ -74,59 +74,60 @@ class PooledRecord : public RayInProgress<float> {
       for (int c = 0; c < 3; ++c) slot.values[3 + c] = appearance->color[c];
     }
     if (!Push(slot)) return false;
-    end_of_pieces_ = end_;
-    ++num_pieces;
+    end_of_segments_ = end_;
+    ++num_segments;
     num_shaded_ += appearance != nullptr;
-    num_clamped += piece.clamped;
-    last_next_ = piece.next;
+    num_clamped += segment.clamped;
+    last_next_ = segment.next;
     return true;
   }
 
-  // One more slot, for a contribution that has no piece.
+  // One more slot, for a contribution that has no segment.
   SEMFOAM_HOST_DEVICE bool AddRoom() { return Push({0, 0, {}}); }
 
   struct Backwards {
     const PooledRecord& record;
     SlotCursor cursor;
-    uint32_t pieces_left;
+    uint32_t segments_left;
     int shaded_left;
     uint32_t next_cell;
-    Slot slot;  // the next piece's
+    Slot slot;  // the next segment's
 
-    SEMFOAM_HOST_DEVICE bool Next(RecordedPiece<float>* piece, ShadedPiece<float>* appearance) {
-      if (pieces_left == 0) return false;
+    SEMFOAM_HOST_DEVICE bool Next(RecordedSegment<float>* segment,
+                                  ShadedSegment<float>* appearance) {
+      if (segments_left == 0) return false;
       const Slot here = slot;
       float t_in = 0;
-      if (--pieces_left > 0) {
+      if (--segments_left > 0) {
         slot = record.pool_.slots[cursor.Back(record.pool_)];
         t_in = slot.values[0];
       }
-      piece->cell = here.cell;
-      piece->next = next_cell;
-      piece->clamped = (here.bits & kClamped) != 0;
-      piece->t_out = here.values[0];
-      piece->shaded = -1;
+      segment->cell = here.cell;
+      segment->next = next_cell;
+      segment->clamped = (here.bits & kClamped) != 0;
+      segment->t_out = here.values[0];
+      segment->shaded = -1;
       next_cell = here.cell;
       if ((here.bits & kShaded) == 0) return true;
-      piece->shaded = --shaded_left;
+      segment->shaded = --shaded_left;
       appearance->t_in = t_in;
       appearance->tau_in = here.values[1];
       appearance->sigma = here.values[2];
-      appearance->optical_depth = appearance->sigma * (piece->t_out - t_in);  // as in AddPiece
+      appearance->optical_depth = appearance->sigma * (segment->t_out - t_in);  // as in AddSegment
       appearance->weight = std::exp(-appearance->tau_in) * -std::expm1(-appearance->optical_depth);
       for (int c = 0; c < 3; ++c) appearance->color[c] = here.values[3 + c];
       return true;
     }
   };
   SEMFOAM_HOST_DEVICE Backwards FromTheEnd() const {
-    Backwards pieces{*this, end_of_pieces_, num_pieces, num_shaded_, last_next_, {}};
-    if (num_pieces > 0) pieces.slot = pool_.slots[pieces.cursor.Back(pool_)];
-    return pieces;
+    Backwards segments{*this, end_of_segments_, num_segments, num_shaded_, last_next_, {}};
+    if (num_segments > 0) segments.slot = pool_.slots[segments.cursor.Back(pool_)];
+    return segments;
   }
 
   SEMFOAM_HOST_DEVICE SlotCursor end() const { return end_; }
 
-  uint32_t num_pieces = 0;
+  uint32_t num_segments = 0;
   uint32_t num_clamped = 0;
   bool overflow = false;  // the pool was too small
 
@@ -147,18 +148,18 @@ class PooledRecord : public RayInProgress<float> {
     return true;
   }
 
-  const PiecePool& pool_;
-  SlotCursor end_, end_of_pieces_;
+  const SegmentPool& pool_;
+  SlotCursor end_, end_of_segments_;
   int num_shaded_ = 0;
   uint32_t last_next_ = 0;
 };
 
-// Writes contributions from the end of a record backwards: one for each piece and each room at
-// most, and for the cell behind a piece only after that piece was read, so that none is written
-// over a piece that is still wanted.
+// Writes contributions from the end of a record backwards: one for each segment and each room at
+// most, and for the cell behind a segment only after that segment was read, so that none is written
+// over a segment that is still wanted.
 class ContributionWriter {
  public:
-  SEMFOAM_HOST_DEVICE ContributionWriter(const PiecePool& pool, SlotCursor end)
+  SEMFOAM_HOST_DEVICE ContributionWriter(const SegmentPool& pool, SlotCursor end)
       : pool_(pool), cursor_(end) {}
 
   SEMFOAM_HOST_DEVICE void Write(uint32_t ray, const CellContribution<float>& c) {
@@ -171,7 +172,7 @@ class ContributionWriter {
   SEMFOAM_HOST_DEVICE uint32_t num_written() const { return num_written_; }
 
  private:
-  const PiecePool& pool_;
+  const SegmentPool& pool_;
   SlotCursor cursor_;
   uint32_t num_written_ = 0;
 };

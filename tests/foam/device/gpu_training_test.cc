@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a training on a graphics card does besides its steps: densification, new topologies, going
+// What a training on a GPU does besides its steps: densification, new topologies, going
 // on from checkpoints; and whole runs.
 #include "foam/device/cpu_device.h"
 
@@ -12,14 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "tests/foam/device/card_states.h"
+#include "tests/foam/device/gpu_states.h"
 #include "tests/foam/train/stopped_runs.h"
 #include <gtest/gtest.h>
 
 namespace semfoam {
 namespace {
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Card, testing::Values("cores", "cuda"));
+INSTANTIATE_TEST_SUITE_P(Kinds, Gpu, testing::Values("cpu", "cuda"));
 
 // A foam in the middle of a training, with other moments, steps and statistics for every site.
 std::unique_ptr<TrainingState> MakeMarkedState(const Scene& scene) {
@@ -70,19 +70,19 @@ void ExpectSameBits(const TrainingState& a, const TrainingState& b) {
   EXPECT_EQ(a.densification.contribution, b.densification.contribution);
 }
 
-TEST_P(Card, RearrangesAsTheCoresDo) {
+TEST_P(Gpu, RearrangesAsTheCoresDo) {
   for (const Scene& scene : {Scene{}, Scene{3, 0, 0, 0, 0}, Scene{0, 2, 0, 0, 0}}) {
-    const auto on_cores = MakeMarkedState(scene), on_card = MakeMarkedState(scene);
-    const Foam before = on_cores->foam;
-    const Rearrangement plan = MakePlan(*on_cores);
-    const auto cores = MakeCpuTrainingDevice(on_cores.get());
-    const auto card = MakeTraining(on_card.get());
+    const auto on_cpu = MakeMarkedState(scene), on_gpu = MakeMarkedState(scene);
+    const Foam before = on_cpu->foam;
+    const Rearrangement plan = MakePlan(*on_cpu);
+    const auto cpu = MakeCpuTrainingDevice(on_cpu.get());
+    const auto gpu = MakeTraining(on_gpu.get());
     // Above the middle, space is free.
     SyntheticViews views(16, 64, 48);
     const FreeSpace free_space(views, views.Seeds(800));
     int clear = 0;
     for (const auto& [device, state] :
-         {std::pair(cores.get(), on_cores.get()), std::pair(card.get(), on_card.get())}) {
+         {std::pair(cpu.get(), on_cpu.get()), std::pair(gpu.get(), on_gpu.get())}) {
       device->Upload();
       device->UploadTopology();
       device->Rearrange(plan);
@@ -96,10 +96,10 @@ TEST_P(Card, RearrangesAsTheCoresDo) {
       device->HoldDensities();
       device->Download();
     }
-    ExpectSameBits(*on_card, *on_cores);
+    ExpectSameBits(*on_gpu, *on_cpu);
 
     // All that there was to do has been done.
-    const Foam& after = on_card->foam;
+    const Foam& after = on_gpu->foam;
     EXPECT_GT(clear, 20);
     EXPECT_EQ(
         std::count(after.raw_density.begin(), after.raw_density.end(), kTransparentRawDensity),
@@ -110,36 +110,36 @@ TEST_P(Card, RearrangesAsTheCoresDo) {
       kept += is == was && was > kLowestRawDensity;
       faded += is == kLowestRawDensity && was > kLowestRawDensity;
       placed += after.positions[k] == plan.positions[k];
-      EXPECT_EQ(on_card->optimizer->steps()[k], plan.is_new[k] ? 0 : 1000 + plan.origin[k]);
+      EXPECT_EQ(on_gpu->optimizer->steps()[k], plan.is_new[k] ? 0 : 1000 + plan.origin[k]);
     }
     EXPECT_GT(kept, 20u);
     EXPECT_GT(faded, 20u);
     EXPECT_EQ(placed, size_t(std::count(plan.is_new.begin(), plan.is_new.end(), 1)));
 
     // What rays see of it is what they see where all of it was brought over, densities included.
-    const std::vector<BatchRay> rays = RandomRays(*on_card, 1000);
-    const auto anew = MakeTraining(on_cores.get());
+    const std::vector<BatchRay> rays = RandomRays(*on_gpu, 1000);
+    const auto anew = MakeTraining(on_cpu.get());
     anew->Upload();
     anew->UploadTopology();
-    const std::vector<ShownRay> a = card->Show(rays, scene.sh_degree),
-                                b = anew->Show(rays, scene.sh_degree);
+    const std::vector<RenderedRay> a = gpu->Render(rays, scene.sh_degree),
+                                   b = anew->Render(rays, scene.sh_degree);
     for (size_t i = 0; i < rays.size(); ++i) {
       ASSERT_EQ(a[i].color, b[i].color);
       ASSERT_EQ(a[i].opacity, b[i].opacity);
       ASSERT_EQ(a[i].class_index, b[i].class_index);
     }
     // And it learns on.
-    const TrainingStepResult on = card->Step(StepFor(rays, scene)),
+    const TrainingStepResult on = gpu->Step(StepFor(rays, scene)),
                              expected = anew->Step(StepFor(rays, scene));
-    EXPECT_EQ(on.batch.num_pieces, expected.batch.num_pieces);
-    card->Download();
+    EXPECT_EQ(on.batch.num_segments, expected.batch.num_segments);
+    gpu->Download();
     anew->Download();
-    ExpectSameBits(*on_card, *on_cores);
+    ExpectSameBits(*on_gpu, *on_cpu);
   }
 }
 
 // A whole run, with densification, changes of the SH degree, triangulations and evaluations.
-TEST_P(Card, TrainsAsWellAsTheCores) {
+TEST_P(Gpu, TrainsAsWellAsTheCores) {
   const SyntheticViews views(16, 64, 48);
   TrainingOptions options;
   options.num_rays = 300'000;
@@ -154,28 +154,27 @@ TEST_P(Card, TrainsAsWellAsTheCores) {
   double psnr = 0, miou = 0;  // mean differences
   for (int run = 1; run <= kRuns; ++run) {
     options.random_seed = run;
-    const TrainingSummary on_cores = TrainFoam(views, views.Seeds(800), 3, options, nullptr);
+    const TrainingSummary on_cpu = TrainFoam(views, views.Seeds(800), 3, options, nullptr);
     TrainingHooks hooks;
     hooks.make_device = [this](TrainingState* state) { return MakeTraining(state); };
-    const TrainingSummary on_card =
-        TrainFoam(views, views.Seeds(800), 3, options, std::move(hooks));
-    EXPECT_EQ(on_card.step_limit_hits, 0);
-    EXPECT_EQ(on_card.nonfinite_gradients, 0);
-    EXPECT_NEAR(double(on_card.foam.NumSites()),
-                double(on_cores.foam.NumSites()),
-                0.02 * on_cores.foam.NumSites());
-    psnr += (on_card.last.held_out_psnr - on_cores.last.held_out_psnr) / kRuns;
-    miou += (on_card.last.held_out_miou - on_cores.last.held_out_miou) / kRuns;
+    const TrainingSummary on_gpu = TrainFoam(views, views.Seeds(800), 3, options, std::move(hooks));
+    EXPECT_EQ(on_gpu.step_limit_hits, 0);
+    EXPECT_EQ(on_gpu.nonfinite_gradients, 0);
+    EXPECT_NEAR(double(on_gpu.foam.NumSites()),
+                double(on_cpu.foam.NumSites()),
+                0.02 * on_cpu.foam.NumSites());
+    psnr += (on_gpu.last.held_out_psnr - on_cpu.last.held_out_psnr) / kRuns;
+    miou += (on_gpu.last.held_out_miou - on_cpu.last.held_out_miou) / kRuns;
   }
   EXPECT_NEAR(psnr, 0, 0.3);
   EXPECT_NEAR(miou, 0, 0.03);
 }
 
-// Checkpoints of a card's runs.
-class CardRuns : public ResumeTest {
+// Checkpoints of a GPU's runs.
+class GpuRuns : public ResumeTest {
  protected:
-  static std::unique_ptr<TrainingDevice> MakeCardOfCores(TrainingState* state) {
-    return MakeCard("cores", state);
+  static std::unique_ptr<TrainingDevice> MakeEmulatedGpu(TrainingState* state) {
+    return MakeGpu("cpu", state);
   }
 
   // The text of the checkpoint `iteration` with another entry for its device; none where empty.
@@ -202,12 +201,12 @@ class CardRuns : public ResumeTest {
 
 // Before and after plans, take-overs and changes of the SH degree; the host's state is stale in
 // between.
-TEST_F(CardRuns, EndWithTheSameBytesWhereverTheyStopped) {
+TEST_F(GpuRuns, EndWithTheSameBytesWhereverTheyStopped) {
   const TrainingOptions options = EventfulRun();
   TrainingHooks hooks;
-  hooks.make_device = MakeCardOfCores;
+  hooks.make_device = MakeEmulatedGpu;
   const TrainingSummary plain = Train(options, std::move(hooks));
-  const TrainingSummary whole = TrainAndSave(options, MakeCardOfCores);
+  const TrainingSummary whole = TrainAndSave(options, MakeEmulatedGpu);
   EXPECT_EQ(whole.triangulation_lag, 72 / 16);
   ExpectSame(whole, plain);
   const int64_t n = whole.last.iteration;
@@ -218,30 +217,30 @@ TEST_F(CardRuns, EndWithTheSameBytesWhereverTheyStopped) {
   for (const int64_t stop : stops) {
     if (stop % 3 == 0) continue;
     SCOPED_TRACE("stopped after iteration " + std::to_string(stop));
-    ExpectSame(Resume(options, stop, MakeCardOfCores), whole);
+    ExpectSame(Resume(options, stop, MakeEmulatedGpu), whole);
   }
 }
 
-TEST_F(CardRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
+TEST_F(GpuRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
   const std::string path = PathOf(1000).string();
-  TrainAndSave(ShortRun(), MakeCardOfCores);
+  TrainAndSave(ShortRun(), MakeEmulatedGpu);
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cuda");
-  EXPECT_EQ(RefusalOf(20, "cuda", MakeCardOfCores), "");
+  EXPECT_EQ(RefusalOf(20, "cuda", MakeEmulatedGpu), "");
   EXPECT_EQ(RefusalOf(20, "cuda", nullptr),
             path +
-                ": this checkpoint was made on a graphics card, and gone on with on the "
-                "machine's cores the run would end with other bytes; --device cuda:0, or "
-                "another card, or training from the beginning, would be right.");
-  const std::string of_cores =
+                ": this checkpoint was made on a GPU, and gone on with on the "
+                "CPU the run would end with other bytes; --device cuda:0, or "
+                "another GPU, or training from the beginning, would be right.");
+  const std::string of_cpu =
       path +
-      ": this checkpoint was made on the machine's cores, and gone on with on a graphics "
-      "card the run would end with other bytes; --device cpu, or training from the "
+      ": this checkpoint was made on the CPU, and gone on with on a "
+      "GPU the run would end with other bytes; --device cpu, or training from the "
       "beginning, would be right.";
   TrainAndSave(ShortRun());
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cpu");
-  EXPECT_EQ(RefusalOf(20, "cpu", MakeCardOfCores), of_cores);
+  EXPECT_EQ(RefusalOf(20, "cpu", MakeEmulatedGpu), of_cpu);
   // An older program's, which does not say.
-  EXPECT_EQ(RefusalOf(20, "", MakeCardOfCores), of_cores);
+  EXPECT_EQ(RefusalOf(20, "", MakeEmulatedGpu), of_cpu);
   EXPECT_EQ(RefusalOf(20, "", nullptr), "");
   EXPECT_NE(RefusalOf(20, "abacus", nullptr).find("neither 'cpu' nor 'cuda'"), std::string::npos);
 }

@@ -15,14 +15,14 @@ namespace semfoam {
 
 // What a ray shows. `Ray` has an origin, a direction and a start_cell. Thread: ray.
 template <typename Ray>
-struct ShowRay {
+struct RenderRay {
   WalkView<float> geometry;
   CellShading<float> shading;
   ClassifierView<float> classifier;
   float cutoff_tau;
   const Ray* rays;
 
-  ShownRay* shown;
+  RenderedRay* rendered;
   uint8_t* any_step_limit_hit;  // one, zero before
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
@@ -33,18 +33,18 @@ struct ShowRay {
     ray.composite.quantile_tau[0] = std::log(2.f);
     TraceRay(geometry, shading, rays[i].start_cell, cutoff_tau, &ray);
     if (ray.hit_step_limit) Raise(any_step_limit_hit);
-    ShownRay out;
+    RenderedRay out;
     const float transmittance = ray.composite.Transmittance();
     for (int c = 0; c < 3; ++c) out.color[c] = ray.composite.color[c] + transmittance;
     out.opacity = ray.composite.Opacity();
-    if (ray.composite.quantile_piece[0] >= 0) out.distance = ray.composite.quantile_depth[0];
+    if (ray.composite.quantile_segment[0] >= 0) out.distance = ray.composite.quantile_depth[0];
     if (classifier.num_classes > 0 && out.opacity >= 0.5f) {
       const MostLikelyClass best = FindMostLikelyClass(
           classifier.weight, classifier.bias, classifier.num_classes, ray.composite.identity);
       out.class_index = best.class_index;
       out.confidence = best.confidence;
     }
-    shown[i] = out;
+    rendered[i] = out;
   }
 };
 

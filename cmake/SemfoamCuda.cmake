@@ -1,6 +1,7 @@
-# NVIDIA's cards: SEMFOAM_CUDA = AUTO (where a compiler for them is found), ON (or an error) or OFF. Sets SEMFOAM_HAS_CUDA.
-set(SEMFOAM_CUDA AUTO CACHE STRING "Train and render on NVIDIA's cards, too: AUTO, ON or OFF")
-set_property(CACHE SEMFOAM_CUDA PROPERTY STRINGS AUTO ON OFF)
+# NVIDIA's GPUs, experimental: SEMFOAM_CUDA = OFF, AUTO (where a compiler for them is found) or ON (or an error). Sets
+# SEMFOAM_HAS_CUDA. The kernels are tested on the CPU in every build.
+set(SEMFOAM_CUDA OFF CACHE STRING "Train and render on NVIDIA's GPUs, too (experimental): OFF, AUTO or ON")
+set_property(CACHE SEMFOAM_CUDA PROPERTY STRINGS OFF AUTO ON)
 
 set(SEMFOAM_HAS_CUDA OFF)
 if(SEMFOAM_CUDA)
@@ -35,10 +36,10 @@ if(SEMFOAM_CUDA)
     set(reason "no CUDA compiler was found (nvcc)")
   endif()
   if(SEMFOAM_HAS_CUDA)
-    message(STATUS "Graphics cards: with CUDA ${CMAKE_CUDA_COMPILER_VERSION}, for ${CMAKE_CUDA_ARCHITECTURES}")
+    message(STATUS "GPUs: with CUDA ${CMAKE_CUDA_COMPILER_VERSION}, for ${CMAKE_CUDA_ARCHITECTURES}")
   elseif(SEMFOAM_CUDA STREQUAL "ON")
     message(FATAL_ERROR "SEMFOAM_CUDA is ON, but ${reason}.")
   else()
-    message(STATUS "Graphics cards: not in this build; ${reason}")
+    message(STATUS "GPUs: not in this build; ${reason}")
   endif()
 endif()

@@ -6,7 +6,11 @@ include(CMakePackageConfigHelpers)
 set(SEMFOAM_INSTALL_INCLUDE ${CMAKE_INSTALL_INCLUDEDIR}/SemanticFoam)
 
 function(semfoam_install)
-  install(TARGETS semfoam semfoam_benchmark RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  foreach(program semfoam semfoam_benchmark)
+    if(TARGET ${program})
+      install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    endif()
+  endforeach()
   foreach(library foam plugin export)
     set_target_properties(semfoam_${library} PROPERTIES EXPORT_NAME ${library})
     install(

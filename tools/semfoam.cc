@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/scene/names.h"
-#include "foam/util/error.h"
-#include "foam/util/interruption.h"
-#include "foam/util/scratch_folder.h"
 #include "tools/cli/logging.h"
-#include "tools/cli/memory_task.h"
+#include "tools/cli/run_command.h"
 #include "tools/commands/commands.h"
 
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
-#include <filesystem>
-#include <new>
 #include <string>
-
-#include <poll.h>
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -47,9 +37,7 @@ constexpr Command kCommands[] = {
     {"view_interpolator",
      "makes a film of the photos for a mask tracker, with views between",
      RunViewInterpolator},
-    {"mask_corrupter", "damages masks as trackers do, for tests", RunMaskCorrupter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
-    {"training_plotter", "draws the quality of several trainings over time", RunTrainingPlotter},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };
 
@@ -69,25 +57,6 @@ void PrintHelp() {
   std::printf("  %-20s %s\n", "version", "says which version this is");
 }
 
-// One line, whatever names of files and of things in files are in the sentence: no control
-// character reaches the terminal.
-int Fail(const std::string& sentence) {
-  WaitIfExiting();
-  std::fprintf(stderr,
-               "%sERROR: %s\n",
-               ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "",
-               OneLine(sentence).c_str());
-  return EXIT_FAILURE;
-}
-
-// What a command prints is its result too. A reader that had enough (`| head`) is no error.
-void RequireWrittenOutput() {
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  pollfd reader{STDOUT_FILENO, 0, 0};
-  if (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0) return;
-  throw UserError("The standard output cannot be written completely; is the disk full?");
-}
-
 int Main(int argc, char** argv) {
   const std::string name = argc < 2 ? "help" : argv[1];
   if (name == "help" || name == "-h" || name == "--help") {
@@ -99,27 +68,10 @@ int Main(int argc, char** argv) {
     return EXIT_SUCCESS;
   }
   for (const Command& command : kCommands) {
-    if (name != command.name) continue;
-    try {
-      HandleInterruptions();
-      command.run(argc - 1, argv + 1);
-      RequireWrittenOutput();
-      return EXIT_SUCCESS;
-    } catch (const Interruption& interruption) {
-      return interruption.ExitCode();
-    } catch (const UserError& error) {
-      return Fail(error.what());
-    } catch (const std::filesystem::filesystem_error& error) {
-      return Fail(error.path1().string() + ": cannot be reached (" + error.code().message() +
-                  "); may you read and enter its folders?");
-    } catch (const std::bad_alloc&) {
-      return Fail(MemoryUsedUp());
-    } catch (const std::exception& error) {
-      return Fail(std::string("something unexpected went wrong (") + error.what() + ").");
-    }
+    if (name == command.name) return RunCommand(command.run, argc - 1, argv + 1);
   }
-  return Fail("Command `" + name +
-              "` not recognized. To list the available commands, run `semfoam help`.");
+  return PrintError("Command `" + name +
+                    "` not recognized. To list the available commands, run `semfoam help`.");
 }
 
 }  // namespace

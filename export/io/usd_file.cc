@@ -169,7 +169,7 @@ std::string UsdFile::PrimName(const ObjectInfo& object) {
   std::string name = SanitizedName(object.id, object.name);
   std::replace(name.begin(), name.end(), '-', '_');
   if (name[0] >= '0' && name[0] <= '9') name.insert(name.begin(), '_');
-  while (!prim_names_.insert(name).second) name += "_" + std::to_string(object.id);
+  while (!prim_names_.insert(name).second) name.append("_").append(std::to_string(object.id));
   return name;
 }
 

@@ -5,6 +5,7 @@
 #include "foam/optim/initialization.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_evaluation.h"
+#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
 #include "foam/view/cell_statistics.h"

@@ -2,6 +2,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/trainer_internal.h"
+#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "foam/view/view_renderer.h"
 

@@ -128,8 +128,4 @@ class Trainer {
   int64_t loss_count_ = 0, tv_count_ = 0;
 };
 
-inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 }  // namespace semfoam

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/densification.h"
 #include "foam/train/trainer_internal.h"
+#include "foam/util/elapsed_time.h"
 
 #include <algorithm>
 #include <chrono>

@@ -13,12 +13,25 @@ namespace {
 
 constexpr uint64_t kQuantilePurpose = 0x4a2;
 
-bool RayOfPixel(const TrainingViews& views,
-                const ViewPixel& pixel,
-                const PixelValue* value,
-                TrainingRay* ray) {
-  return value == nullptr ? views.Ray(pixel.view, pixel.x, pixel.y, ray)
-                          : views.RayOf(pixel.view, pixel.x, pixel.y, *value, ray);
+enum class PixelKind { kTrains, kHasNoRay, kIsNotFinite };
+
+// Fills everything of `out` but quantile_tau, where the pixel can be trained on.
+PixelKind MakeBatchRay(const TrainingViews& views,
+                       const ViewPixel& pixel,
+                       const PixelValue* value,
+                       uint32_t start_cell,
+                       BatchRay* out) {
+  TrainingRay ray;
+  const bool has_ray = value == nullptr ? views.Ray(pixel.view, pixel.x, pixel.y, &ray)
+                                        : views.RayOf(pixel.view, pixel.x, pixel.y, *value, &ray);
+  if (!has_ray) return PixelKind::kHasNoRay;
+  if (!ray.color.allFinite()) return PixelKind::kIsNotFinite;
+  out->origin = views.Origin(pixel.view).cast<float>();
+  out->direction = ray.direction;
+  out->start_cell = start_cell;
+  std::copy_n(ray.color.data(), 3, out->target.color);
+  out->target.class_index = ray.class_index;
+  return PixelKind::kTrains;
 }
 
 }  // namespace
@@ -35,14 +48,8 @@ std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
                                    const ViewPixel& pixel,
                                    const PixelValue* value,
                                    uint32_t start_cell) {
-  TrainingRay ray;
-  if (!RayOfPixel(views, pixel, value, &ray) || !ray.color.allFinite()) return {};
   BatchRay out;
-  out.origin = views.Origin(pixel.view).cast<float>();
-  out.direction = ray.direction;
-  out.start_cell = start_cell;
-  std::copy_n(ray.color.data(), 3, out.target.color);
-  out.target.class_index = ray.class_index;
+  if (MakeBatchRay(views, pixel, value, start_cell, &out) != PixelKind::kTrains) return {};
   return out;
 }
 
@@ -68,24 +75,16 @@ int64_t DrawRays(const TrainingViews& views,
                                         static_cast<int>(i % kTileRays),
                                         views.Width(corner.view),
                                         views.Height(corner.view));
-      TrainingRay ray;
-      valid[i] = RayOfPixel(views, pixel, values == nullptr ? nullptr : &values[i], &ray);
-      if (!valid[i]) continue;
-      if (!ray.color.allFinite()) {
-        valid[i] = false;
-        ++nonfinite_pixels;
-        continue;
-      }
       BatchRay& out = (*rays)[i];
-      out.origin = views.Origin(pixel.view).cast<float>();
-      out.direction = ray.direction;
-      out.start_cell = start_cells[pixel.view];
+      const PixelKind kind = MakeBatchRay(
+          views, pixel, values == nullptr ? nullptr : &values[i], start_cells[pixel.view], &out);
+      valid[i] = kind == PixelKind::kTrains;
+      if (kind == PixelKind::kIsNotFinite) ++nonfinite_pixels;
+      if (!valid[i]) continue;
       CounterRandom random(seed, kQuantilePurpose, uint64_t(iteration) * batch + i);
       const double tau0 = -std::log(1 - random.Uniform()), tau1 = -std::log(1 - random.Uniform());
       out.quantile_tau[0] = static_cast<float>(std::min(tau0, tau1));
       out.quantile_tau[1] = static_cast<float>(std::max(tau0, tau1));
-      for (int c = 0; c < 3; ++c) out.target.color[c] = ray.color[c];
-      out.target.class_index = ray.class_index;
     }
   });
   size_t kept = 0;

@@ -294,7 +294,8 @@ std::string CamerasToText(const std::vector<Camera>& cameras) {
   out += "# Number of cameras: " + std::to_string(cameras.size()) + "\n";
   for (const Camera& camera : cameras) {
     PutNumber(&out, uint64_t{camera.id});
-    out += " " + std::string(FindCameraModel(camera.model_id)->name);
+    out += ' ';
+    out += FindCameraModel(camera.model_id)->name;
     PutNext(&out, camera.width);
     PutNext(&out, camera.height);
     for (const double parameter : camera.params) PutNext(&out, parameter);

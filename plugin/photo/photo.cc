@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // One line of the decoder's words, for the inside of a sentence.
-std::string OneLine(std::string text) {
+std::string ReasonInSentence(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
   return text;
@@ -36,7 +36,7 @@ std::string OneLine(std::string text) {
 [[noreturn]] void ThrowUndecodable(const fs::path& path, const std::string& reason) {
   throw UserError(path.string(),
                   ": cannot be decoded completely (",
-                  OneLine(reason),
+                  ReasonInSentence(reason),
                   "); is the copy complete?");
 }
 
@@ -53,7 +53,7 @@ std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
     const std::string reason = OIIO::geterror();
     throw UserError(path.string(),
                     ": is no readable image (",
-                    OneLine(reason),
+                    ReasonInSentence(reason),
                     "); a photo, such as a JPEG or PNG, would be right.");
   }
   const OIIO::ImageSpec& spec = input->spec();

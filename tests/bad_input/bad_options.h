@@ -43,8 +43,6 @@ inline const std::map<std::string, Command> kCommands = {
      {RunObjectInserter,
       "object_inserter --foam_path IN/a.foam --object_path IN/a.foam --output_path IN/out"}},
     {"film", {RunViewInterpolator, "view_interpolator --foam_path IN/a.foam --output_path IN/out"}},
-    {"corrupt",
-     {RunMaskCorrupter, "mask_corrupter --mask_path TABLETOP/object_mask --output_path IN/out"}},
     {"evaluate",
      {RunFoamEvaluator, "foam_evaluator --foam_path IN/a.foam --image_path TABLETOP/images"}},
     {"effects",
@@ -53,7 +51,7 @@ inline const std::map<std::string, Command> kCommands = {
       "IN/out"}},
     {"profile",
      {RunAccuracyProfiler, "accuracy_profiler --workspace_path TABLETOP --output_path IN/out"}},
-    {"plot", {RunTrainingPlotter, "training_plotter --run_paths IN/a --output_path IN/out"}},
+    {"plot", {RunAccuracyProfiler, "accuracy_profiler --run_paths IN/a --output_path IN/out"}},
     {"analyze", {RunMaskAnalyzer, "mask_analyzer --output_path IN/out"}},
     {"label", {RunPointLabeler, "point_labeler --workspace_path TABLETOP --output_path IN/out"}},
 };

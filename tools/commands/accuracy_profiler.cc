@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/io/surface_export.h"
 #include "foam/device/device.h"
+#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "foam/util/output_file.h"
 #include "foam/view/view_renderer.h"
@@ -10,6 +11,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/exports.h"
 #include "tools/controllers/presets.h"
+#include "tools/controllers/quality_plot.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_run.h"
 #include "tools/evaluation/accuracy_study.h"
@@ -39,10 +41,6 @@ constexpr double kPilotShare = 0.02, kLongestPilot = 10;
 // Of the budget, for one export.
 constexpr double kExportShare = 0.1;
 constexpr int kVoxelResolutions[] = {64, 128, 256, 512};
-
-double SecondsSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 int LongestSide(const TrainingScene& scene) {
   int longest = 0;
@@ -304,22 +302,42 @@ class Study {
 }  // namespace
 
 void RunAccuracyProfiler(int argc, char** argv) {
-  std::string workspace_path;
+  std::string workspace_path, run_paths, names;
   std::string output_path;
   double budget = 1800;
   TrainingRun run;
   run.scene.test_every = 8;
   OptionManager options("accuracy_profiler",
                         "Trains a COLMAP workspace many times, with one option changed at a time, "
-                        "and shows what quality costs in seconds.");
-  options.AddRequiredOption(
-      "workspace_path", &workspace_path, "folder with images/, sparse/ and object_mask/");
+                        "and shows what quality costs in seconds; or draws the quality of "
+                        "trainings that there are.");
+  options.AddDefaultOption("workspace_path",
+                           &workspace_path,
+                           "(or --run_paths) folder with images/, sparse/ and object_mask/");
   options.AddRequiredOption(
       "output_path", &output_path, "folder for accuracy.csv, .md, .svg and .png");
+  options.AddDefaultOption("run_paths",
+                           &run_paths,
+                           "instead of a study: draw the held-out quality of these trainings over "
+                           "their seconds, as quality_over_seconds.svg and .png; their folders, "
+                           "with commas between: a,b,c");
+  options.AddDefaultOption(
+      "names",
+      &names,
+      "with --run_paths: what to call them, with commas between; empty = by their folders");
   options.AddDefaultOption(
       "budget", &budget, "seconds for the study; without --quality they also size its base");
   AddTrainingRunOptions(&options, &run);
   if (!options.Parse(argc, argv)) return;
+  if (workspace_path.empty() == run_paths.empty()) {
+    throw UserError(
+        "Failed to parse options - either --workspace_path, to make a study, or --run_paths, to "
+        "draw trainings that there are, would be right.");
+  }
+  if (!run_paths.empty()) {
+    PlotTrainings(run_paths, names, output_path);
+    return;
+  }
   if (!(budget > 0)) {
     throw UserError("Failed to parse options - --budget is ",
                     budget,

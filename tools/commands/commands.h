@@ -13,7 +13,6 @@ void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunMaskAnalyzer(int argc, char** argv);
-void RunMaskCorrupter(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunObjectExtractor(int argc, char** argv);
@@ -22,7 +21,6 @@ void RunObjectRemover(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
-void RunTrainingPlotter(int argc, char** argv);
 void RunViewInterpolator(int argc, char** argv);
 void RunVolumeExporter(int argc, char** argv);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
@@ -16,10 +17,6 @@ namespace semfoam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double SecondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 struct Row {
   size_t cases = 0;

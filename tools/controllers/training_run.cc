@@ -5,6 +5,7 @@
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/util/available_memory.h"
+#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "foam/util/interruption.h"
 #include "foam/util/output_file.h"
@@ -63,10 +64,6 @@ std::map<std::string, std::string> ModelOptions(const OptionManager& options,
   values["random_seed"] = FormatValue(options.RandomSeed());
   values["test_every"] = FormatValue(run.scene.test_every);
   return values;
-}
-
-double SecondsSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 // Fits the run to its budget, of which `begin` was the beginning. Measures for less than a tenth of

@@ -7,6 +7,7 @@
 
 #include <map>
 
+#include "tests/tools/mask_corrupter.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,9 +64,10 @@ class InputProtectionTest : public ::testing::Test {
 
   static void ExpectRefusal(const std::vector<std::string>& arguments,
                             const fs::path& file,
-                            const std::string& why) {
+                            const std::string& why,
+                            Outcome (*run)(const std::vector<std::string>&) = RunSemfoam) {
     const std::map<std::string, std::string> before = Everything();
-    const Outcome outcome = RunSemfoam(arguments);
+    const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
     EXPECT_THAT(outcome.Errors(), ElementsAre("ERROR: " + file.string() + ":" + why));
     // gtest would print every byte.
@@ -80,26 +82,28 @@ TempFolder* InputProtectionTest::folder_ = nullptr;
 TEST_F(InputProtectionTest, MasksAreNotDamagedInPlace) {
   const std::string masks = (W() / "object_mask").string();
   const std::vector<std::string> corrupt = {
-      "mask_corrupter", "--mask_path", masks, "--share", "0.5", "--output_path"};
+      "--mask_path", masks, "--share", "0.5", "--output_path"};
   const auto into = [&](const fs::path& output) {
     std::vector<std::string> arguments = corrupt;
     arguments.push_back(output.string());
     return arguments;
   };
-  ExpectRefusal(into(masks), W() / "object_mask/000000.png", kIsRead);
-  ExpectRefusal(
-      into(W() / "sparse/../object_mask"), W() / "sparse/../object_mask/000000.png", kIsRead);
+  ExpectRefusal(into(masks), W() / "object_mask/000000.png", kIsRead, RunMaskCorrupter);
+  ExpectRefusal(into(W() / "sparse/../object_mask"),
+                W() / "sparse/../object_mask/000000.png",
+                kIsRead,
+                RunMaskCorrupter);
   const fs::path link = *folder_ / "link";
   fs::create_directory_symlink(masks, link);
-  ExpectRefusal(into(link), link / "000000.png", kIsRead);
+  ExpectRefusal(into(link), link / "000000.png", kIsRead, RunMaskCorrupter);
   // Nor are masks of another set replaced.
   fs::create_directories(W() / "other");
   fs::copy(W() / "object_mask/000003.png", W() / "other/000000.png");
-  ExpectRefusal(into(W() / "other"), W() / "other/000000.png", kNotOurs);
+  ExpectRefusal(into(W() / "other"), W() / "other/000000.png", kNotOurs, RunMaskCorrupter);
   fs::remove_all(W() / "other");
   // What it wrote itself it writes again.
-  EXPECT_EQ(RunSemfoam(into(*folder_ / "damaged")).exit_code, 0);
-  EXPECT_EQ(RunSemfoam(into(*folder_ / "damaged")).exit_code, 0);
+  EXPECT_EQ(RunMaskCorrupter(into(*folder_ / "damaged")).exit_code, 0);
+  EXPECT_EQ(RunMaskCorrupter(into(*folder_ / "damaged")).exit_code, 0);
 }
 
 TEST_F(InputProtectionTest, AFoamIsNotConvertedIntoItself) {

@@ -735,7 +735,6 @@ TEST(Program, HelpAndVersion) {
                                 "point_labeler",
                                 "mask_analyzer",
                                 "view_interpolator",
-                                "mask_corrupter",
                                 "accuracy_profiler",
                                 "self_test"}) {
       EXPECT_THAT(outcome.out, HasSubstr(command));

@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "tests/tools/mask_corrupter.h"
 #include "tests/tools/program.h"
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
@@ -116,13 +117,12 @@ TEST(MaskAnalyzer, TheReportIsCompleteAsJson) {
 TEST(MaskAnalyzer, FindsTheDamageAndLittleElse) {
   const TempFolder folder;
   const fs::path masks = folder / "masks";
-  ASSERT_EQ(RunSemfoam({"mask_corrupter",
-                        "--mask_path",
-                        (kTabletop / "object_mask").string(),
-                        "--output_path",
-                        masks.string(),
-                        "--share",
-                        "0.1"})
+  ASSERT_EQ(RunMaskCorrupter({"--mask_path",
+                              (kTabletop / "object_mask").string(),
+                              "--output_path",
+                              masks.string(),
+                              "--share",
+                              "0.1"})
                 .exit_code,
             0);
   std::set<std::pair<std::string, int>> damaged;

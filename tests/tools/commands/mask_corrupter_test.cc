@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/tools/mask_corrupter.h"
+
 #include "plugin/mask/mask_png.h"
 
 #include <map>
@@ -17,10 +19,9 @@ using testing::HasSubstr;
 const fs::path kMasks = kTabletop / "object_mask";
 
 Outcome Corrupt(const fs::path& output, std::vector<std::string> arguments) {
-  arguments.insert(
-      arguments.begin(),
-      {"mask_corrupter", "--mask_path", kMasks.string(), "--output_path", output.string()});
-  return RunSemfoam(arguments);
+  arguments.insert(arguments.begin(),
+                   {"--mask_path", kMasks.string(), "--output_path", output.string()});
+  return RunMaskCorrupter(arguments);
 }
 
 // The photos' objects whose pixels are not what they were, "0003 7".
@@ -91,18 +92,12 @@ TEST(MaskCorrupter, SaysWhatIsWrong) {
   EXPECT_EQ(share.exit_code, 1);
   ASSERT_THAT(share.Errors(), testing::SizeIs(1));
   EXPECT_THAT(share.Errors().front(), HasSubstr("--share is 1.5; it must be from 0 to 1"));
-  const Outcome missing = RunSemfoam({"mask_corrupter",
-                                      "--mask_path",
-                                      (folder / "nowhere").string(),
-                                      "--output_path",
-                                      (folder / "out").string()});
+  const Outcome missing = RunMaskCorrupter(
+      {"--mask_path", (folder / "nowhere").string(), "--output_path", (folder / "out").string()});
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.err, HasSubstr("nowhere: there is no such folder"));
-  const Outcome photos = RunSemfoam({"mask_corrupter",
-                                     "--mask_path",
-                                     (kTabletop / "images").string(),
-                                     "--output_path",
-                                     (folder / "out").string()});
+  const Outcome photos = RunMaskCorrupter(
+      {"--mask_path", (kTabletop / "images").string(), "--output_path", (folder / "out").string()});
   EXPECT_EQ(photos.exit_code, 1);
   EXPECT_THAT(photos.err,
               HasSubstr("images: holds no mask but 64 .jpg files, where a PNG for each"));

@@ -58,7 +58,6 @@ TEST_F(MaskMemoryTest, OneMaskIsInMemoryAtATime) {
   const std::string workspace = (folder_ / "w").string();
   ExpectOneAtATime({"mask_analyzer", "--workspace_path", workspace}, "50 masks for 50 photos");
   ExpectOneAtATime({"point_labeler", "--workspace_path", workspace}, "50 of 50 photos have a mask");
-  ExpectOneAtATime({"mask_corrupter"}, "50 masks, 50 views of objects");
 }
 
 }  // namespace

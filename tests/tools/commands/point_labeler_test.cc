@@ -10,6 +10,7 @@
 #include <map>
 #include <set>
 
+#include "tests/tools/mask_corrupter.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -158,13 +159,12 @@ TEST(PointLabeler, NamesThePhotosOfAnObject) {
 TEST(PointLabeler, TheTracksRepairDamagedMasks) {
   const TempFolder folder;
   const fs::path masks = folder / "masks";
-  ASSERT_EQ(RunSemfoam({"mask_corrupter",
-                        "--mask_path",
-                        (kTabletop / "object_mask").string(),
-                        "--output_path",
-                        masks.string(),
-                        "--share",
-                        "0.2"})
+  ASSERT_EQ(RunMaskCorrupter({"--mask_path",
+                              (kTabletop / "object_mask").string(),
+                              "--output_path",
+                              masks.string(),
+                              "--share",
+                              "0.2"})
                 .exit_code,
             0);
   ASSERT_EQ(LabelTabletop(folder / "right").exit_code, 0);

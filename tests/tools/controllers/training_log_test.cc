@@ -110,7 +110,7 @@ TEST(TrainingLog, RefusesWhatIsNone) {
 }
 
 // The program, on the logs of trainings.
-class TrainingPlotter : public ::testing::Test {
+class QualityPlot : public ::testing::Test {
  protected:
   void Write(const std::string& run, double psnr) {
     TrainingProgress report = At(7);
@@ -119,7 +119,7 @@ class TrainingPlotter : public ::testing::Test {
     WriteFile(folder_ / run / "training_log.csv", FormatTrainingLog({report}));
   }
   Outcome Run(const std::string& runs, const std::string& names = "") {
-    return RunSemfoam({"training_plotter",
+    return RunSemfoam({"accuracy_profiler",
                        "--run_paths",
                        runs,
                        "--output_path",
@@ -130,7 +130,7 @@ class TrainingPlotter : public ::testing::Test {
   TempFolder folder_;
 };
 
-TEST_F(TrainingPlotter, DrawsAllOfThem) {
+TEST_F(QualityPlot, DrawsAllOfThem) {
   Write("low", 20);
   Write("high", 25);
   const std::string runs = (folder_ / "low").string() + "," + (folder_ / "high").string() + "/";
@@ -144,7 +144,7 @@ TEST_F(TrainingPlotter, DrawsAllOfThem) {
 }
 
 // Names that cannot be drawn as they are: no UTF-8, control characters.
-TEST_F(TrainingPlotter, DrawsAnyName) {
+TEST_F(QualityPlot, DrawsAnyName) {
   Write("m\xFC\ng", 20);
   const Outcome outcome = Run((folder_ / "m\xFC\ng").string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -152,7 +152,7 @@ TEST_F(TrainingPlotter, DrawsAnyName) {
   EXPECT_EQ(Run((folder_ / "m\xFC\ng").string(), "a\x01\xFF").exit_code, 0);
 }
 
-TEST_F(TrainingPlotter, RefusesWhatCannotBeDrawn) {
+TEST_F(QualityPlot, RefusesWhatCannotBeDrawn) {
   Write("low", NAN);
   const std::string low = (folder_ / "low").string();
   EXPECT_THAT(Run(low).err, HasSubstr("none of the trainings knows its held-out quality"));

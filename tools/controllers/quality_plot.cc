@@ -1,34 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/quality_plot.h"
+
 #include "export/scene/names.h"
 #include "foam/util/error.h"
 #include "tools/cli/option_manager.h"
 #include "tools/cli/output_lock.h"
-#include "tools/commands/commands.h"
 #include "tools/controllers/training_log.h"
 #include "tools/images/plot.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <set>
-#include <string>
 #include <vector>
 
 namespace semfoam {
 
 namespace fs = std::filesystem;
 
-void RunTrainingPlotter(int argc, char** argv) {
-  std::string run_paths, names, output_path;
-  OptionManager options("training_plotter",
-                        "Draws the held-out quality of several trainings over their seconds, as "
-                        "quality_over_seconds.svg and .png.");
-  options.AddRequiredOption(
-      "run_paths", &run_paths, "folders of the trainings, with commas between: a,b,c");
-  options.AddDefaultOption(
-      "names", &names, "what to call them, with commas between; empty = by their folders");
-  options.AddRequiredOption("output_path", &output_path, "folder for the plot");
-  if (!options.Parse(argc, argv)) return;
-
+void PlotTrainings(const std::string& run_paths,
+                   const std::string& names,
+                   const fs::path& output_path) {
   const std::vector<std::string> paths = SplitAtCommas(run_paths);
   const std::vector<std::string> given =
       names.empty() ? std::vector<std::string>() : SplitAtCommas(names);
@@ -39,7 +29,7 @@ void RunTrainingPlotter(int argc, char** argv) {
                     paths.size(),
                     " trainings; it must have one for each, or be empty.");
   }
-  const OutputLock lock(output_path);
+  const OutputLock lock(output_path.string());
   std::vector<TrainingCurve> curves;
   std::set<std::string> seen;
   for (size_t i = 0; i < paths.size(); ++i) {
@@ -59,7 +49,7 @@ void RunTrainingPlotter(int argc, char** argv) {
     throw UserError(run_paths,
                     ": none of the trainings knows its held-out quality; train with --test_every.");
   }
-  const fs::path stem = fs::path(output_path) / "quality_over_seconds";
+  const fs::path stem = output_path / "quality_over_seconds";
   WritePlot(stem, plot);
   std::printf("%s.svg and .png show %zu trainings\n", stem.c_str(), curves.size());
 }

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The program mask_corrupter: damages instance masks as trackers do.
 #include "foam/util/error.h"
 #include "foam/util/random.h"
 #include "plugin/mask/mask_folders.h"
 #include "plugin/mask/mask_png.h"
 #include "plugin/util/files.h"
 #include "tools/cli/input_protection.h"
+#include "tools/cli/logging.h"
 #include "tools/cli/option_manager.h"
 #include "tools/cli/output_lock.h"
-#include "tools/commands/commands.h"
+#include "tools/cli/run_command.h"
 #include "tools/images/image_files.h"
 
 #include <algorithm>
@@ -128,8 +131,6 @@ void Renumber(const Corruption& corruption, size_t photo, LabelImage* mask) {
   for (int32_t& id : mask->data) id = new_id.at(id);
 }
 
-}  // namespace
-
 void RunMaskCorrupter(int argc, char** argv) {
   std::string mask_path;
   std::string output_path;
@@ -188,4 +189,10 @@ void RunMaskCorrupter(int argc, char** argv) {
   std::printf("%s\n", corruption.independent ? "; ids renumbered in each" : "");
 }
 
+}  // namespace
 }  // namespace semfoam
+
+int main(int argc, char** argv) {
+  semfoam::InitLogging(argv[0]);
+  return semfoam::RunCommand(semfoam::RunMaskCorrupter, argc, argv);
+}

@@ -38,14 +38,6 @@ size_t Turn(size_t i, size_t n) {
   return i % num_groups * kRaysInFlight + i / num_groups;
 }
 
-// The segment that dominates a ray, or -1.
-int DominantSegment(const RayTrace& trace) {
-  for (int k = 0; k < trace.num_segments; ++k) {
-    if (trace.weight[k] > static_cast<float>(kDominantWeight)) return k;
-  }
-  return -1;
-}
-
 struct BlockSums {
   RayLossTerms<double> loss;
   std::vector<float> weight_gradient;
@@ -79,10 +71,7 @@ void CastBatch(const WalkGeometry<float>& geometry,
   std::vector<BlockSums> sums(std::min<size_t>(num_blocks, blocks_at_once));
   auto& blocks = result->gradients.blocks();
   blocks.resize(num_blocks);
-  // What is said to a cell alone is a ray of its own to GradientSum: of the same weight, and with a
-  // gradient for the identity only.
-  const bool has_cell_identity = num_classes > 0 && weights.cell_identity > 0;
-  result->rays.resize(rays.size() * (has_cell_identity ? 2 : 1));
+  result->rays.resize(rays.size());
 
   // Casts the rays of one block.
   const auto cast = [&](int64_t begin, int64_t end) {
@@ -147,26 +136,6 @@ void CastBatch(const WalkGeometry<float>& geometry,
                        static_cast<uint32_t>(i),
                        &records,
                        weights.identity_to_density > 0 ? shading.identity : nullptr);
-      if (!has_cell_identity || target.class_index == kUnlabelled) continue;
-      const int dominant = DominantSegment(trace);
-      if (dominant < 0) continue;
-      const uint32_t cell = trace.segments[dominant].cell;
-      const float weight = trace.weight[dominant];
-      const size_t own = rays.size() + i;
-      float* const to_cell = result->rays[own].parameters;
-      std::fill(to_cell, to_cell + row.size, 0.f);
-      sum.loss.cell_identity +=
-          weight * class_loss.Add(shading.identity + size_t{cell} * kIdentityDim,
-                                  target.class_index,
-                                  static_cast<float>(weights.cell_identity),
-                                  per_ray * weight,
-                                  to_cell,
-                                  sum.weight_gradient.data(),
-                                  sum.bias_gradient.data());
-      for (int c = 0; c < kIdentityDim; ++c) to_cell[c] *= per_ray;
-      // All channels: those of a row of zeros are zero, and the sum is fastest.
-      records.push_back(
-          {static_cast<uint32_t>(own), {cell, 7, weight, 0, Eigen::Vector3f::Zero()}});
     }
   };
 
@@ -187,7 +156,6 @@ void CastBatch(const WalkGeometry<float>& geometry,
       totals.mean_loss.opacity += sum.loss.opacity / rays.size();
       totals.mean_loss.quantile += sum.loss.quantile / rays.size();
       totals.mean_loss.identity += sum.loss.identity / rays.size();
-      totals.mean_loss.cell_identity += sum.loss.cell_identity / rays.size();
       for (size_t k = 0; k < sum.weight_gradient.size(); ++k) {
         result->classifier_weight_gradient[k] += sum.weight_gradient[k];
       }

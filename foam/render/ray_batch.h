@@ -55,8 +55,7 @@ struct BatchTotals {
 // What casting a batch leaves behind. Reused from batch to batch.
 struct BatchResult {
   GradientSum gradients;  // not grouped yet
-  // [batch size], and as many again with cell_identity: what the ray says to its dominant cell
-  // alone
+  // [batch size]
   LargePageVector<RayOutput> rays;
   std::vector<float> classifier_weight_gradient;  // [K][kIdentityDim], mean over the batch
   std::vector<float> classifier_bias_gradient;    // [K]

@@ -16,16 +16,10 @@ struct RayLossWeights {
   double opacity = 0.1;    // pulls opacity to 1: photos show something everywhere
   double quantile = 1e-4;  // pulls the two depth quantiles together: matter in thin layers
   double identity = 1;     // cross-entropy, divided by ln(max(K, 2))
-  // Cross-entropy of the dominant cell's own identity: a rendered identity can be right where no
-  // cell's is, as mixtures of features are classified, not features. 0: the paper's way.
-  double cell_identity = 0;
   // The share of the derivative of the identity term that flows through the rendering weights into
   // densities and positions. 0: into identities and the classifier alone, the paper's way.
   double identity_to_density = 0;
 };
-
-// A segment of more than this weight dominates its ray; at most one does.
-inline constexpr double kDominantWeight = 0.5;
 
 // What a ray should have shown.
 struct RayTarget {
@@ -42,12 +36,10 @@ struct RayLossTerms {
   T quantile = T(0);  // |depth_0 - depth_1|, 0 unless the ray reaches both
   T identity =
       T(0);  // cross-entropy of the rendered identity's class / ln(max(K, 2)); 0 where unlabelled
-  T cell_identity = T(0);  // the same of the dominant cell's identity, times the weight that this
-                           // cell has on the ray, a constant; 0 where no cell dominates
 
   SEMFOAM_HOST_DEVICE T Total(const RayLossWeights& w) const {
     return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
-           T(w.identity) * identity + T(w.cell_identity) * cell_identity;
+           T(w.identity) * identity;
   }
 };
 
@@ -147,8 +139,8 @@ SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
   return (*log_sum - own) / T(ClassNormalization(count));
 }
 
-// All terms but cell_identity, which is no matter of what the ray gathers. `logits` is scratch of
-// num_classes values; afterwards it holds the ray's class logits if the ray is labelled.
+// All terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the ray's
+// class logits if the ray is labelled.
 template <typename T>
 SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
                                             const RayTarget& target,

@@ -124,7 +124,6 @@ void Trainer::Iterate() {
                                options_.opacity_weight,
                                options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
                                options_.identity_weight,
-                               options_.cell_identity_weight,
                                options_.identity_to_density};
   const bool has_tv = state_.foam.HasSemantics() && options_.tv_weight > 0 &&
                       progress_.iteration % kTvInterval == 0;

@@ -45,7 +45,6 @@ std::string TrainingOptions::Check() const {
   bounded("opacity_weight", opacity_weight);
   bounded("quantile_weight", quantile_weight);
   bounded("identity_weight", identity_weight);
-  bounded("cell_identity_weight", cell_identity_weight);
   fraction("identity_to_density", identity_to_density);
   bounded("tv_weight", tv_weight);
   bounded("position_rate", position_rate);

@@ -31,7 +31,6 @@ struct TrainingOptions {
   double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
   double identity_weight = 1;
-  double cell_identity_weight = 0;  // 0: classes are trained through rendered identities alone
   // The share of the identity loss's gradient that shapes densities and positions as well; 0..1.
   double identity_to_density = 0;
   double tv_weight = 2;
@@ -74,7 +73,6 @@ struct TrainingOptions {
     archive->Number("opacity_weight", &opacity_weight);
     archive->Number("quantile_weight", &quantile_weight);
     archive->Number("identity_weight", &identity_weight);
-    archive->Number("cell_identity_weight", &cell_identity_weight);
     archive->Number("identity_to_density", &identity_to_density);
     archive->Number("tv_weight", &tv_weight);
     archive->Number("position_rate", &position_rate);

@@ -29,9 +29,6 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
   add("opacity_weight", &training->opacity_weight, "weight of the opacity loss");
   add("quantile_weight", &training->quantile_weight, "weight of the depth quantile loss");
   add("identity_weight", &training->identity_weight, "weight of the labels' cross-entropy");
-  add("cell_identity_weight",
-      &training->cell_identity_weight,
-      "weight of the cross-entropy of each ray's dominant cell itself; 0 = the paper's way");
   add("identity_to_density",
       &training->identity_to_density,
       "share of the gradient of the labels' cross-entropy that flows into density and positions, "

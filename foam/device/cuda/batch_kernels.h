@@ -40,12 +40,11 @@ struct CastRay {
   float cutoff_tau;
   ParameterRow row;
   uint32_t num_rays;
-  bool has_cell_identity;
   const BatchRay* rays;
 
   SegmentPool pool;
-  RayOutput* outputs;    // [num_rays], and as many again with has_cell_identity (see BatchResult)
-  ClassSample* samples;  // likewise; null without semantics
+  RayOutput* outputs;    // [num_rays]
+  ClassSample* samples;  // [num_rays]; null without semantics
   RayTally* tallies;     // [num_rays]
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
@@ -58,8 +57,8 @@ struct CastRay {
     record.composite = {};
     for (int q = 0; q < kNumQuantiles; ++q) record.composite.quantile_tau[q] = ray.quantile_tau[q];
     TraceRay(geometry, shading, ray.start_cell, cutoff_tau, &record);
-    // Room for the cell behind the last segment, and for what is said to the dominant cell alone.
-    const bool has_room = record.AddRoom() && (!has_cell_identity || record.AddRoom());
+    // Room for the cell behind the last segment.
+    const bool has_room = record.AddRoom();
     RayTally& tally = tallies[i] = {};
     if (record.overflow || !has_room) return;  // all will be cast anew, with a larger pool
 
@@ -90,9 +89,6 @@ struct CastRay {
     for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
 
     ContributionWriter writer(pool, record.end());
-    if (has_cell_identity) {
-      loss.cell_identity = TeachDominantCell(i, is_labelled, record, per_ray, &writer);
-    }
     BackpropagateRay(
         geometry,
         record,
@@ -122,35 +118,6 @@ struct CastRay {
     sample->scale = static_cast<float>(weight * scale / ClassNormalization(classifier.num_classes));
     return AddClassEntropy(identity, class_index, classifier, weight, gradient, &sample->log_sum);
   }
-
-  // What the ray says to its dominant cell alone: the cell's own identity should be of the class.
-  SEMFOAM_HOST_DEVICE float TeachDominantCell(int64_t i,
-                                              bool is_labelled,
-                                              const PooledRecord& record,
-                                              float per_ray,
-                                              ContributionWriter* writer) const {
-    const int64_t own = num_rays + i;
-    samples[own].class_index = kUnlabelled;
-    if (!is_labelled) return 0;
-    RecordedSegment<float> segment;
-    ShadedSegment<float> shaded;
-    auto segments = record.FromTheEnd();
-    do {
-      if (!segments.Next(&segment, &shaded)) return 0;
-    } while (segment.shaded < 0 || !(shaded.weight > static_cast<float>(kDominantWeight)));
-    float* const to_cell = outputs[own].parameters;
-    for (int k = 0; k < row.size; ++k) to_cell[k] = 0;
-    const float entropy = Classify(shading.identity + size_t{segment.cell} * kIdentityDim,
-                                   rays[i].target.class_index,
-                                   static_cast<float>(weights.cell_identity),
-                                   per_ray * shaded.weight,
-                                   to_cell,
-                                   &samples[own]);
-    for (int c = 0; c < kIdentityDim; ++c) to_cell[c] *= per_ray;
-    writer->Write(static_cast<uint32_t>(own),
-                  {segment.cell, 7, shaded.weight, 0, Eigen::Vector3f::Zero()});
-    return shaded.weight * entropy;
-  }
 };
 
 // Sums of tallies of kRaysPerTally rays, in their order.
@@ -177,7 +144,6 @@ struct SumTallies {
       sum.loss.opacity += tally.loss.opacity;
       sum.loss.quantile += tally.loss.quantile;
       sum.loss.identity += tally.loss.identity;
-      sum.loss.cell_identity += tally.loss.cell_identity;
       sum.step_limit_hits += tally.hit_step_limit;
       sum.num_segments += tally.num_segments;
       sum.clamped_segments += tally.num_clamped;

@@ -193,12 +193,10 @@ class GpuTraining : public TrainingDevice {
   void Cast(const TrainingStep& step) {
     const uint32_t num_rays = static_cast<uint32_t>(step.rays.size());
     const bool has_semantics = state_->foam.HasSemantics();
-    const bool has_cell_identity = has_semantics && step.weights.cell_identity > 0;
-    const size_t num_outputs = size_t{num_rays} * (has_cell_identity ? 2 : 1);
-    CHECK_LT(num_outputs, size_t{1} << 29);  // Slot::bits
+    CHECK_LT(num_rays, uint32_t{1} << 29);  // Slot::bits
     Send(step.rays, &rays_);
-    outputs_.Resize(num_outputs);
-    samples_.Resize(has_semantics ? num_outputs : 0);
+    outputs_.Resize(num_rays);
+    samples_.Resize(has_semantics ? num_rays : 0);
     tallies_.Resize(num_rays);
     // Most rays cross some 50 cells.
     if (chunks_.size() == 0) ResizePool(3 * num_rays);
@@ -212,7 +210,6 @@ class GpuTraining : public TrainingDevice {
                                step.cutoff_tau,
                                Row(),
                                num_rays,
-                               has_cell_identity,
                                rays_.data(),
                                Pool(),
                                outputs_.data(),
@@ -249,7 +246,6 @@ class GpuTraining : public TrainingDevice {
       totals->mean_loss.opacity += sum.loss.opacity / num_rays;
       totals->mean_loss.quantile += sum.loss.quantile / num_rays;
       totals->mean_loss.identity += sum.loss.identity / num_rays;
-      totals->mean_loss.cell_identity += sum.loss.cell_identity / num_rays;
       totals->step_limit_hits += sum.step_limit_hits;
       totals->num_segments += sum.num_segments;
       totals->clamped_segments += sum.clamped_segments;

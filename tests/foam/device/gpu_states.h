@@ -45,7 +45,6 @@ inline std::unique_ptr<TrainingDevice> MakeGpu(const std::string& kind, Training
 struct Scene {
   int sh_degree = 2;
   int num_classes = 5;
-  double cell_identity = 0.5;
   double identity_to_density = 0.3;
   double tv_weight = 0.1;
 };
@@ -95,7 +94,6 @@ inline TrainingStep StepFor(const std::vector<BatchRay>& rays, const Scene& scen
   const bool semantics = scene.num_classes > 0;
   RayLossWeights weights;
   weights.quantile = 0.01;
-  weights.cell_identity = semantics ? scene.cell_identity : 0;
   weights.identity_to_density = semantics ? scene.identity_to_density : 0;
   return {rays,
           weights,

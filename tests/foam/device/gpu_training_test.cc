@@ -71,7 +71,7 @@ void ExpectSameBits(const TrainingState& a, const TrainingState& b) {
 }
 
 TEST_P(Gpu, RearrangesAsTheCoresDo) {
-  for (const Scene& scene : {Scene{}, Scene{3, 0, 0, 0, 0}, Scene{0, 2, 0, 0, 0}}) {
+  for (const Scene& scene : {Scene{}, Scene{3, 0, 0, 0}, Scene{0, 2, 0, 0}}) {
     const auto on_cpu = MakeMarkedState(scene), on_gpu = MakeMarkedState(scene);
     const Foam before = on_cpu->foam;
     const Rearrangement plan = MakePlan(*on_cpu);

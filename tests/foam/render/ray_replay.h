@@ -132,18 +132,6 @@ RayRecord<Real> TraceCase(const WalkGeometry<Real>& geometry,
   return record;
 }
 
-// The segment whose cell's own class the loss trains, or null.
-inline const RecordedSegment<double>* DominantSegment(const RayRecord<double>& record,
-                                                      const RayTarget& target,
-                                                      const RayLossWeights& weights) {
-  if (target.class_index == kUnlabelled || weights.cell_identity == 0) return nullptr;
-  for (const RecordedSegment<double>& segment : record.segments) {
-    if (segment.shaded >= 0 && record.shaded[segment.shaded].weight > kDominantWeight)
-      return &segment;
-  }
-  return nullptr;
-}
-
 // The loss along a recorded sequence of cells, in any arithmetic.
 template <typename T>
 T ReplayLoss(const RayRecord<double>& record,
@@ -186,15 +174,7 @@ T ReplayLoss(const RayRecord<double>& record,
     t_in = t_out;
   }
   std::vector<T> logits(p.num_classes);
-  RayLossTerms<T> loss = RayLoss(composite, ray.target, p.Classifier(), logits.data());
-  if (const auto* const dominant = DominantSegment(record, ray.target, weights)) {
-    loss.cell_identity = T(record.shaded[dominant->shaded].weight) *
-                         ClassEntropy(&p.identity[size_t(dominant->cell) * kIdentityDim],
-                                      ray.target.class_index,
-                                      p.Classifier(),
-                                      logits.data());
-  }
-  return loss.Total(weights);
+  return RayLoss(composite, ray.target, p.Classifier(), logits.data()).Total(weights);
 }
 
 // The hand-written gradient of one ray, by kind and parameter.
@@ -219,21 +199,6 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
         out[4][k * kIdentityDim + c] = logits[k] * record.composite.identity[c];
       }
       out[5][k] = logits[k];
-    }
-  }
-  if (const auto* const dominant = DominantSegment(record, ray.target, weights)) {
-    const double* const identity = &p.identity[size_t(dominant->cell) * kIdentityDim];
-    ClassEntropy(identity, ray.target.class_index, p.Classifier(), logits.data());
-    AddClassEntropyGradient(ray.target.class_index,
-                            p.Classifier(),
-                            weights.cell_identity * record.shaded[dominant->shaded].weight,
-                            logits.data(),
-                            &out[3][size_t(dominant->cell) * kIdentityDim]);
-    for (int k = 0; k < p.num_classes; ++k) {
-      for (int c = 0; c < kIdentityDim; ++c) {
-        out[4][k * kIdentityDim + c] += logits[k] * identity[c];
-      }
-      out[5][k] += logits[k];
     }
   }
   const int num_coefficients = NumShCoefficients(p.sh_degree);

@@ -134,7 +134,8 @@ TEST(OutputFile, ReplacesItsTargetOnlyWhenCommitted) {
 
 TEST(OutputFile, TakesAnyNameThatTheFileSystemTakes) {
   const TempFolder folder;
-  const std::string name = std::string(250, 'n') + ".json";
+  std::string name(250, 'n');
+  name += ".json";
   WriteTextFile(folder / name, "");
   EXPECT_THAT(FilesBelow(folder.path()), ElementsAre(name));
 }

@@ -11,16 +11,20 @@ function(semfoam_install)
       install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     endif()
   endforeach()
-  foreach(library foam plugin export)
+  foreach(library foam plugin export controllers)
     set_target_properties(semfoam_${library} PROPERTIES EXPORT_NAME ${library})
+  endforeach()
+  foreach(folder foam plugin export tools/support tools/controllers)
+    get_filename_component(parent ${folder} DIRECTORY)
     install(
-      DIRECTORY ${PROJECT_SOURCE_DIR}/${library}
-      DESTINATION ${SEMFOAM_INSTALL_INCLUDE}
+      DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}
+      DESTINATION ${SEMFOAM_INSTALL_INCLUDE}/${parent}
       FILES_MATCHING
       PATTERN "*.h"
       PATTERN "*-inl.h" EXCLUDE)
   endforeach()
-  install(TARGETS semfoam_foam semfoam_plugin semfoam_export semfoam_openvdb semfoam_openmesh EXPORT SemanticFoamTargets)
+  install(TARGETS semfoam_foam semfoam_plugin semfoam_export semfoam_controllers semfoam_openvdb semfoam_openmesh
+          EXPORT SemanticFoamTargets)
   set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/SemanticFoam)
   install(EXPORT SemanticFoamTargets NAMESPACE SemanticFoam:: DESTINATION ${folder})
   configure_package_config_file(

@@ -20,7 +20,7 @@ struct LearningRates {
   float classifier = 0;
 };
 
-// What densification wants to know of a cell, gathered from the training rays since the last time
+// Densification statistics of a cell, accumulated over the training rays since the last time
 // it was asked.
 struct DensificationStatistics {
   std::vector<float> squared_error;  // [N] sum over all rays of weight |dL/dcolour|^2

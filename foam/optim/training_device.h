@@ -17,7 +17,7 @@
 
 namespace semfoam {
 
-// What changes in the course of a training, on the host.
+// The state of a training in the host's memory.
 struct TrainingState {
   Foam foam;
   std::unique_ptr<FoamOptimizer> optimizer;
@@ -25,71 +25,74 @@ struct TrainingState {
   TrainingTopology topology;
 };
 
-// What one iteration is to do.
+// Input of one iteration.
 struct TrainingStep {
-  const std::vector<BatchRay>& rays;  // start cells of now (StartCells)
+  // Rays with their start cells in the current topology (StartCells).
+  const std::vector<BatchRay>& rays;
   RayLossWeights weights;
-  float cutoff_tau = 0;  // rays stop at this optical depth
-  double tv_weight = 0;  // of the total variation; 0: not in this iteration
+  // Optical depth at which rays stop.
+  float cutoff_tau = 0;
+  // Weight of the total variation; 0 = skip it in this iteration.
+  double tv_weight = 0;
   LearningRates rates;
 };
 
-// What it did.
+// Result of one iteration.
 struct TrainingStepResult {
   BatchTotals batch;
-  double tv_loss = 0;           // unweighted; 0 without tv_weight
-  int64_t skipped_updates = 0;  // cells, or the classifier, whose gradient was not finite
+  // Unweighted; 0 where the total variation was skipped.
+  double tv_loss = 0;
+  // Number of cells, the classifier counted as one, whose gradient was not finite.
+  int64_t skipped_updates = 0;
 };
 
-// Where the iterations of a training are computed: on the CPU, or on a GPU
-// that keeps the state in its own memory. The trainer calls Download() or DownloadSites() before it
-// looks at the state and Upload() after it has changed it, and knows no more of where it is.
+// Computes the iterations of a training: on the CPU, or on a GPU that keeps the state in its own
+// memory. The trainer calls Download() or DownloadSites() before it reads the host's state and
+// Upload() after it has changed it; it does not need to know where the state is kept.
 class TrainingDevice {
  public:
   virtual ~TrainingDevice() = default;
 
   virtual DeviceKind Kind() const = 0;
 
-  // The host's state, the topology's planes included, becomes what the device has.
+  // Copies the full training state, including face planes, from device to host.
   virtual void Download() = 0;
 
-  // Of the host's state, the positions and the densification's statistics become what the device
-  // has: all that a triangulation or the plan of a densification looks at.
+  // Copies positions and densification statistics from device to host: all that a triangulation or
+  // a densification plan reads.
   virtual void DownloadSites() = 0;
 
-  // The device takes over the host's state, which may have other sizes than before. Not the
-  // topology.
+  // Copies the state, without the topology, from host to device. Sizes may differ from before.
   virtual void Upload() = 0;
 
-  // Carries out a densification on what the device has: semfoam::Rearrange with its default
-  // options, FoamOptimizer::Rearrange, and statistics that begin anew. Of the host's state only the
-  // number of positions follows. A topology of the new sites and HoldDensities come next.
+  // Applies a densification to the state on the device: semfoam::Rearrange with its default
+  // options, FoamOptimizer::Rearrange, and cleared statistics. On the host only the number of
+  // positions changes. Must be followed by UploadTopology() of the new sites and HoldDensities().
   virtual void Rearrange(const Rearrangement& plan) = 0;
 
-  // The device takes over the host's topology, planes included. After Upload or Rearrange, if sites
-  // came or went.
+  // Copies the topology, including face planes, from host to device. To be called after Upload() or
+  // Rearrange() where the number of sites has changed.
   virtual void UploadTopology() = 0;
 
-  // Raw densities of what the device has are held to the topology that it has (HeldRawDensity).
+  // Applies HeldRawDensity to the raw densities on the device, with the device's topology.
   virtual void HoldDensities() = 0;
 
-  // Sites are triangulated on the host. So many iterations may go on meanwhile with the topology
-  // that there is, and the new one is taken over after just so many, however long it took. 0: none
-  // goes on.
+  // Iterations that may run on the old topology while a new one is computed on the host; the new
+  // one is taken over after exactly as many, however long it took. 0 = synchronous.
   virtual int TriangulationLag(size_t /*num_sites*/) const { return 0; }
 
-  // Brings the planes up to date with the sites (Refresh).
+  // Recomputes the face planes from the current sites (semfoam::Refresh).
   virtual void FollowSites() = 0;
 
-  // For each origin, the cell that it is in as the planes have it. `cells`: near these, or any; a
-  // cell that there is no more counts as any.
+  // Finds the cell of each origin by the current planes. `cells` holds the cells to search from,
+  // and then the result; indices out of range search from any cell.
   virtual void StartCells(const std::vector<Eigen::Vector3d>& origins,
                           std::vector<uint32_t>* cells) = 0;
 
-  // Casts the rays forward and backward and steps all parameters.
+  // Casts the rays forward and backward and updates all parameters.
   virtual TrainingStepResult Step(const TrainingStep& step) = 0;
 
-  // What rays show of the foam if its colours had no more than `sh_degree`, at most its own.
+  // Renders the rays with SH coefficients up to `sh_degree` only, at most the foam's degree.
   virtual std::vector<RenderedRay> Render(const std::vector<BatchRay>& rays, int sh_degree) = 0;
 };
 

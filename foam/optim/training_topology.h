@@ -13,36 +13,37 @@
 
 namespace semfoam {
 
-// All that hangs on the places of the sites of a foam in training: who is whose neighbour, the
-// planes between them, and what is derived from these. Triangulating costs much and moving the
-// planes something, so both lag behind the sites: `delaunay` is that of the places at the last
-// Triangulate, `geometry` has the planes of those at the last Follow.
+// Adjacency, face planes and everything else derived from the positions of the sites in training.
+// Both lag behind the sites, because triangulating is expensive and moving planes costs something:
+// delaunay() belongs to the positions at the last Triangulate(), geometry() to those at the last
+// Follow().
 class TrainingTopology {
  public:
-  // Of these sites, their planes included. `with_areas`: also `tv_weights`.
+  // Triangulates `sites` and computes all members. `with_areas`: also tv_weights().
   void Triangulate(const std::vector<Eigen::Vector3f>& sites,
                    const FreeSpace& free_space,
                    bool with_areas);
 
-  // Brings the planes up to date with the sites.
+  // Recomputes the face planes from `sites`; the adjacency stays.
   void Follow(const std::vector<Eigen::Vector3f>& sites) {
     Refresh(WithGuardSites(sites), &geometry_);
   }
 
-  // The cell that a camera is in, found from a cell near it, or any.
+  // Returns the cell that contains `origin` (normalised frame), searching from cell `from`.
   uint32_t CellAt(const Eigen::Vector3d& origin, uint32_t from) const;
 
-  const Delaunay& delaunay() const { return delaunay_; }  // without its tetrahedra
+  // Without its tetrahedra.
+  const Delaunay& delaunay() const { return delaunay_; }
   const WalkGeometry<float>& geometry() const { return geometry_; }
-  // [N] in free space: the cell stays transparent
+  // [N] Whether the cell lies in free space and is kept transparent.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }
-  // [N] of the cells, bounded: steps of a site are in proportion to it
+  // [N] Radius of the cell, bounded; steps of a site are proportional to it.
   const std::vector<float>& radius() const { return radius_; }
-  // per directed edge (foam/render/total_variation.h); empty without areas
+  // Weight per directed edge (foam/render/total_variation.h); empty without areas.
   const std::vector<float>& tv_weights() const { return tv_weights_; }
 
-  // The sites' places at the last Triangulate. With those of `geometry`, which has them first, two
-  // calls make everything again, bit for bit.
+  // [N] Positions at the last Triangulate(). Together with the positions in geometry() they
+  // reproduce this object bit for bit: Triangulate() with these, then Follow() with those.
   const std::vector<Eigen::Vector3f>& triangulated_sites() const { return triangulated_; }
 
  private:

@@ -44,7 +44,7 @@ struct ShadedSegment {
   T color[3];       // c_n
 };
 
-// What a ray has gathered so far.
+// Quantities accumulated along a ray so far.
 template <typename T>
 struct RayComposite {
   T tau = T(0);
@@ -94,7 +94,7 @@ SEMFOAM_HOST_DEVICE ShadedSegment<T> AddSegment(
   return segment;
 }
 
-// Derivatives of the loss by what a ray gathers.
+// Derivatives of the loss by the quantities accumulated along a ray.
 template <typename T>
 struct RayGradient {
   T color[3] = {};   // by the premultiplied colour

@@ -165,9 +165,9 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   return loss;
 }
 
-// The hand-written derivative of RayLoss(...).Total(weights) by what the ray gathered. `logits`
-// must be as RayLoss left it; it is overwritten with the derivative of the loss by the logits.
-// Kinks: at equal quantile depths the derivative is 0.
+// The hand-written derivative of RayLoss(...).Total(weights) by the quantities accumulated along
+// the ray. `logits` must be as RayLoss left it; it is overwritten with the derivative of the loss
+// by the logits. Kinks: at equal quantile depths the derivative is 0.
 template <typename T>
 SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
                                                    const RayTarget& target,

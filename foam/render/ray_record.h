@@ -40,7 +40,7 @@ struct RecordedSegment {
   Real t_out;
 };
 
-// A ray and what it has gathered.
+// A ray and the quantities accumulated along it.
 template <typename Real>
 struct RayInProgress {
   Eigen::Matrix<Real, 3, 1> origin;

@@ -10,7 +10,7 @@ std::string TrainingOptions::Check() const {
   std::ostringstream reason;
   const auto require = [&](bool ok, const char* name, const char* range, auto value) {
     if (!ok && reason.str().empty()) {
-      reason << "--FoamTraining." << name << " is " << value << "; it must be " << range << ".";
+      reason << name << " is " << value << "; it must be " << range << ".";
     }
   };
   const auto positive = [&](const char* name, double value) {

@@ -56,7 +56,8 @@ struct TrainingOptions {
   // TrainingSummary::late_rays give the same bytes.
   double seconds = 0;
 
-  // An empty string, or one sentence that names the option out of range and its range.
+  // An empty string, or one sentence that begins with the name of the option out of range and tells
+  // its range.
   std::string Check() const;
 
   // Every option by its name (checkpoint_state.h).

@@ -26,4 +26,19 @@ class UserError : public std::runtime_error {
   }
 };
 
+// A value of a struct of options is out of range. The text begins with the field's name, as the
+// struct has it; a program that spells options otherwise puts its prefix before it.
+class FieldError : public UserError {
+ public:
+  // FieldError("num_rays", " is ", value, "; it must be greater than 0.")
+  template <typename... Parts>
+  explicit FieldError(const std::string& field, const Parts&... parts)
+      : UserError(field, parts...), field_(field) {}
+
+  const std::string& field() const { return field_; }
+
+ private:
+  std::string field_;
+};
+
 }  // namespace semfoam

@@ -5,14 +5,15 @@
 
 namespace semfoam {
 
-// A hidden folder, `.semfoam-tmp-PID-N`, for what is no result yet. It goes, with all that is in
-// it, with its object; when the process is told to end (foam/util/interruption.h); and, where the
-// process was killed, when the next one makes a ScratchFolder beside it. A lock that dies with the
-// process tells the ones from each other. Several threads may have some at once.
+// A hidden temporary folder, `.semfoam-tmp-PID-N`, for unfinished files. Removed with its contents
+// by the destructor, when the process is told to end (foam/util/interruption.h), or, after the
+// process was killed, when the next one makes a ScratchFolder in the same parent: a lock released
+// on process death distinguishes abandoned folders from live ones. A process may hold several, on
+// any threads.
 class ScratchFolder {
  public:
-  // Makes it in `parent`, and that if it is missing. Throws UserError where that is not possible,
-  // which names `result`, the file that was to come of it, or, where that is empty, `parent`.
+  // Creates the folder in `parent`, which is created if missing. Throws UserError on failure; the
+  // message names `result`, the file to be produced, or `parent` if that is empty.
   explicit ScratchFolder(const std::filesystem::path& parent,
                          const std::filesystem::path& result = {});
   ~ScratchFolder();
@@ -26,20 +27,20 @@ class ScratchFolder {
   int lock_ = -1;
 };
 
-// Removes the ScratchFolders in `parent` whose processes were killed; those of live processes,
-// which hold a lock on theirs, stay. Does nothing where `parent` cannot be read.
+// Removes folders of killed processes from `parent`; those of live processes hold their lock and
+// stay. Does nothing if `parent` cannot be read.
 void RemoveAbandonedScratchFolders(const std::filesystem::path& parent);
 
-// rename(2) out of a ScratchFolder, which a process that is told to end has done or has not.
-// Returns 0 or the errno.
+// Moves a file out of a ScratchFolder with rename(2): atomically with respect to
+// RemoveScratchFoldersAndExit. Returns 0 or the errno.
 int MoveOutOfScratch(const std::filesystem::path& from, const std::filesystem::path& to);
 
-// Returns, unless RemoveScratchFoldersAndExit has begun. An error that is met from then on may come
-// of the folders' removal and is nothing to report.
+// Blocks forever if RemoveScratchFoldersAndExit has begun, else returns. To be called before an
+// error is reported that the removal of the folders may have caused.
 void WaitIfExiting();
 
-// Removes every ScratchFolder of this process, lets no thread make another or move a file out, and
-// ends the process with `exit_code`, without running destructors.
+// Removes all ScratchFolders of this process, prevents other threads from creating more or moving
+// files out, and ends the process with `exit_code` without running destructors.
 [[noreturn]] void RemoveScratchFoldersAndExit(int exit_code);
 
 }  // namespace semfoam

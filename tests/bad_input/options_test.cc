@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Bad options of training, renders, conversions and edits; bad .ini files.
-#include "tools/cli/output_lock.h"
+#include "tools/support/output_lock.h"
 
 #include "tests/bad_input/bad_options.h"
 

@@ -2,7 +2,7 @@
 //
 // Bad JSON: trajectories, the manifest of a film.
 #include "tools/commands/commands.h"
-#include "tools/controllers/trajectory.h"
+#include "tools/views/trajectory.h"
 
 #include "tests/bad_input/bad_input.h"
 

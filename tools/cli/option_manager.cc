@@ -21,18 +21,6 @@ namespace {
 
 namespace po = boost::program_options;
 
-// Numbers of the user's are finite.
-template <typename T>
-bool ParseFinite(const std::string& text, T* value) {
-  T parsed{};
-  if (!ParseNumber(text, &parsed)) return false;
-  if constexpr (std::is_floating_point_v<T>) {
-    if (!std::isfinite(parsed)) return false;
-  }
-  *value = parsed;
-  return true;
-}
-
 std::string Join(const std::vector<std::string>& parts, const std::string& separator) {
   std::string joined;
   for (const std::string& part : parts) {
@@ -79,43 +67,6 @@ po::options_description Describe(const std::vector<std::string>& names) {
 }
 
 }  // namespace
-
-std::vector<std::string> SplitAtCommas(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ',') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
-bool ParseValue(const std::string& text, std::string* value) {
-  *value = text;
-  return true;
-}
-
-bool ParseValue(const std::string& text, bool* value) {
-  if (text != "0" && text != "1" && text != "true" && text != "false") return false;
-  *value = text == "1" || text == "true";
-  return true;
-}
-
-bool ParseValue(const std::string& text, int* value) { return ParseFinite(text, value); }
-bool ParseValue(const std::string& text, int64_t* value) { return ParseFinite(text, value); }
-bool ParseValue(const std::string& text, uint64_t* value) { return ParseFinite(text, value); }
-bool ParseValue(const std::string& text, float* value) { return ParseFinite(text, value); }
-bool ParseValue(const std::string& text, double* value) { return ParseFinite(text, value); }
-
-std::string FormatValue(const std::string& value) { return value; }
-std::string FormatValue(bool value) { return value ? "1" : "0"; }
-std::string FormatValue(int value) { return FormatNumber(value); }
-std::string FormatValue(int64_t value) { return FormatNumber(value); }
-std::string FormatValue(uint64_t value) { return FormatNumber(value); }
-std::string FormatValue(float value) { return FormatNumber(value); }
-std::string FormatValue(double value) { return FormatNumber(value); }
 
 OptionManager::OptionManager(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {

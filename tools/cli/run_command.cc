@@ -5,7 +5,7 @@
 #include "foam/util/error.h"
 #include "foam/util/interruption.h"
 #include "foam/util/scratch_folder.h"
-#include "tools/cli/memory_task.h"
+#include "tools/support/memory_task.h"
 
 #include <cstdio>
 #include <cstdlib>

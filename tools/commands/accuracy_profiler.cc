@@ -6,17 +6,18 @@
 #include "foam/util/output_file.h"
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/colmap_model.h"
-#include "tools/cli/output_lock.h"
-#include "tools/cli/progress.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/exports.h"
 #include "tools/controllers/presets.h"
-#include "tools/controllers/quality_plot.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_run.h"
 #include "tools/evaluation/accuracy_study.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/evaluation/surface_error.h"
+#include "tools/options/quality_plot.h"
+#include "tools/options/training_run_options.h"
+#include "tools/support/output_lock.h"
+#include "tools/support/progress.h"
 
 #include <algorithm>
 #include <chrono>
@@ -52,18 +53,18 @@ int LongestSide(const TrainingScene& scene) {
 
 class Study {
  public:
-  Study(const OptionManager& options, TrainingRun run, fs::path output_path, double budget)
-      : options_(options),
+  Study(TrainingRun run, bool quality_is_given, fs::path output_path, double budget)
+      : quality_is_given_(quality_is_given),
         run_(std::move(run)),
         output_path_(std::move(output_path)),
         budget_(budget),
         scene_(LoadScene(run_, run_.scene)),
-        truth_(FindTruth("", run_.image_path)),
+        truth_(FindTruth("", run_.scene.image_path)),
         time_(scene_,
               scene_.Seeds(),
               scene_.NumClasses(),
               std::min(kPilotShare * budget, kLongestPilot)) {
-    depth_views_ = MakeDepthViews(ReadReconstruction(FindModelFolder(run_.input_path)),
+    depth_views_ = MakeDepthViews(ReadReconstruction(FindModelFolder(run_.scene.input_path)),
                                   scene_.Photos(),
                                   scene_.WorldFromNormalized());
     LOG(INFO) << scene_.PhotoReport();
@@ -77,7 +78,7 @@ class Study {
     std::vector<StudyRun> runs;
     for (const std::string& quality : Qualities()) {
       StudyRun run{"preset", quality, run_.training, run_.scene.max_image_size};
-      TakeSchedule(options_, OptionsForQuality(quality), &run.training);
+      TakeSchedule(OptionsForQuality(quality), run_.kept_options, &run.training);
       if (quality != base.value) runs.push_back(std::move(run));
     }
     for (StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
@@ -105,7 +106,7 @@ class Study {
   // sweeps, what on the presets' line does.
   StudyRun ChooseBase() const {
     StudyRun base{"preset", run_.quality, run_.training, run_.scene.max_image_size};
-    if (options_.IsGiven("quality")) return base;
+    if (quality_is_given_) return base;
     const auto seconds = [&] {
       double sum = time_.TrainingSeconds(base.training);
       for (const StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
@@ -119,7 +120,7 @@ class Study {
       base.sweep = "base";
       base.value = FormatValue(smaller.num_rays);
       const int64_t before = base.training.num_rays;
-      TakeSchedule(options_, smaller, &base.training);
+      TakeSchedule(smaller, run_.kept_options, &base.training);
       if (base.training.num_rays == before) break;  // the user gave it
     }
     return base;
@@ -190,7 +191,7 @@ class Study {
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
     const Scores scores =
-        ScoreModel(model, "the study's foam", run_.image_path, truth_, fits_exposure_);
+        ScoreModel(model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_);
     if (rows_.empty()) {
       for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
     }
@@ -286,7 +287,7 @@ class Study {
   }
 
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  const OptionManager& options_;
+  const bool quality_is_given_;
   const TrainingRun run_;
   const fs::path output_path_;
   const double budget_;
@@ -305,8 +306,8 @@ void RunAccuracyProfiler(int argc, char** argv) {
   std::string workspace_path, run_paths, names;
   std::string output_path;
   double budget = 1800;
-  TrainingRun run;
-  run.scene.test_every = 8;
+  TrainingRunOptions training;
+  training.run.scene.test_every = 8;
   OptionManager options("accuracy_profiler",
                         "Trains a COLMAP workspace many times, with one option changed at a time, "
                         "and shows what quality costs in seconds; or draws the quality of "
@@ -327,7 +328,7 @@ void RunAccuracyProfiler(int argc, char** argv) {
       "with --run_paths: what to call them, with commas between; empty = by their folders");
   options.AddDefaultOption(
       "budget", &budget, "seconds for the study; without --quality they also size its base");
-  AddTrainingRunOptions(&options, &run);
+  AddTrainingRunOptions(&options, &training);
   if (!options.Parse(argc, argv)) return;
   if (workspace_path.empty() == run_paths.empty()) {
     throw UserError(
@@ -343,20 +344,19 @@ void RunAccuracyProfiler(int argc, char** argv) {
                     budget,
                     "; it must be a number of seconds greater than 0.");
   }
-  if (run.time_budget > 0) {
+  if (training.run.time_budget > 0) {
     throw UserError(
         "Failed to parse options - --FoamTraining.time_budget is for one training; --budget sizes "
         "a study.");
   }
-  if (run.scene.test_every == 0) {
+  if (training.run.scene.test_every == 0) {
     throw UserError(
         "Failed to parse options - --test_every 0 holds out no photo to measure quality on; 8 "
         "would be right.");
   }
-  CompleteFromWorkspace(workspace_path, &run);
-  FinishTrainingRun(options, &run);
+  FinishTrainingRun(options, workspace_path, &training);
   const OutputLock lock(output_path);
-  Study study(options, run, output_path, budget);
+  Study study(training.run, options.IsGiven("quality"), output_path, budget);
   study.Run();
   LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << output_path;
 }

@@ -13,6 +13,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/label_names.h"
+#include "tools/options/export_options.h"
 
 #include <cmath>
 #include <filesystem>

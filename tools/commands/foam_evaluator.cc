@@ -6,10 +6,10 @@
 #include "foam/util/photo_name.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
+#include "tools/support/output_lock.h"
 
 #include <cstdio>
 #include <filesystem>

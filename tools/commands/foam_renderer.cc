@@ -10,13 +10,13 @@
 #include "plugin/photo/photo.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/label_names.h"
-#include "tools/controllers/object_choice.h"
-#include "tools/controllers/trajectory.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
+#include "tools/options/object_choice.h"
+#include "tools/support/output_lock.h"
+#include "tools/views/trajectory.h"
 
 #include <algorithm>
 #include <cstdio>

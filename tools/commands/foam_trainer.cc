@@ -5,6 +5,8 @@
 #include "tools/controllers/label_names.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
+#include "tools/options/quality_plot.h"
+#include "tools/options/training_run_options.h"
 
 #include <filesystem>
 #include <string>
@@ -13,29 +15,30 @@ namespace semfoam {
 
 void RunFoamTrainer(int argc, char** argv) {
   std::string output_path;
-  TrainingRun run;
+  TrainingRunOptions training;
   CheckpointOptions checkpoints;
   OptionManager options("foam_trainer",
                         "Trains a foam from a COLMAP model, its photos and instance masks.");
-  options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
-  options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
+  options.AddRequiredOption("image_path", &training.image_path, "folder of the photos");
+  options.AddRequiredOption("input_path", &training.input_path, "the COLMAP model, sparse/0");
   options.AddRequiredOption(
       "output_path",
       &output_path,
       "folder for scene.foam, effects.json, labels.json, training_log.csv and its plot");
-  AddTrainingRunOptions(&options, &run);
+  AddTrainingRunOptions(&options, &training);
   AddCheckpointOptions(&options, &checkpoints);
   if (!options.Parse(argc, argv)) return;
-  FinishTrainingRun(options, &run);
+  FinishTrainingRun(options, {}, &training);
 
-  TrainingFolder folder(output_path, checkpoints, options);
+  TrainingFolder folder(output_path, checkpoints, ResumeCommand(options));
   if (folder.IsFinished()) {
-    WarnOfOtherNames(output_path, run.masks.labels_path);
+    WarnOfOtherNames(output_path, training.masks.labels_path);
     return;
   }
   folder.RequireReplaceable();
   const std::filesystem::path foam_path = folder.path() / "scene.foam";
-  Model model = TrainAndWrite(options, &folder, &run);
+  training.run.when_written = DrawTrainingPlot;
+  Model model = TrainAndWrite(&folder, &training.run);
   TakeLabelNames(foam_path, {}, {}, &model);
   WriteLabels(PrepareExport(model, foam_path),
               output_path,

@@ -5,11 +5,11 @@
 #include "plugin/photo/photo.h"
 #include "plugin/util/files.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/mask_analysis.h"
-#include "tools/controllers/mask_options.h"
 #include "tools/images/contact_sheet.h"
+#include "tools/masks/mask_analysis.h"
+#include "tools/options/mask_options.h"
+#include "tools/support/output_lock.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,13 +2,14 @@
 #include "foam/edit/object_insertion.h"
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
-#include "tools/controllers/object_choice.h"
-#include "tools/controllers/object_placement_options.h"
+#include "tools/options/export_options.h"
+#include "tools/options/object_choice.h"
+#include "tools/options/object_placement_options.h"
+#include "tools/support/output_lock.h"
 
 #include <string>
 #include <vector>

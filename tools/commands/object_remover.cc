@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
-#include "tools/controllers/object_choice.h"
+#include "tools/options/export_options.h"
+#include "tools/options/object_choice.h"
+#include "tools/support/output_lock.h"
 
 #include <string>
 

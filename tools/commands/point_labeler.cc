@@ -5,10 +5,10 @@
 #include "plugin/mask/masked_photos.h"
 #include "plugin/mask/point_labels.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/mask_options.h"
-#include "tools/controllers/point_label_files.h"
+#include "tools/masks/point_label_files.h"
+#include "tools/options/mask_options.h"
+#include "tools/support/output_lock.h"
 
 #include <chrono>
 #include <cmath>

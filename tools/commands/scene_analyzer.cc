@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/util/error.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/effects_options.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/training_run.h"
+#include "tools/options/training_run_options.h"
+#include "tools/support/output_lock.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -13,16 +14,17 @@ namespace semfoam {
 
 void RunSceneAnalyzer(int argc, char** argv) {
   std::string output_path;
-  TrainingRun run;
+  TrainingRunOptions training;
   OptionManager options("scene_analyzer",
                         "Says which effects a scene calls for, as foam_trainer decides it with "
                         "the same options: exposure, vignetting, view dependence ...");
-  options.AddRequiredOption("image_path", &run.image_path, "folder of the photos");
-  options.AddRequiredOption("input_path", &run.input_path, "the COLMAP model, sparse/0");
+  options.AddRequiredOption("image_path", &training.image_path, "folder of the photos");
+  options.AddRequiredOption("input_path", &training.input_path, "the COLMAP model, sparse/0");
   options.AddRequiredOption("output_path", &output_path, "folder for effects.json");
-  AddTrainingRunOptions(&options, &run);
+  AddTrainingRunOptions(&options, &training);
   if (!options.Parse(argc, argv)) return;
-  FinishTrainingRun(options, &run);
+  FinishTrainingRun(options, {}, &training);
+  const TrainingRun& run = training.run;
 
   const OutputLock lock(output_path);
   const std::filesystem::path effects_path = std::filesystem::path(output_path) / "effects.json";

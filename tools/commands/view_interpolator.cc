@@ -12,11 +12,11 @@
 #include "plugin/util/files.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/capture_path.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
+#include "tools/support/output_lock.h"
+#include "tools/views/capture_path.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -67,20 +67,6 @@ void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
 
 }  // namespace
 
-void AddLabelOptions(OptionManager* options, LabelChoice* choice) {
-  options->AddDefaultOption("labels",
-                            &choice->labels,
-                            "these objects alone: ids or names, apart by commas, as mug,7; id:7 "
-                            "and name:7 where a name is a number");
-  options->AddDefaultOption("exclude_labels",
-                            &choice->exclude_labels,
-                            "all objects but these, or of --labels all but these");
-}
-
-void AddVolumeLabelsName(OptionManager* options) {
-  options->AddShortName("VolumeExport.labels", "labels");
-}
-
 void RequirePossible(const PlannedExport& planned, const ScenePlan& plan) {
   RequireLabels(planned.choice, plan);
   ExportTransform transform = planned.transform;

@@ -6,7 +6,6 @@
 #include "export/volume/volume_options.h"
 #include "foam/model/model.h"
 #include "plugin/dataset/scene.h"
-#include "tools/cli/option_manager.h"
 
 #include <filesystem>
 #include <set>
@@ -17,11 +16,6 @@ namespace semfoam {
 
 // Which objects a command is to write or to act on, and what of an export can be refused before a
 // photo is read, so that no training is spent on files that cannot be written.
-
-// Adds --labels and --exclude_labels.
-void AddLabelOptions(OptionManager* options, LabelChoice* choice);
-// --VolumeExport.labels for --labels, as commands that write volumes have always spelled it.
-void AddVolumeLabelsName(OptionManager* options);
 
 // An export that a training is to end with.
 struct PlannedExport {

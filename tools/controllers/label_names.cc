@@ -7,7 +7,7 @@
 #include "plugin/mask/masks.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/exports.h"
-#include "tools/controllers/object_choice.h"
+#include "tools/support/value_text.h"
 
 #include <algorithm>
 #include <map>
@@ -89,14 +89,6 @@ std::map<int32_t, std::string> EditedNames(const fs::path& file,
 }
 
 }  // namespace
-
-void AddLabelNamesOption(OptionManager* options, std::string* labels_path) {
-  options->AddDefaultOption("labels_path",
-                            labels_path,
-                            "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default those "
-                            "changed in the labels.json of --output_path or beside the foam, then "
-                            "the foam's own");
-}
 
 void TakeLabelNames(const fs::path& foam_path,
                     const fs::path& output_path,

@@ -2,15 +2,11 @@
 #pragma once
 
 #include "foam/model/model.h"
-#include "tools/cli/option_manager.h"
 
 #include <filesystem>
 #include <string>
 
 namespace semfoam {
-
-// Adds --labels_path for a command that exports.
-void AddLabelNamesOption(OptionManager* options, std::string* labels_path);
 
 // The names of a foam's labels. A user may change them in the table "labels" of the labels.json
 // that an export wrote; from then on the exports, and the commands that take names, use them. Of

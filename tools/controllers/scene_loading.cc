@@ -3,8 +3,8 @@
 
 #include "foam/train/memory_plan.h"
 #include "foam/util/parallel.h"
-#include "tools/cli/memory_task.h"
-#include "tools/cli/progress.h"
+#include "tools/support/memory_task.h"
+#include "tools/support/progress.h"
 
 #include <algorithm>
 #include <chrono>

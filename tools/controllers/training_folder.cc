@@ -10,7 +10,6 @@
 #include "tools/controllers/exports.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <functional>
 #include <system_error>
 #include <utility>
@@ -57,21 +56,9 @@ fs::path Unused(const fs::path& path) {
 
 }  // namespace
 
-void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints) {
-  options->AddDefaultOption("checkpoint_every",
-                            &checkpoints->every,
-                            "seconds between checkpoints; 0 = only when the run is stopped");
-  options->AddDefaultOption(
-      "resume", &checkpoints->resume, "goes on from the newest checkpoint in the output folder");
-  options->AddDefaultOption("overwrite",
-                            &checkpoints->overwrite,
-                            "replaces the trained foam that the output folder holds, and the "
-                            "exports that its labels.json lists, once the new ones are written");
-}
-
 TrainingFolder::TrainingFolder(const fs::path& output_path,
                                const CheckpointOptions& options,
-                               const OptionManager& command)
+                               const std::string& resume_command)
     : output_path_(output_path),
       folder_(output_path / "checkpoints"),
       options_([&] {
@@ -82,7 +69,7 @@ TrainingFolder::TrainingFolder(const fs::path& output_path,
         }
         return options;
       }()),
-      resume_command_(command.CommandLineWith(program_invocation_name, "resume", "1")),
+      resume_command_(resume_command),
       lock_(output_path) {}
 
 bool TrainingFolder::IsFinished() const {

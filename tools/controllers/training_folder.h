@@ -3,8 +3,7 @@
 
 #include "foam/train/checkpoint.h"
 #include "foam/util/interruption.h"
-#include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
+#include "tools/support/output_lock.h"
 
 #include <chrono>
 #include <cstdint>
@@ -23,9 +22,6 @@ struct CheckpointOptions {
   bool overwrite = false;  // replace the foam that the folder holds, and its exports
 };
 
-// Adds --checkpoint_every, --resume and --overwrite.
-void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints);
-
 // The output folder of a command that trains, from its beginning to its end. It is the only process
 // that writes there (OutputLock). checkpoints/ is there from when training begins until all that
 // the command writes has been written, so a folder without it is finished or was never begun:
@@ -37,11 +33,11 @@ void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints
 //   damaged/           checkpoints that are not whole
 class TrainingFolder {
  public:
-  // `command` is the one that trains, parsed. Throws UserError where `options` are out of range or
-  // the folder cannot be had.
+  // `resume_command` is what a log line tells a user to run to go on with a run that was stopped.
+  // Throws UserError where `options` are out of range or the folder cannot be had.
   TrainingFolder(const std::filesystem::path& output_path,
                  const CheckpointOptions& options,
-                 const OptionManager& command);
+                 const std::string& resume_command);
 
   const std::filesystem::path& path() const { return output_path_; }
   bool resume() const { return options_.resume; }

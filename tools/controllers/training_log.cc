@@ -2,14 +2,13 @@
 #include "tools/controllers/training_log.h"
 
 #include "foam/util/error.h"
-#include "tools/cli/option_manager.h"
+#include "tools/support/value_text.h"
 
 #include <array>
 #include <cmath>
 #include <fstream>
 #include <iomanip>
 #include <sstream>
-#include <utility>
 
 namespace semfoam {
 namespace {
@@ -79,29 +78,6 @@ std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path)
     reports.push_back(report);
   }
   return reports;
-}
-
-Plot TrainingPlot(const std::vector<TrainingCurve>& curves) {
-  Plot plot{"Held-out quality while training", "", {}};
-  const auto add = [&](const char* name, double TrainingProgress::*value) {
-    PlotPanel panel{"seconds", name, /*log_x=*/curves.size() > 1, {}, {}};
-    for (const TrainingCurve& curve : curves) {
-      PlotSeries series{curve.name, {}, /*line=*/true, /*markers=*/true};
-      for (const TrainingProgress& report : curve.reports) {
-        // Reports between two evaluations repeat what the last one said.
-        const double known = report.*value;
-        if (std::isnan(known) || (!series.points.empty() && series.points.back().y == known)) {
-          continue;
-        }
-        series.points.push_back({report.seconds, known});
-      }
-      if (!series.points.empty()) panel.series.push_back(std::move(series));
-    }
-    if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
-  };
-  add("PSNR in dB", &TrainingProgress::held_out_psnr);
-  add("mIoU", &TrainingProgress::held_out_miou);
-  return plot;
 }
 
 }  // namespace semfoam

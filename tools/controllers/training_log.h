@@ -2,7 +2,6 @@
 #pragma once
 
 #include "foam/train/trainer.h"
-#include "tools/images/plot.h"
 
 #include <filesystem>
 #include <string>
@@ -17,16 +16,5 @@ std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports);
 // What FormatTrainingLog wrote to the file, at the digits that stand there; seconds_left and
 // num_iterations are not in it. Throws UserError where it is something else.
 std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path);
-
-// The reports of one training, under the name that a plot gives them.
-struct TrainingCurve {
-  std::string name;  // empty for one alone
-  std::vector<TrainingProgress> reports;
-};
-
-// Held-out PSNR and, with labels, mIoU against seconds: a panel for each that is known of any
-// curve. Seconds are in powers of ten where there are several, for one may last a minute and
-// another two hours.
-Plot TrainingPlot(const std::vector<TrainingCurve>& curves);
 
 }  // namespace semfoam

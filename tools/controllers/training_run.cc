@@ -11,13 +11,13 @@
 #include "foam/util/output_file.h"
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
-#include "tools/cli/memory_task.h"
-#include "tools/cli/progress.h"
-#include "tools/controllers/presets.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_log.h"
-#include "tools/controllers/training_options.h"
+#include "tools/support/memory_task.h"
+#include "tools/support/progress.h"
+#include "tools/support/value_text.h"
 
 #include <algorithm>
 #include <chrono>
@@ -49,27 +49,66 @@ std::string Millions(int64_t count) {
   return text;
 }
 
-std::map<std::string, std::string> ModelOptions(const OptionManager& options,
-                                                const TrainingRun& run,
+const char* TextOf(EffectSwitch value) {
+  return value == EffectSwitch::kOn ? "on" : value == EffectSwitch::kOff ? "off" : "auto";
+}
+
+const char* TextOf(MaskConsistency value) {
+  switch (value) {
+    case MaskConsistency::kOff:
+      return "off";
+    case MaskConsistency::kTracks:
+      return "tracks";
+    case MaskConsistency::kIndependent:
+      return "independent";
+    case MaskConsistency::kAuto:
+      break;
+  }
+  return "auto";
+}
+
+const char* TextOf(LabelZero value) {
+  return value == LabelZero::kClass ? "class" : value == LabelZero::kIgnore ? "ignore" : "auto";
+}
+
+// Collects options by name, as text that reads back as the same value.
+struct OptionTexts {
+  std::map<std::string, std::string> values;
+  template <typename T>
+  void Number(const char* name, const T* value) {
+    values[name] = FormatValue(*value);
+  }
+};
+
+// The options of a training by name.
+std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
+  OptionTexts texts;
+  TrainingOptions training = run.training;
+  training.Serialize(&texts);
+  // These stand elsewhere, or shape nothing.
+  for (const char* name : {"fixed_sh_degree", "random_seed", "seconds"}) texts.values.erase(name);
+  texts.values["max_image_size"] = FormatValue(run.scene.max_image_size);
+  texts.values["label_zero"] = TextOf(run.scene.label_zero);
+  return texts.values;
+}
+
+std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
                                                 const SceneEffects& effects) {
-  std::map<std::string, std::string> values = options.GroupValues("FoamTraining");
-  values["mask_consistency"] = run.masks.consistency;
-  // What the budget chose is there; the seconds themselves shape nothing.
-  values.erase("time_budget");
+  std::map<std::string, std::string> values = TrainingTexts(run);
+  values["mask_consistency"] = TextOf(run.scene.mask_consistency);
   values["sh_degree"] = FormatValue(effects.sh_degree);
   for (const char* name : {"exposure", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
   }
   values["quality"] = run.quality;
-  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   return values;
 }
 
 // Fits the run to its budget, of which `begin` was the beginning. Measures for less than a tenth of
 // it; the rest of the fitting happens on the way (TrainingOptions::seconds).
-void FitToBudget(const OptionManager& options,
-                 const TrainingScene& scene,
+void FitToBudget(const TrainingScene& scene,
                  std::chrono::steady_clock::time_point begin,
                  TrainingRun* run) {
   constexpr double kPilotShare = 0.07;
@@ -77,8 +116,9 @@ void FitToBudget(const OptionManager& options,
   const TrainingTimeModel model(
       scene, scene.Seeds(), scene.NumClasses(), kPilotShare * run->time_budget);
   const double left = run->time_budget - SecondsSince(begin);
-  TakeSchedule(
-      options, OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))), &run->training);
+  TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
+               run->kept_options,
+               &run->training);
   run->training.seconds =
       std::max(left - model.ClosingSeconds(run->training), 0.05 * run->time_budget);
   LOG(INFO) << "Time budget of " << run->time_budget << " s: " << Seconds(before)
@@ -87,34 +127,21 @@ void FitToBudget(const OptionManager& options,
             << " of training follow";
 }
 
-// The schedule as options, to have the same foam again on any machine.
-std::string ScheduleOptions(const TrainingOptions& training) {
-  std::string text;
-  const auto add = [&](const char* name, auto value) {
-    text += std::string(" --FoamTraining.") + name + " " + FormatValue(value);
-  };
-  add("num_rays", training.num_rays);
-  add("late_rays", training.late_rays);
-  add("rays_per_iteration", training.rays_per_iteration);
-  add("final_sites", training.final_sites);
-  add("sh_degree", training.sh_degree);
-  add("densify_events", training.densify_events);
-  return text;
-}
-
 // What shapes the result: options and inputs, by which a checkpoint is known again.
-CheckpointTexts IdentityOf(const OptionManager& options,
-                           const TrainingRun& run,
-                           const ScenePlan& plan) {
+CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   CheckpointTexts identity;
   auto& values = identity["options"];
-  for (const char* group : {"Effects", "FoamTraining", "Masks"}) {
-    for (const auto& [name, value] : options.GroupValues(group)) {
-      values[std::string(group) + "." + name] = value;
-    }
-  }
+  for (const auto& [name, value] : TrainingTexts(run)) values["FoamTraining." + name] = value;
+  values["FoamTraining.time_budget"] = FormatValue(run.time_budget);
+  values["Effects.exposure"] = TextOf(run.effects.exposure);
+  values["Effects.white_balance"] = TextOf(run.effects.white_balance);
+  values["Effects.vignetting"] = TextOf(run.effects.vignetting);
+  values["Effects.distortion"] = TextOf(run.effects.distortion);
+  values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
+  values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
+  values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
   values["quality"] = run.quality;
-  values["random_seed"] = FormatValue(options.RandomSeed());
+  values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   const SceneChecksums checksums = ChecksumsOf(plan);
   identity["inputs"] = {
@@ -168,41 +195,54 @@ TrainingSummary Train(const TrainingScene& scene,
 
 }  // namespace
 
-void AddTrainingRunOptions(OptionManager* options, TrainingRun* run) {
-  options->AddDeviceOption();
-  AddMaskPathOptions(options, &run->masks);
-  options->AddDefaultOption("test_every",
-                            &run->scene.test_every,
-                            "hold out every so many photos by name, from the first; 0 = none");
-  options->AddDefaultOption("image_cache_gb",
-                            &run->image_cache_gb,
-                            "GB of memory for photos and masks; where they need more, only the "
-                            "pixels that training draws are kept and files are read again, with "
-                            "the same result; -1 = 3/4 of the free memory beside the foam");
-  AddTrainingOptions(options, &run->quality, &run->training);
-  options->AddDefaultOption("FoamTraining.time_budget",
-                            &run->time_budget,
-                            "seconds for all that foam_trainer does: chooses num_rays and with "
-                            "them what the presets preset, by the speed of this machine; 0 = off");
-  options->AddDefaultOption("FoamTraining.max_image_size",
-                            &run->scene.max_image_size,
-                            "larger photos are reduced to this longest side, in pixels; -1 = none");
-  AddMaskReadingOptions(options, &run->masks);
-  AddEffectsOptions(options, &run->effects_choices);
-}
-
 void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run) {
-  RequireWorkspace(workspace);
-  if (run->image_path.empty()) run->image_path = (workspace / "images").string();
-  if (run->input_path.empty()) run->input_path = (workspace / "sparse").string();
+  if (!std::filesystem::is_directory(workspace)) {
+    throw UserError(workspace.string(),
+                    ": there is no such folder; a workspace is the folder that holds images/ and "
+                    "sparse/.");
+  }
+  if (run->scene.image_path.empty()) run->scene.image_path = workspace / "images";
+  if (run->scene.input_path.empty()) run->scene.input_path = workspace / "sparse";
   run->scene.workspace_path = workspace;
 }
 
-void TakeSchedule(const OptionManager& options,
-                  const TrainingOptions& schedule,
+void CompleteTrainingRun(TrainingRun* run) {
+  run->effects.sh_degree = run->training.sh_degree;
+  run->training.fixed_sh_degree = run->effects.fixed_sh_degree;
+  run->scene.use_masks = run->effects.semantics;
+  run->scene.distortion = run->effects.distortion;
+  run->scene.random_seed = run->training.random_seed;
+  if (const std::string wrong = run->training.Check(); !wrong.empty()) {
+    const size_t end_of_name = wrong.find(' ');
+    throw FieldError(wrong.substr(0, end_of_name), wrong.substr(end_of_name));
+  }
+  if (run->scene.max_image_size != -1 && run->scene.max_image_size < 1) {
+    throw FieldError("max_image_size",
+                     " is ",
+                     run->scene.max_image_size,
+                     "; it must be a number of pixels from 1 on, or -1 for photos as they are.");
+  }
+  if (run->image_cache_gb != -1 && !(run->image_cache_gb > 0 && run->image_cache_gb <= 1e6)) {
+    throw FieldError(
+        "image_cache_gb",
+        " is ",
+        run->image_cache_gb,
+        "; it must be a number of GB greater than 0 and up to 1000000, or -1 to choose "
+        "by the memory that is free.");
+  }
+  if (run->time_budget < 0) {
+    throw FieldError("time_budget",
+                     " is ",
+                     run->time_budget,
+                     "; it must be a number of seconds, or 0 for none.");
+  }
+}
+
+void TakeSchedule(const TrainingOptions& schedule,
+                  const std::set<std::string>& kept_options,
                   TrainingOptions* training) {
   const auto take = [&](const char* name, auto TrainingOptions::*field) {
-    if (!options.IsGiven(std::string("FoamTraining.") + name)) training->*field = schedule.*field;
+    if (kept_options.count(name) == 0) training->*field = schedule.*field;
   };
   take("num_rays", &TrainingOptions::num_rays);
   take("rays_per_iteration", &TrainingOptions::rays_per_iteration);
@@ -211,55 +251,13 @@ void TakeSchedule(const OptionManager& options,
   take("densify_events", &TrainingOptions::densify_events);
 }
 
-void FinishTrainingRun(const OptionManager& options, TrainingRun* run) {
-  run->training.random_seed = options.RandomSeed();
-  run->scene.image_path = run->image_path;
-  run->scene.input_path = run->input_path;
-  run->scene.mask_path = run->masks.mask_path;
-  run->scene.labels_path = run->masks.labels_path;
-  run->scene.label_zero = run->masks.Zero();
-  run->scene.mask_consistency = run->masks.Consistency();
-  run->effects = MakeEffectsOptions(run->effects_choices);
-  run->effects.sh_degree = run->training.sh_degree;
-  run->training.fixed_sh_degree = run->effects.fixed_sh_degree;
-  run->scene.use_masks = run->effects.semantics;
-  run->scene.distortion = run->effects.distortion;
-  run->scene.random_seed = options.RandomSeed();
-  if (const std::string wrong = run->training.Check(); !wrong.empty()) {
-    throw UserError("Failed to parse options - ", wrong);
-  }
-  if (run->scene.max_image_size != -1 && run->scene.max_image_size < 1) {
-    throw UserError("Failed to parse options - --FoamTraining.max_image_size is ",
-                    run->scene.max_image_size,
-                    "; it must be a number of pixels from 1 on, or -1 for photos as they are.");
-  }
-  if (run->image_cache_gb != -1 && !(run->image_cache_gb > 0 && run->image_cache_gb <= 1e6)) {
-    throw UserError("Failed to parse options - --image_cache_gb is ",
-                    run->image_cache_gb,
-                    "; it must be a number of GB greater than 0 and up to 1000000, or -1 to choose "
-                    "by the memory that is free.");
-  }
-  if (run->time_budget < 0) {
-    throw UserError("Failed to parse options - --FoamTraining.time_budget is ",
-                    run->time_budget,
-                    "; it must be a number of seconds, or 0 for none.");
-  }
-  if (run->time_budget > 0) {
-    options.WarnWithoutEffect({"quality"}, "beside --FoamTraining.time_budget");
-  }
-  if (!run->effects.semantics) {
-    options.WarnWithoutEffect(
-        {"mask_path", "labels_path", "Masks.consistency", "FoamTraining.label_zero"},
-        "with --Effects.semantics off");
-  }
-  for (const char* name : {"num_rays", "late_rays"}) {
-    if (run->time_budget > 0 && options.IsGiven(std::string("FoamTraining.") + name)) {
-      throw UserError("Failed to parse options - --FoamTraining.",
-                      name,
-                      " and --FoamTraining.time_budget both say how long to train; give one of "
-                      "them.");
-    }
-  }
+std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOptions& training) {
+  return {{"num_rays", FormatValue(training.num_rays)},
+          {"late_rays", FormatValue(training.late_rays)},
+          {"rays_per_iteration", FormatValue(training.rays_per_iteration)},
+          {"final_sites", FormatValue(training.final_sites)},
+          {"sh_degree", FormatValue(training.sh_degree)},
+          {"densify_events", FormatValue(training.densify_events)}};
 }
 
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
@@ -274,7 +272,7 @@ void LogWarnings(const TrainingScene& scene) {
   for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
 }
 
-Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, TrainingRun* run) {
+Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path& output_path = folder->path();
   ScenePlan plan = PlanScene(run->scene);
@@ -296,7 +294,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
             << PlanMemory(run->training, usual_classes, num_seeds, images.bytes).Report() << ", "
             << FormatBytes(available) << " available";
   RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
-  folder->SetIdentity(IdentityOf(options, *run, plan));
+  folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
   const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
@@ -339,7 +337,7 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
       StateReader chosen("chosen_options", *checkpoint);
       run->training.Serialize(&chosen);
     } else {
-      FitToBudget(options, scene, begin, run);
+      FitToBudget(scene, begin, run);
       RequireMemory(run->training,
                     scene.NumClasses(),
                     num_seeds,
@@ -371,7 +369,11 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;
-    LOG(INFO) << "The same foam again, without a budget:" << ScheduleOptions(run->training);
+    std::string schedule;
+    for (const auto& [name, value] : ScheduleTexts(run->training)) {
+      schedule += " --FoamTraining." + name + " " + value;
+    }
+    LOG(INFO) << "The same foam again, without a budget:" << schedule;
   }
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
@@ -402,17 +404,11 @@ Model TrainAndWrite(const OptionManager& options, TrainingFolder* folder, Traini
   model.world_from_normalized = scene.WorldFromNormalized();
   model.labels = scene.Labels();
   model.photos = scene.Photos();
-  model.options = ModelOptions(options, *run, effects);
+  model.options = ModelOptions(*run, effects);
   WriteModel(output_path / "scene.foam", model);
   WriteEffects(output_path / "effects.json", effects, scene.Photos());
   WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
-  // Without held-out views there is no quality to show.
-  if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
-    WritePlot(output_path / "training_plot", plot);
-  } else {
-    for (const char* file : {"training_plot.svg", "training_plot.png"})
-      folder->RemoveReplaced(file);
-  }
+  if (run->when_written) run->when_written(reports, *folder);
   folder->EndTraining();
   if (const int signal = InterruptionRequested()) {
     folder->SayStoppedAfterTraining();

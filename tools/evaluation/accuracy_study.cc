@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/evaluation/accuracy_study.h"
 
-#include "tools/cli/option_manager.h"
+#include "tools/support/value_text.h"
 
 #include <algorithm>
 #include <cstdio>

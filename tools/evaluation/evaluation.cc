@@ -6,10 +6,10 @@
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/photo/photo.h"
-#include "tools/cli/memory_task.h"
 #include "tools/evaluation/exposure_fit.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
+#include "tools/support/memory_task.h"
 
 #include <algorithm>
 #include <cmath>

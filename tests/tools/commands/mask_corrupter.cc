@@ -9,9 +9,9 @@
 #include "tools/cli/input_protection.h"
 #include "tools/cli/logging.h"
 #include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
 #include "tools/cli/run_command.h"
 #include "tools/images/image_files.h"
+#include "tools/support/output_lock.h"
 
 #include <algorithm>
 #include <array>

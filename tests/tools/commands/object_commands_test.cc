@@ -5,7 +5,7 @@
 #include "export/scene/exportable_scene.h"
 #include "foam/edit/class_table.h"
 #include "plugin/mask/mask_png.h"
-#include "tools/controllers/object_choice.h"
+#include "tools/options/object_choice.h"
 
 #include <cmath>
 #include <map>

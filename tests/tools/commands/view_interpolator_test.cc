@@ -2,7 +2,7 @@
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/mask/masks.h"
-#include "tools/controllers/capture_path.h"
+#include "tools/views/capture_path.h"
 
 #include <algorithm>
 #include <map>

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
 
-TEST(Library, IsFoundByOtherProjectsAndTrainsAndExports) {
+TEST(Library, IsFoundByOtherProjectsAndMakesTheBytesOfTheProgram) {
   const TempFolder folder;
   const std::string prefix = (folder / "prefix").string();
   const std::string build = (folder / "build").string();
@@ -45,19 +45,35 @@ TEST(Library, IsFoundByOtherProjectsAndTrainsAndExports) {
   }
   run("cmake", {"--build", build});
 
-  const std::string output = (folder / "out").string();
-  fs::create_directories(output);
-  const std::string program = build + "/object_from_photos";
-  EXPECT_THAT(run(program, {kTabletop.string(), output, "table"}).out, HasSubstr("_table.ply: "));
-  EXPECT_THAT(FilesBelow(output),
-              IsSupersetOf({"scene.foam",
-                            "scene.vdb",
-                            "objects/5_table.vdb",
-                            "objects/5_table.om",
-                            "objects/5_table.glb"}));
-  const Outcome wrong = RunProgram(program, {kTabletop.string(), output, "spoon"});
+  // The same bytes as the command's, in every file but those that tell how long it took and those
+  // that the program alone draws.
+  const std::string program = build + "/segment_scene";
+  run(program, {kTabletop.string(), (folder / "library").string()});
+  ASSERT_EQ(RunSemfoam({"automatic_segmenter",
+                        "--workspace_path",
+                        kTabletop.string(),
+                        "--output_path",
+                        (folder / "command").string(),
+                        "--quality",
+                        "low",
+                        "--test_every",
+                        "8",
+                        "--FoamTraining.num_rays",
+                        "300000"})
+                .exit_code,
+            0);
+  std::vector<std::string> of_command = FilesBelow(folder / "command");
+  std::erase_if(of_command,
+                [](const std::string& file) { return file.starts_with("training_plot."); });
+  EXPECT_EQ(FilesBelow(folder / "library"), of_command);
+  EXPECT_THAT(of_command, IsSupersetOf({"scene.foam", "scene.vdb", "objects/5_table.glb"}));
+  for (const std::string& file : of_command) {
+    if (file == "training_log.csv") continue;
+    EXPECT_TRUE(ReadFile(folder / "library" / file) == ReadFile(folder / "command" / file)) << file;
+  }
+  const Outcome wrong = RunProgram(program, {(folder / "spoon").string(), "out"});
   EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.err, HasSubstr("ERROR: The labels name 'spoon'"));
+  EXPECT_THAT(wrong.err, HasSubstr("spoon: there is no such folder"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/cli/output_lock.h"
+#include "tools/support/output_lock.h"
 
 #include "foam/util/error.h"
 #include "foam/util/output_file.h"

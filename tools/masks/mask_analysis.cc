@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/mask_analysis.h"
+#include "tools/masks/mask_analysis.h"
 
 #include "foam/util/error.h"
 #include "plugin/colmap/colmap_model.h"

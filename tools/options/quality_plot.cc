@@ -1,20 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/quality_plot.h"
+#include "tools/options/quality_plot.h"
 
 #include "export/scene/names.h"
 #include "foam/util/error.h"
-#include "tools/cli/option_manager.h"
-#include "tools/cli/output_lock.h"
+#include "tools/support/value_text.h"
+#include "tools/support/output_lock.h"
 #include "tools/controllers/training_log.h"
-#include "tools/images/plot.h"
 
+#include <cmath>
 #include <cstdio>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace semfoam {
 
 namespace fs = std::filesystem;
+
+Plot TrainingPlot(const std::vector<TrainingCurve>& curves) {
+  Plot plot{"Held-out quality while training", "", {}};
+  const auto add = [&](const char* name, double TrainingProgress::*value) {
+    PlotPanel panel{"seconds", name, /*log_x=*/curves.size() > 1, {}, {}};
+    for (const TrainingCurve& curve : curves) {
+      PlotSeries series{curve.name, {}, /*line=*/true, /*markers=*/true};
+      for (const TrainingProgress& report : curve.reports) {
+        // Reports between two evaluations repeat what the last one said.
+        const double known = report.*value;
+        if (std::isnan(known) || (!series.points.empty() && series.points.back().y == known)) {
+          continue;
+        }
+        series.points.push_back({report.seconds, known});
+      }
+      if (!series.points.empty()) panel.series.push_back(std::move(series));
+    }
+    if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
+  };
+  add("PSNR in dB", &TrainingProgress::held_out_psnr);
+  add("mIoU", &TrainingProgress::held_out_miou);
+  return plot;
+}
 
 void PlotTrainings(const std::string& run_paths,
                    const std::string& names,
@@ -52,6 +76,14 @@ void PlotTrainings(const std::string& run_paths,
   const fs::path stem = output_path / "quality_over_seconds";
   WritePlot(stem, plot);
   std::printf("%s.svg and .png show %zu trainings\n", stem.c_str(), curves.size());
+}
+
+void DrawTrainingPlot(const std::vector<TrainingProgress>& reports, const TrainingFolder& folder) {
+  if (const Plot plot = TrainingPlot({{"", reports}}); !plot.panels.empty()) {
+    WritePlot(folder.path() / "training_plot", plot);
+    return;
+  }
+  for (const char* file : {"training_plot.svg", "training_plot.png"}) folder.RemoveReplaced(file);
 }
 
 }  // namespace semfoam

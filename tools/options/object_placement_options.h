@@ -3,7 +3,7 @@
 
 #include "foam/edit/object_insertion.h"
 #include "tools/cli/option_manager.h"
-#include "tools/controllers/object_choice.h"
+#include "tools/options/object_choice.h"
 
 #include <string>
 

@@ -79,9 +79,6 @@ ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const std::filesystem::path& foam_path);
 
-// "mug (6), knot (10)"
-std::string Joined(const std::vector<std::string>& names);
-
 // output_path/scene.foam. Throws UserError when that is one of the files that are read, or a
 // trained foam, which no edit replaces.
 std::filesystem::path EditedFoamPath(const std::filesystem::path& output_path,

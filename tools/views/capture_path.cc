@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/capture_path.h"
+#include "tools/views/capture_path.h"
 
 #include "plugin/colmap/camera_rays.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/trajectory.h"
+#include "tools/views/trajectory.h"
 
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"

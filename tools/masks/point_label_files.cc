@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/point_label_files.h"
+#include "tools/masks/point_label_files.h"
 
 #include "export/io/byte_writer.h"
 #include "export/io/label_sidecar.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/object_placement_options.h"
+#include "tools/options/object_placement_options.h"
 
 #include "foam/util/error.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/cli/progress.h"
+#include "tools/support/progress.h"
 
 #include <algorithm>
 #include <sstream>

@@ -3,7 +3,7 @@
 
 #include "plugin/mask/mask_findings.h"
 #include "plugin/mask/mask_survey.h"
-#include "tools/controllers/mask_options.h"
+#include "tools/options/mask_options.h"
 
 #include <filesystem>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/cli/memory_task.h"
+#include "tools/support/memory_task.h"
 
 #include <new>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/names.h"
-#include "tools/controllers/mask_analysis.h"
+#include "tools/masks/mask_analysis.h"
 
 #include <algorithm>
 #include <cmath>

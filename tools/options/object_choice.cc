@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/controllers/object_choice.h"
+#include "tools/options/object_choice.h"
 
 #include "export/scene/names.h"
 #include "export/scene/object_selection.h"
 #include "foam/util/error.h"
 #include "plugin/colmap/camera_rays.h"
 #include "tools/cli/input_protection.h"
-#include "tools/controllers/export_choice.h"
+#include "tools/options/export_options.h"
 
 #include <algorithm>
 #include <cmath>
@@ -236,12 +236,6 @@ ChosenObjects ChooseObjects(const Model& model,
                     ", of which there is no object; choose a pixel of an object.");
   }
   return ChosenOf(model, picked, std::move(scene));
-}
-
-std::string Joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
 }
 
 fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/options/effects_options.h"
+
+#include "foam/util/error.h"
+
+namespace semfoam {
+namespace {
+
+EffectSwitch ToSwitch(const std::string& text) {
+  return text == "on"    ? EffectSwitch::kOn
+         : text == "off" ? EffectSwitch::kOff
+                         : EffectSwitch::kAuto;
+}
+
+}  // namespace
+
+void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
+  const auto add = [options](const std::string& name, std::string* value, const std::string& help) {
+    options->AddChoiceOption("Effects." + name, value, {"auto", "on", "off"}, help);
+  };
+  add("exposure", &choices->exposure, "a gain for each photo; auto = what the tracks show");
+  add("white_balance", &choices->white_balance, "three gains for each photo; likewise");
+  add("vignetting", &choices->vignetting, "a falloff towards the corners; likewise");
+  add("distortion", &choices->distortion, "auto = on where it moves corners by 0.1 pixels or more");
+  options->AddChoiceOption("Effects.semantics",
+                           &choices->semantics,
+                           {"auto", "off"},
+                           "identities and labels; auto = on where there are masks");
+  options->AddChoiceOption(
+      "Effects.sh_degree",
+      &choices->sh_degree,
+      {"auto", "on"},
+      "on = FoamTraining.sh_degree as it is; auto = up to that, while it pays");
+}
+
+EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
+  if (choices.exposure == "off" && choices.white_balance == "on") {
+    throw UserError(
+        "Failed to parse options - --Effects.white_balance on needs exposure, which "
+        "--Effects.exposure off forbids; give one of the two.");
+  }
+  EffectsOptions options;
+  options.exposure = ToSwitch(choices.exposure);
+  options.white_balance = ToSwitch(choices.white_balance);
+  options.vignetting = ToSwitch(choices.vignetting);
+  options.distortion = ToSwitch(choices.distortion);
+  options.semantics = choices.semantics == "auto";
+  options.fixed_sh_degree = choices.sh_degree == "on";
+  return options;
+}
+
+}  // namespace semfoam

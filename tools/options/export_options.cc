@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/options/export_options.h"
+
+#include "foam/util/error.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace semfoam {
+
+void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume) {
+  options->AddDefaultOption("VolumeExport.voxel_size",
+                            &volume->voxel_size,
+                            "edge of a voxel in the files' unit; 0 = by max_resolution");
+  options->AddDefaultOption("VolumeExport.max_resolution",
+                            &volume->max_resolution,
+                            "voxels along the longest edge of the scene's box");
+  options->AddDefaultOption(
+      "VolumeExport.crop",
+      &volume->crop,
+      "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame: no voxel outside of it");
+  options->AddDefaultOption("VolumeExport.supersample",
+                            &volume->supersample,
+                            "samples along each edge of a voxel, 1 to 8; 1 = its centre alone");
+  options->AddDefaultOption("VolumeExport.min_optical_depth",
+                            &volume->min_optical_depth,
+                            "scene.vdb leaves out cells whose density times radius is below this");
+  const auto add_name = [&](const std::string& grid, std::string* name) {
+    options->AddDefaultOption(
+        "VolumeExport." + grid + "_grid_name", name, "what the grid is called in the files");
+  };
+  add_name("density", &volume->grid_names.density);
+  add_name("color", &volume->grid_names.color);
+  add_name("label", &volume->grid_names.label);
+  add_name("confidence", &volume->grid_names.confidence);
+  add_name("surface", &volume->grid_names.surface);
+  options->AddChoiceOption("VolumeExport.label_grid_type",
+                           &volume->label_grid_type,
+                           {"float", "int32", "both"},
+                           "int32 labels stand in scene_labels_int32.vdb");
+  options->AddDefaultOption("VolumeExport.half_float",
+                            &volume->half_float,
+                            "save density, color and confidence with 16 bits");
+  options->AddDefaultOption(
+      "VolumeExport.nvdb", &volume->nvdb, "also a NanoVDB file beside each volume");
+  options->AddDefaultOption("VolumeExport.points",
+                            &volume->points,
+                            "also scene_points.vdb: every solid cell as a point with attributes");
+  options->AddDefaultOption("VolumeExport.max_voxels",
+                            &volume->max_voxels,
+                            "refuse to make more voxels than this (about 24 bytes of memory each)");
+}
+
+void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface) {
+  options->AddChoiceOption("MeshExport.method",
+                           &surface->method,
+                           {"cells", "smooth"},
+                           "cells = the exact faces of the cells; smooth = an iso-surface through "
+                           "them, smoothed, with the same volume");
+  options->AddDefaultOption("MeshExport.target_faces",
+                            &surface->target_faces,
+                            "smooth only: at most so many triangles for each object; 0 = all");
+}
+
+void AddMeshShortNames(OptionManager* options) {
+  for (const char* name : {"method", "target_faces"}) {
+    options->AddShortName(name, std::string("MeshExport.") + name);
+  }
+}
+
+void AddFormatsOption(OptionManager* options, std::string* formats) {
+  options->AddDefaultOption("formats", formats, "what to write, apart by commas");
+}
+
+void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
+  options->AddDefaultOption("transform",
+                            &frame->transform,
+                            "a similarity from the COLMAP frame to that of the files: the 12 or 16 "
+                            "numbers of its matrix, row by row");
+  options->AddChoiceOption("up_axis",
+                           &frame->up_axis,
+                           {"colmap", "y", "z"},
+                           "then a turn, by a multiple of 90 degrees, of what is up in the photos "
+                           "onto this axis; colmap = none");
+  options->AddDefaultOption("scale", &frame->scale, "then so many times as large");
+  options->AddChoiceOption("units",
+                           &frame->units,
+                           LengthUnits(),
+                           "what one unit of the files is then; changes no number");
+}
+
+void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {
+  options->AddDefaultOption("keep_largest",
+                            &pieces->keep_largest,
+                            "of each object's connected pieces the largest so many alone, by "
+                            "volume; 0 = all");
+  options->AddDefaultOption("min_cells",
+                            &pieces->min_cells,
+                            "no pieces with fewer cells; 0 = none with fewer than a tenth of those "
+                            "of the object's largest, and no fragments");
+  options->AddDefaultOption("keep_fragments",
+                            &pieces->keep_fragments,
+                            "also objects of a few cells that look like a tracker's mistakes");
+}
+
+void RequireValid(const PieceOptions& pieces) {
+  const auto require = [](const char* name, int64_t value) {
+    if (value >= 0) return;
+    throw UserError("Failed to parse options - the argument ('",
+                    value,
+                    "') for option '--",
+                    name,
+                    "' is invalid; it takes a number from 0 on.");
+  };
+  require("keep_largest", pieces.keep_largest);
+  require("min_cells", pieces.min_cells);
+}
+
+void RequireValid(const VolumeExportOptions& volume) {
+  if (const std::string wrong = volume.Check(); !wrong.empty()) {
+    throw UserError("Failed to parse options - ", wrong);
+  }
+}
+
+void RequireValid(const SurfaceExportOptions& surface) {
+  if (const std::string wrong = surface.Check(); !wrong.empty()) {
+    throw UserError("Failed to parse options - ", wrong);
+  }
+}
+
+void RequireEffects(const OptionManager& options,
+                    const VolumeExportOptions& volume,
+                    const LabelChoice& choice,
+                    const std::set<std::string>& formats) {
+  const auto require = [&](const std::string& group, bool is_written, const std::string& named) {
+    if (is_written) return;
+    std::vector<std::string> names;
+    for (const auto& [name, value] : options.GroupValues(group)) {
+      names.push_back(group);
+      names.back().append(".").append(name);
+    }
+    options.RequireEffect(names,
+                          "without " + named + " among the --formats; add it, or leave this out");
+  };
+  require("VolumeExport", formats.count("vdb") != 0, "vdb");
+  require("MeshExport", formats != std::set<std::string>{"vdb"}, "a mesh's format");
+  if (volume.voxel_size > 0) {
+    options.RequireEffect({"VolumeExport.max_resolution"},
+                          "with --VolumeExport.voxel_size; give one of the two");
+  }
+  if (!choice.labels.empty()) {
+    options.RequireEffect({"VolumeExport.min_optical_depth"},
+                          "with --labels, whose cells are all written; give one of the two");
+  }
+}
+
+std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
+  const std::vector<std::string> known = SplitAtCommas(allowed);
+  std::set<std::string> parsed;
+  for (const std::string& format : SplitAtCommas(formats)) {
+    if (std::find(known.begin(), known.end(), format) == known.end()) {
+      throw UserError("Failed to parse options - the argument ('",
+                      formats,
+                      "') for option '--formats' is invalid; it takes any of ",
+                      allowed,
+                      ", apart by commas.");
+    }
+    parsed.insert(format);
+  }
+  return parsed;
+}
+
+void AddVolumeShortNames(OptionManager* options) {
+  for (const char* name : {"voxel_size", "max_resolution", "crop", "supersample"}) {
+    options->AddShortName(name, std::string("VolumeExport.") + name);
+  }
+}
+
+void AddLabelOptions(OptionManager* options, LabelChoice* choice) {
+  options->AddDefaultOption("labels",
+                            &choice->labels,
+                            "these objects alone: ids or names, apart by commas, as mug,7; id:7 "
+                            "and name:7 where a name is a number");
+  options->AddDefaultOption("exclude_labels",
+                            &choice->exclude_labels,
+                            "all objects but these, or of --labels all but these");
+}
+
+void AddVolumeLabelsName(OptionManager* options) {
+  options->AddShortName("VolumeExport.labels", "labels");
+}
+
+void AddLabelNamesOption(OptionManager* options, std::string* labels_path) {
+  options->AddDefaultOption("labels_path",
+                            labels_path,
+                            "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default those "
+                            "changed in the labels.json of --output_path or beside the foam, then "
+                            "the foam's own");
+}
+
+}  // namespace semfoam

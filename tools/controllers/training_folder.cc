@@ -42,7 +42,8 @@ std::vector<std::string> NamesOf(const std::map<std::string, std::string>& optio
 fs::path Numbered(const fs::path& path, int number) {
   if (number == 1) return path;
   fs::path numbered = path.parent_path() / path.stem();
-  numbered += "_" + std::to_string(number);
+  numbered += "_";
+  numbered += std::to_string(number);
   numbered += path.extension();
   return numbered;
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <glog/logging.h>
 #define XXH_INLINE_ALL
 #include <nanovdb/util/IO.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
@@ -84,6 +85,19 @@ struct ZeroedBuffer : nanovdb::HostBuffer {
   }
 };
 
+// Converts the types of grids that volumes have; the general conversion would compile those of all.
+nanovdb::GridHandle<ZeroedBuffer> ToNanoVdb(const openvdb::GridBase::Ptr& base) {
+  if (const auto grid = openvdb::GridBase::grid<openvdb::FloatGrid>(base)) {
+    return nanovdb::openToNanoVDB<ZeroedBuffer>(*grid);
+  }
+  if (const auto grid = openvdb::GridBase::grid<openvdb::Vec3SGrid>(base)) {
+    return nanovdb::openToNanoVDB<ZeroedBuffer>(*grid);
+  }
+  const auto grid = openvdb::GridBase::grid<openvdb::Int32Grid>(base);
+  CHECK(grid != nullptr) << base->type();
+  return nanovdb::openToNanoVDB<ZeroedBuffer>(*grid);
+}
+
 }  // namespace
 
 void InitializeOpenVdb() {
@@ -109,9 +123,8 @@ void WriteVdb(const fs::path& path,
 void WriteNanoVdb(const fs::path& path, const openvdb::GridPtrVec& grids) {
   OutputFile output(path);
   std::vector<nanovdb::GridHandle<ZeroedBuffer>> handles;
-  for (const openvdb::GridBase::Ptr& grid : grids) {
-    handles.push_back(nanovdb::openToNanoVDB<ZeroedBuffer>(grid));
-  }
+  handles.reserve(grids.size());
+  for (const openvdb::GridBase::Ptr& grid : grids) handles.push_back(ToNanoVdb(grid));
   std::ofstream out(output.temporary_path(), std::ios::binary);
   try {
     nanovdb::io::writeGrids<ZeroedBuffer, std::vector>(out, handles);

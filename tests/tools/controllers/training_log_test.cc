@@ -2,6 +2,7 @@
 #include "tools/controllers/training_log.h"
 
 #include "foam/util/error.h"
+#include "tools/options/quality_plot.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 
 #include "export/scene/names.h"
 #include "foam/util/error.h"
-#include "tools/support/value_text.h"
-#include "tools/support/output_lock.h"
 #include "tools/controllers/training_log.h"
+#include "tools/support/output_lock.h"
+#include "tools/support/value_text.h"
 
 #include <cmath>
 #include <cstdio>

@@ -32,7 +32,8 @@ void PlotTrainings(const std::string& run_paths,
                    const std::filesystem::path& output_path);
 
 // For TrainingRun::when_written: draws training_plot.svg and .png of one training into the folder.
-// Without held-out views there is no quality to show: removes those of a foam that was there before.
+// Without held-out views there is no quality to show: removes those of a foam that was there
+// before.
 void DrawTrainingPlot(const std::vector<TrainingProgress>& reports, const TrainingFolder& folder);
 
 }  // namespace semfoam

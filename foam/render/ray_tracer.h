@@ -22,22 +22,22 @@
 
 namespace semfoam {
 
-// So many rays are walked in turns, one step each: while one waits for its next cell to come from
-// the cache, the others compute.
+// Number of rays walked in turns, one step each: while one waits for its next cell to come from the
+// cache, the others compute.
 inline constexpr int kRaysInFlight = 8;
 
-// One ray: the question, then all that is known of it. Reused from ray to ray, so that nothing is
-// allocated in the long run. Segment k is the part of the ray in its k-th cell.
+// Input and result of tracing one ray. Reused from ray to ray, so that memory is allocated only
+// while the arrays still grow. Segment k is the part of the ray inside its k-th cell.
 struct RayTrace {
-  // The question.
+  // Input. `direction` has unit length; `start_cell` is the cell nearest to the origin.
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
-  Eigen::Vector3f direction = Eigen::Vector3f::UnitX();  // unit length
-  uint32_t start_cell = 0;                               // the cell nearest to the origin
-  // Optical depths of the depth quantiles, ascending; infinity: not wanted.
+  Eigen::Vector3f direction = Eigen::Vector3f::UnitX();
+  uint32_t start_cell = 0;
+  // Optical depths of the depth quantiles, ascending; infinity: not requested.
   float quantile_tau[kNumQuantiles] = {std::numeric_limits<float>::infinity(),
                                        std::numeric_limits<float>::infinity()};
 
-  // The answer.
+  // Result.
   RayComposite<float> composite;
   bool hit_step_limit = false;
   int num_segments = 0;
@@ -63,8 +63,8 @@ struct RayTrace {
   LargePageVector<float> color[3];
 };
 
-// `count` traces that belong to the calling thread, with the room that earlier rays needed, and
-// with default questions. Valid until the thread asks again.
+// Returns `count` traces of the calling thread with default inputs; their arrays keep the capacity
+// that earlier rays needed. Valid until the thread's next call.
 std::span<RayTrace> ThreadTraces(size_t count);
 
 // Walks and shades rays, each until the optical depth passes `cutoff_tau` or the foam ends.
@@ -73,9 +73,9 @@ void TraceRays(const WalkGeometry<float>& geometry,
                float cutoff_tau,
                std::span<RayTrace> rays);
 
-// The backward pass of a traced ray: appends a record for every real cell on it that has any
-// gradient. `ray_index` goes into the records. `identity` is as in the reference: null cuts
-// gradient.identity at the weights.
+// Backpropagates through a traced ray: appends a record for every cell on it, guards apart, with a
+// non-zero gradient. `ray_index` is stored in the records. `identity` as in the reference: null
+// stops gradient.identity at the weights.
 void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,
@@ -83,7 +83,7 @@ void BackpropagateRay(const RayTrace& ray,
                       std::vector<GradientRecord>* records,
                       const float* identity = nullptr);
 
-// The classifier as vector code likes it.
+// Cross-entropy with the classifier transposed and padded for vector instructions.
 class ClassLoss {
  public:
   explicit ClassLoss(const ClassifierView<float>& classifier);

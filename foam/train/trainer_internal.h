@@ -20,10 +20,10 @@
 
 namespace semfoam {
 
-// One training run: what happens when, and to what. Where rays are cast and parameters stepped is
-// the device's affair. For the trainer's own files: the iterations (trainer.cc), densification and
-// topology (trainer_topology.cc), the SH degree (trainer_sh_degree.cc), and going on from a
-// checkpoint (trainer_checkpoint.cc).
+// Runs one training: schedules iterations, densification, triangulation, the SH degree, evaluation
+// and checkpoints. Rays are cast and parameters updated by a TrainingDevice. Included by trainer.cc
+// (iterations), trainer_topology.cc (densification and topology), trainer_sh_degree.cc and
+// trainer_checkpoint.cc only.
 class Trainer {
  public:
   // Throws UserError where there is no photo to train on.
@@ -32,7 +32,7 @@ class Trainer {
           const TrainingOptions& options,
           const TrainingHooks& hooks);
 
-  // One of these first.
+  // Exactly one of these must be called before Run().
   void Begin(const std::vector<SeedPoint>& seeds, int num_classes);
   void Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoint);
 
@@ -78,10 +78,10 @@ class Trainer {
 
   double RunFraction() const { return schedule_.RunFraction(progress_.iteration); }
   bool PositionsMove() const { return schedule_.PositionsMove(progress_.iteration); }
-  // `start_cells_` with those of `views` as they are now.
+  // Returns start_cells_ with the cells of `views` searched again.
   std::vector<uint32_t> StartCellsWith(const std::vector<int>& views) const;
 
-  // First of all: the seconds of a run are of all that it does.
+  // Declared first, because the seconds of a run include the construction of the other members.
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const TrainingViews& views_;
   const TrainingOptions& options_;
@@ -93,12 +93,12 @@ class Trainer {
   const FreeSpace free_space_;
   TrainingSchedule schedule_;
 
-  // As of the last Download, but for what says how large it is (sites, classes, SH degree).
+  // As of the last Download; sizes (sites, classes, SH degree) are always current.
   TrainingState state_;
   std::unique_ptr<TrainingDevice> device_;
   int densifications_ = 0;
 
-  // A triangulation that is made while iterations go on.
+  // A triangulation computed while iterations run.
   struct PendingTriangulation {
     int64_t iteration = 0;  // when it was asked for
     // Its positions are triangulated. A densification takes effect with the new topology; without

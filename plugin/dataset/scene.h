@@ -29,54 +29,75 @@ namespace semfoam {
 enum class EffectSwitch { kAuto, kOn, kOff };
 
 struct SceneOptions {
-  std::filesystem::path image_path;  // the folder that image names are relative to
-  std::filesystem::path input_path;  // a COLMAP model, or a folder that FindModelFolder knows
-  std::filesystem::path mask_path;   // empty: what FindMaskFolder finds in workspace_path, then
-                                     // beside image_path, if anything
+  // Folder that image names are relative to.
+  std::filesystem::path image_path;
+  // A COLMAP model, or a folder that FindModelFolder knows.
+  std::filesystem::path input_path;
+  // Folder of the masks; empty: what FindMaskFolder finds in workspace_path, then beside
+  // image_path, if anything.
+  std::filesystem::path mask_path;
   std::filesystem::path workspace_path;
-  std::filesystem::path labels_path;  // empty: labels.json beside the mask folder, if there is one
-  int test_every = 0;  // hold out every so many photos by name, from the first; 0 = none
-  LabelZero label_zero = LabelZero::kAuto;  // what id 0 of the masks is
+  // File of the labels' names; empty: labels.json beside the mask folder, if there is one.
+  std::filesystem::path labels_path;
+  // Hold out every so many photos by name, from the first; 0 = none.
+  int test_every = 0;
+  // What id 0 of the masks is.
+  LabelZero label_zero = LabelZero::kAuto;
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
-  int max_image_size = -1;  // larger photos are reduced to this longest side; -1 = none is
-  bool use_masks = true;    // false: as if there were none
-  // kAuto: cameras whose distortion moves no corner by kLeastDistortion are pinhole cameras.
+  // Longest side in pixels to which larger photos are reduced; -1 = keep their size.
+  int max_image_size = -1;
+  // Whether to read masks; false: train as if there were none.
+  bool use_masks = true;
+  // kAuto: treat cameras whose distortion moves no corner by kLeastDistortion as pinhole cameras.
   EffectSwitch distortion = EffectSwitch::kAuto;
-  uint64_t random_seed = 0;  // of the tracks that are drawn
+  // Seed of the sample of tracks.
+  uint64_t random_seed = 0;
 };
 
 inline constexpr double kLeastDistortion = 0.1;  // pixels
 
-// What there is to load, found without decoding a pixel.
+// What there is to load, found without decoding a pixel. Vectors marked [photos] are parallel to
+// `photos`.
 struct ScenePlan {
-  std::vector<PhotoRecord> photos;           // the registered images, sorted by name; cameras have
-                                             // the size that is trained on
-  std::vector<std::filesystem::path> files;  // their photos
-  std::vector<PhotoSize> file_sizes;         // of `files`
-  std::vector<uint64_t> photo_decoding;      // PhotoHeader::decoding_bytes of `files`
-  std::vector<uint64_t> mask_decoding;       // MaskHeader::decoding_bytes; 0 without a mask
-  MaskPairing masks;                         // for `files`; all empty without masks
-  std::filesystem::path mask_folder;         // empty: no masks
-  std::filesystem::path labels_file;         // empty: no names
-  bool masks_are_given = false;              // mask_folder was named, not found
-  bool labels_are_given = false;             // labels_file was named, not found
+  // The registered images, sorted by name, with cameras of the size that is trained on.
+  std::vector<PhotoRecord> photos;
+  // [photos] Files and their sizes.
+  std::vector<std::filesystem::path> files;
+  std::vector<PhotoSize> file_sizes;
+  // [photos] PhotoHeader::decoding_bytes and MaskHeader::decoding_bytes; 0 without a mask.
+  std::vector<uint64_t> photo_decoding;
+  std::vector<uint64_t> mask_decoding;
+  // Masks of `files`; all empty without masks.
+  MaskPairing masks;
+  // Empty: no masks; no names.
+  std::filesystem::path mask_folder;
+  std::filesystem::path labels_file;
+  // Whether the user named them; false: they were found.
+  bool masks_are_given = false;
+  bool labels_are_given = false;
   LabelZero label_zero = LabelZero::kAuto;
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
   Similarity world_from_normalized;
   std::vector<SeedPoint> seeds;
-  // [seeds] where the photos that are not held out saw them; empty unless masks are held against
-  // them.
+  // [seeds] Where training photos observe them; empty unless masks are held against them.
   std::vector<PixelObservations> seed_tracks;
-  int64_t num_points = 0;        // of the model; more than seeds where some are unfit
-  int num_unregistered = 0;      // photos in the image folder that the model does not have
-  int num_rescaled = 0;          // photos of another size than their camera says
-  int num_reduced = 0;           // photos larger than max_image_size
-  std::vector<int> table_views;  // the first view of each camera that gets a table of its rays
-  std::vector<Track> tracks;     // a sample, see SampleTracks
-  std::vector<int> lenses;       // for `photos`, see LensOfPhotos
-  double distortion = 0;         // what DistortionAtCorners has for the most distorted camera
-  // Sentences for the user about the model and the masks that are found or not: scene_warnings.h,
-  // NoMasksWarning.
+  // Number of points in the model; larger than seeds.size() where some are unfit.
+  int64_t num_points = 0;
+  // Number of files in the image folder that the model does not have.
+  int num_unregistered = 0;
+  // Number of photos whose size differs from their camera's.
+  int num_rescaled = 0;
+  // Number of photos larger than max_image_size.
+  int num_reduced = 0;
+  // The first view of each camera whose rays are tabulated.
+  std::vector<int> table_views;
+  // A sample of the model's tracks (SampleTracks).
+  std::vector<Track> tracks;
+  // [photos] Index of the lens (LensOfPhotos).
+  std::vector<int> lenses;
+  // DistortionAtCorners of the most distorted camera, in pixels.
+  double distortion = 0;
+  // Sentences for the user: scene_warnings.h, NoMasksWarning.
   std::vector<std::string> warnings;
 
   // Memory in bytes, at the most. Of all photos, masks and ray tables, where they are held.
@@ -91,14 +112,14 @@ struct ScenePlan {
   uint64_t CorrectionBytes() const;
 };
 
-// How a planned scene is loaded.
+// How a planned dataset is loaded.
 struct LoadOptions {
-  // Photos and masks stay in memory where ScenePlan::MemoryBytes is no more than this. Else none
-  // does, and what is kept of them for training takes so much.
+  // Keep photos and masks in memory if ScenePlan::MemoryBytes does not exceed this. Otherwise keep
+  // none of them, and use this much for the pixels that training draws.
   int64_t cache_bytes = std::numeric_limits<int64_t>::max();
-  // How many photos and masks are decoded at a time; 0 = as many as there are threads.
+  // Maximum number of photos and masks decoded at a time; 0 = one per thread.
   int most_at_once = 0;
-  // Called with how many of how many photos have been decoded; from any thread, one at a time.
+  // Called with the number of decoded photos and of all photos; from any thread, one at a time.
   std::function<void(int done, int total)> report;
 };
 

@@ -26,66 +26,77 @@ struct Region {
   int32_t view = 0;
   int32_t mask_class = 0;
   int64_t num_pixels = 0;
-  int32_t label = 0;       // what it is taken for; kNoLabel: dropped or split
-  bool is_judged = false;  // enough points
+  // Label assigned to the region; kNoLabel: dropped or split.
+  int32_t label = 0;
+  // Whether it has enough points to be judged.
+  bool is_judged = false;
+  // Indices into Evidence::observations.
   std::vector<uint32_t> observations;
-  std::vector<int32_t> parts;  // of a split region: its labels, ascending
+  // Labels of the parts of a split region, ascending.
+  std::vector<int32_t> parts;
 };
 
 struct Observation {
+  // Index of the seed.
   uint32_t point = 0;
+  // Index into Evidence::regions.
   int32_t region = 0;
+  // Pixel of the photo record's size.
   float x = 0, y = 0;
-  int32_t label = 0;  // what it says: the label of its region, of its part of it, or kNoLabel
-  int32_t verdict = kNoLabel;  // what the other photos say
+  // Label voted for: that of the region, of the part of it that holds the pixel, or kNoLabel.
+  int32_t label = 0;
+  // Label that the other photos vote for.
+  int32_t verdict = kNoLabel;
 };
 
-// A label and what speaks for it; labels around one point are few, so a vector of them is enough.
+// A label and the weight of the votes for it. Few labels occur around a point, so a vector of votes
+// is searched linearly.
 struct Vote {
   int32_t label = 0;
   float weight = 0;
 };
 
-// Adds to the vote for a label.
+// Adds `weight` to the vote for `label`.
 void AddVote(int32_t label, float weight, std::vector<Vote>* votes);
 
-// How far the pixel at (x, y) is from what is another class or out of the photo: the largest square
-// around it, by the pixels to each side, at most `most`, that is all of its class. -1 where (x, y)
-// is outside of the image, which has the photo's size, or not a number.
+// Returns the radius in pixels, at most `most`, of the largest square around pixel (x, y) that lies
+// inside the photo and is all of one class; -1 if (x, y) lies outside of the image, which has the
+// photo's size, or is not a number.
 int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most);
 
-// Borders are ragged, and points on the edge of a thing are as often on what is behind it: within
-// so many pixels of a border a pixel's class is not to be relied on.
+// Distance from a border, in pixels, within which a pixel's class is not relied on: borders of
+// masks are ragged, and points on the edge of a thing lie as often on what is behind it.
 int RaggedRadius(const PhotoRecord& photo);
 
-// What one photo's mask shows: all that is asked of it before it is rewritten.
+// What is kept of one photo's mask before it is rewritten.
 struct ViewEvidence {
   std::map<int32_t, int64_t> pixels_of;  // by class
   // The class at each place, kNoLabel where it is none or within RaggedRadius of a border.
   std::vector<int32_t> class_at;
 };
 
-// So many pixels from a border on, at kSafeSide pixels a side, a pixel's class is as sure as it
-// gets.
+// Distance from a border, in pixels of a photo of kSafeSide pixels a side, from which on a vote has
+// full weight.
 inline constexpr int kSafePixels = 4;
 inline constexpr int kSafeSide = 640;
 int SafeRadius(const PhotoRecord& photo);
 
-// Where the tracks see something in each of `num_views` views, in the order of the tracks.
+// Returns the observed pixels of each of `num_views` views, in the order of the tracks.
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views);
 
-// Nothing for held-out photos and empty images. Before the mask's ids have classes, `image` may
-// also be the indices of its own ids (DecodedMask::indices), and so are those of the result.
+// Collects the evidence of one mask at `places`; empty for held-out photos and empty images. Before
+// ids are numbered, `image` may hold indices of the mask's own ids (DecodedMask::indices); then the
+// result holds such indices, too.
 ViewEvidence LookAtMask(const ClassImage& image,
                         const PhotoRecord& photo,
                         const std::vector<Eigen::Vector2f>& places);
 
-// Makes such indices classes; `classes` [ids of the mask], no two of them the same but kUnlabelled.
+// Replaces such indices by classes; `classes` [ids of the mask] are distinct but for kUnlabelled.
 void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence);
 
-// The observations of all points that masks have something to say of. Held-out photos have none,
-// nor have observations within RaggedRadius of a border.
+// Observations of all seeds inside masks. Held-out photos have none, and pixels within RaggedRadius
+// of a border are skipped.
 class Evidence {
  public:
   // `views` [photos] are LookAtMask at PlacesByView of `tracks` [seeds].
@@ -96,8 +107,8 @@ class Evidence {
   std::vector<Region> regions;            // by view, then class
   std::vector<Observation> observations;  // by point
 
-  // Calls f(other observation, weight) for what other photos saw of the same point and of its
-  // neighbours.
+  // Calls f(other observation, weight) for the observations of the same point and of its neighbours
+  // in other photos.
   template <typename F>
   void ForEachLink(const Observation& observation, F&& f) const {
     const int32_t view = regions[observation.region].view;
@@ -113,7 +124,7 @@ class Evidence {
     }
   }
 
-  // How far the photos agree, over all pairs of observations of a point by two of them.
+  // Agreement of the labels over all pairs of observations of a point by two photos.
   struct PairAgreement {
     double kappa = NAN;  // Cohen's: 0 = as often as chance would have it, 1 = always
     double share = NAN;  // of the pairs whose labels are the same, 0..1
@@ -122,8 +133,8 @@ class Evidence {
   PairAgreement Agreement() const;
 
  private:
-  // Tracks are short (two or three photos), so what lies next to a point speaks too, with less
-  // weight: points hardly apart are on the same object seven times in eight.
+  // Tracks are short (two or three photos), so neighbouring points vote too, with less weight:
+  // adjacent points lie on the same object seven times in eight.
   static constexpr float kNeighborWeight = 0.5f;
 
   void FindNeighbors(const std::vector<Eigen::Vector3f>& positions);

@@ -10,12 +10,12 @@
 
 namespace semfoam {
 
-// Writes into masks what their regions were found to be: each pixel gets its region's label; of
-// a split region, that of the points clearly nearest to it, or none. Held-out photos have no
-// regions; `label_of_class` [classes of the masks] is for them, kNoLabel = unlabelled.
+// Rewrites masks by the labels of their regions. Each pixel gets the label of its region; in a
+// split region, the label of the clearly nearest points, or none. Held-out photos have no regions:
+// there `label_of_class` [classes of the masks] maps classes to labels, kNoLabel = unlabelled.
 //
-// `labels` are all that regions refer to. Those that no region has are left out; the order of the
-// others remains.
+// `labels` are those that regions refer to. Labels without a region are dropped; the others keep
+// their order.
 class MaskRewriter {
  public:
   MaskRewriter(Evidence evidence,
@@ -23,11 +23,11 @@ class MaskRewriter {
                const std::vector<Label>& labels);
 
   const Evidence& evidence() const { return evidence_; }
-  const std::vector<Label>& labels() const { return labels_; }  // that are left
-  // The class that each label has become, kUnlabelled where it is left out.
+  const std::vector<Label>& labels() const { return labels_; }
+  // [labels of the constructor] New class of each label, kUnlabelled if it was dropped.
   const std::vector<int32_t>& class_of_label() const { return class_of_label_; }
 
-  // The view's mask, whose classes are those of the masks as they were. An empty one stays empty.
+  // Returns the corrected mask of a view; `image` holds the original classes. Empty stays empty.
   ClassImage Rewrite(int view, const PhotoRecord& photo, const ClassImage& image) const;
 
  private:

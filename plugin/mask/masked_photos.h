@@ -16,14 +16,14 @@
 
 namespace semfoam {
 
-// A model's registered images with their masks, for what needs neither photos nor training. Only
-// what is asked of the masks is kept, never their pixels: each is decoded when it is looked at.
+// The registered images of a model with their masks, without photos and training. Keeps statistics
+// of the masks only, not their pixels: a mask is decoded each time it is read.
 
-// The registered images as records, sorted by name; their size is the camera's.
+// Returns the registered images as records, sorted by name, with the camera's size.
 std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model);
 
-// What a photo's mask shows at an observation: the class, and UniformRadius around it; kUnlabelled
-// and -1 outside of the photo and without a mask.
+// Class of a mask at an observed pixel and UniformRadius around it; kUnlabelled and -1 outside of
+// the photo or without a mask.
 struct MaskObservation {
   int32_t given_class = kUnlabelled;  // in the mask as it is
   int32_t given_radius = -1;          // at most RaggedRadius
@@ -65,14 +65,14 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
                               LabelZero label_zero,
                               MaskConsistency consistency);
 
-// The masks of one photo, both of its size, or both empty.
+// Original and corrected mask of one photo, both of its size or both empty.
 struct ViewMasks {
   ClassImage given;
   ClassImage corrected;
 };
 
-// Fills `photos->shown`: asks for the masks of each view that has observations once, in parallel.
-// Throws what `masks_of` throws.
+// Fills `photos->shown`. Calls `masks_of` once for each view with observations, in parallel; throws
+// what it throws.
 void CollectObservations(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos);
 
 }  // namespace semfoam

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_folder.h"
 
-#include "foam/device/device.h"
 #include "foam/train/trainer.h"
 #include "foam/util/error.h"
 #include "foam/util/number_text.h"
@@ -175,13 +174,13 @@ bool TrainingFolder::IsTrained() {
   return true;
 }
 
-std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint() {
+std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint(DeviceKind device) {
   if (!options_.resume) return nullptr;
   for (const int64_t iteration : Iterations()) {
     std::unique_ptr<Checkpoint> checkpoint = Read(PathOf(iteration));
     if (checkpoint == nullptr) continue;
     RequireSameRun(*checkpoint);
-    RequireSameDevice(*checkpoint, DeviceKindInUse());
+    RequireSameDevice(*checkpoint, device);
     LOG(INFO) << "Going on from " << PathOf(iteration).string();
     return checkpoint;
   }

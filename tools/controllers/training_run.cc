@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
-#include "foam/device/device.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/util/available_memory.h"
@@ -114,7 +113,7 @@ void FitToBudget(const TrainingScene& scene,
   constexpr double kPilotShare = 0.07;
   const double before = SecondsSince(begin);
   const TrainingTimeModel model(
-      scene, scene.Seeds(), scene.NumClasses(), kPilotShare * run->time_budget);
+      scene, scene.Seeds(), scene.NumClasses(), run->device, kPilotShare * run->time_budget);
   const double left = run->time_budget - SecondsSince(begin);
   TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
                run->kept_options,
@@ -160,6 +159,7 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
 TrainingSummary Train(const TrainingScene& scene,
                       const TrainingOptions& training,
                       const CheckpointTexts& texts,
+                      const Device& device,
                       std::unique_ptr<Checkpoint> checkpoint,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
@@ -167,6 +167,7 @@ TrainingSummary Train(const TrainingScene& scene,
                         "or --image_cache_gb");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
+  hooks.device = device;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
       line.Show(
@@ -296,7 +297,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
   folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
-  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
+  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
   const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
   if (images.holds_all) {
     LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
@@ -355,11 +356,12 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
-            << DeviceInWords();
+            << run->device.Description();
 
   // A signal that comes when the last iteration has begun waits until the result is safe.
   const DeferInterruption until_written;
-  TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
+  TrainingSummary summary =
+      Train(scene, run->training, texts, run->device, std::move(checkpoint), folder);
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
   if (run->scene.test_every == 0) {

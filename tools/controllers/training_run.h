@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
 #include "plugin/dataset/scene.h"
@@ -30,6 +31,7 @@ struct TrainingRun {
   std::set<std::string> kept_options;  // names as in TrainingOptions: "num_rays"
   EffectsOptions effects;
   double image_cache_gb = -1;  // see PlanImageMemory
+  Device device;               // to train on
 
   // Called, where given, when the scene is planned and no photo is read yet, and when the labels
   // are known and nothing is trained yet: to refuse what would fail only afterwards.

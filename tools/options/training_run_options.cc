@@ -104,6 +104,7 @@ void FinishTrainingRun(const OptionManager& options,
   run->scene.labels_path = training->masks.labels_path;
   run->scene.label_zero = training->masks.Zero();
   run->scene.mask_consistency = training->masks.Consistency();
+  run->device = options.device();
   run->effects = MakeEffectsOptions(training->effects);
   if (!workspace_path.empty()) {
     RequireWorkspace(workspace_path);

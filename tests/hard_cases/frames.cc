@@ -118,10 +118,10 @@ HardCase InitialCase(const std::string& name, const World& world) {
             for (const Eigen::Vector3f& p : Normalized(frame, world.points)) {
               seeds.push_back({p, Eigen::Vector3f::Constant(0.5f)});
             }
-            InitializationOptions options;
-            options.num_scattered = 600;
-            options.num_far = 300;
-            const Foam foam = InitialFoam(seeds, centers, options);
+            InitializationOptions initialization;
+            initialization.num_scattered = 600;
+            initialization.num_far = 300;
+            const Foam foam = InitialFoam(seeds, centers, initialization);
             result.Expect(foam.NumSites() >= 800, "only ", foam.NumSites(), " sites.");
             for (const Eigen::Vector3f& p : foam.positions) {
               result.Expect(p.norm() <= kFarRadius, "a site lies at radius ", p.norm(), ".");

@@ -163,8 +163,7 @@ TrainingSummary Train(const TrainingScene& scene,
                       std::unique_ptr<Checkpoint> checkpoint,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
-                        "a smaller --FoamTraining.final_sites, --FoamTraining.rays_per_iteration "
-                        "or --image_cache_gb");
+                        "a smaller final_sites, rays_per_iteration or image_cache_gb");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
   hooks.device = device;
@@ -304,7 +303,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   } else {
     LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
               << ") only the pixels that are drawn are kept, in up to "
-              << FormatBytes(images.cache_bytes) << " (--image_cache_gb)";
+              << FormatBytes(images.cache_bytes) << " (image_cache_gb)";
   }
   TrainingScene scene = LoadScene(std::move(plan), images);
   if (run->when_labels_are_known) run->when_labels_are_known(scene.Labels());
@@ -365,17 +364,13 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
   if (run->scene.test_every == 0) {
-    LOG(INFO) << "No photo is held out, so the quality on new views is not known; --test_every 8 "
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; test_every = 8 "
                  "would hold out every 8th photo and measure it there.";
   }
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;
-    std::string schedule;
-    for (const auto& [name, value] : ScheduleTexts(run->training)) {
-      schedule += " --FoamTraining." + name + " " + value;
-    }
-    LOG(INFO) << "The same foam again, without a budget:" << schedule;
+    if (run->when_schedule_is_known) run->when_schedule_is_known(ScheduleTexts(run->training));
   }
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits

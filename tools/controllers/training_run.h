@@ -37,6 +37,10 @@ struct TrainingRun {
   // are known and nothing is trained yet: to refuse what would fail only afterwards.
   std::function<void(const ScenePlan&)> when_planned;
   std::function<void(const std::vector<Label>&)> when_labels_are_known;
+  // Called, where given, when a run with a time budget has trained, with what of TrainingOptions
+  // the budget has chosen, by name: given without a budget, these make the same foam.
+  std::function<void(const std::vector<std::pair<std::string, std::string>>&)>
+      when_schedule_is_known;
   // Called, where given, when scene.foam, effects.json and training_log.csv are written and the
   // run does not count as trained yet, with the reports of the log.
   std::function<void(const std::vector<TrainingProgress>&, const TrainingFolder&)> when_written;

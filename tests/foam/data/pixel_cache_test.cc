@@ -179,7 +179,7 @@ TEST(PixelCache, MemoryIsPlannedBeforeItIsTaken) {
     FAIL();
   } catch (const UserError& error) {
     EXPECT_STREQ(error.what(),
-                 "--image_cache_gb: is too little for the pixels of two iterations; 0.001 or more "
+                 "image_cache_gb is too little for the pixels of two iterations; 0.001 or more "
                  "would be right.");
   }
 }

@@ -36,7 +36,8 @@ Trainer::Trainer(const TrainingViews& views,
       views_to_train_on_(ViewsToTrainOn(views)),
       free_space_(views, seeds),
       schedule_(options),
-      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
+      device_(hooks.make_device ? hooks.make_device(&state_)
+                                : MakeTrainingDevice(hooks.device, &state_)) {
   ChooseViews();
   if (pixels_.size() == 0) {
     throw UserError(
@@ -236,8 +237,8 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
-  summary_.statistics =
-      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, StatisticsStride(views_));
+  summary_.statistics = MeasureCells(
+      summary_.foam, ViewRenderer(summary_.foam, hooks.device), views_, StatisticsStride(views_));
   summary_.last = progress_;
   return std::move(summary_);
 }
@@ -281,9 +282,11 @@ TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,
                           const TrainingOptions& options,
-                          const std::function<void(const TrainingProgress&)>& report) {
+                          const std::function<void(const TrainingProgress&)>& report,
+                          const Device& device) {
   TrainingHooks hooks;
   hooks.report = report;
+  hooks.device = device;
   return TrainFoam(views, seeds, num_classes, options, std::move(hooks));
 }
 

@@ -89,15 +89,15 @@ void Trainer::SerializePending(Archive* archive) {
 
 namespace {
 
-constexpr char kCores[] = "cpu", kGpu[] = "cuda";
+constexpr char kCpu[] = "cpu", kGpu[] = "cuda";
 
 }  // namespace
 
 void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device) {
   const auto& state = checkpoint.Texts("state");
   const auto found = state.find("device");
-  const std::string saved = found == state.end() ? kCores : found->second;
-  if (saved != kCores && saved != kGpu) {
+  const std::string saved = found == state.end() ? kCpu : found->second;
+  if (saved != kCpu && saved != kGpu) {
     checkpoint.ThrowDamaged("its 'device' is neither 'cpu' nor 'cuda'");
   }
   const bool of_gpu = saved == kGpu;
@@ -122,7 +122,7 @@ void Trainer::Save(CheckpointContents* contents) {
       guard("guard", contents);
   TrainingOptions same = options_;
   same.Serialize(&options);
-  contents->texts["state"]["device"] = device_->Kind() == DeviceKind::kGpu ? kGpu : kCores;
+  contents->texts["state"]["device"] = device_->Kind() == DeviceKind::kGpu ? kGpu : kCpu;
   state.Number("views", &num_views);
   state.Number("classes", &state_.foam.num_classes);
   state.Number("sites", &num_sites);

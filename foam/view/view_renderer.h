@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
 #include "foam/geometry/delaunay.h"
 #include "foam/model/foam.h"
 #include "foam/render/ray_caster.h"
@@ -43,10 +44,10 @@ struct RenderedView {
 // faces. The foam must stay as it is and outlive the renderer. Thread-safe.
 class ViewRenderer {
  public:
-  explicit ViewRenderer(const Foam& foam);
+  explicit ViewRenderer(const Foam& foam, const Device& device = {});
 
-  // On the device in use when it is first called (foam/device/device.h), in parallel. The same
-  // bytes on any number of threads.
+  // Renders on the device, in parallel. The same bytes on any number of threads. Throws UserError
+  // where the device has too little memory.
   RenderedView Render(const CameraRays& rays) const;
 
   const Delaunay& delaunay() const { return delaunay_; }
@@ -60,6 +61,7 @@ class ViewRenderer {
   const RayCaster& Caster() const;
 
   const Foam& foam_;
+  const Device device_;
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
   std::vector<float> density_;  // [num_cells]

@@ -46,6 +46,9 @@ int RunCommand(void (*run)(int argc, char** argv), int argc, char** argv) {
     return EXIT_SUCCESS;
   } catch (const Interruption& interruption) {
     return interruption.ExitCode();
+  } catch (const FieldError& error) {
+    // Options are spelled as the fields are.
+    return PrintError(std::string("Failed to parse options - --") + error.what());
   } catch (const UserError& error) {
     return PrintError(error.what());
   } catch (const std::filesystem::filesystem_error& error) {

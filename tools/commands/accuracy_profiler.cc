@@ -63,6 +63,7 @@ class Study {
         time_(scene_,
               scene_.Seeds(),
               scene_.NumClasses(),
+              run_.device,
               std::min(kPilotShare * budget, kLongestPilot)) {
     depth_views_ = MakeDepthViews(ReadReconstruction(FindModelFolder(run_.scene.input_path)),
                                   scene_.Photos(),
@@ -171,9 +172,11 @@ class Study {
       TrainingScene scene = LoadScene(run_, reduced);
       BringToReferenceExposure(&scene);
       image_size = LongestSide(scene);
-      summary = TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr);
+      summary =
+          TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr, run_.device);
     } else {
-      summary = TrainFoam(scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr);
+      summary = TrainFoam(
+          scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr, run_.device);
     }
     AccuracyRow row{run.sweep,
                     run.value,
@@ -190,8 +193,8 @@ class Study {
     model.world_from_normalized = scene_.WorldFromNormalized();
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
-    const Scores scores =
-        ScoreModel(model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_);
+    const Scores scores = ScoreModel(
+        model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_, run_.device);
     if (rows_.empty()) {
       for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
     }
@@ -199,7 +202,7 @@ class Study {
     row.ssim = MeanOf(scores.views).ssim;
     const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
     row.miou = exact.has_value() ? exact->iou : summary.last.held_out_miou;
-    const ViewRenderer renderer(model.foam);
+    const ViewRenderer renderer(model.foam, run_.device);
     const double scale = model.world_from_normalized.scale;
     row.surface_error = scale * SurfaceError(depth_views_, [&](const DepthView& view) {
                           return FoamDistances(renderer, view);
@@ -274,7 +277,7 @@ class Study {
 
   std::string Report() const {
     return "# What accuracy costs\n\n" + scene_.PhotoReport() + "; " + scene_.MaskReport() + ". " +
-           DeviceInWords() +
+           run_.device.Description() +
            ".\n\n"
            "Seconds of training (loading apart), for exports with the export. PSNR and SSIM of the "
            "held-out photos at full size. mIoU: " +

@@ -197,7 +197,8 @@ void RunFoamEvaluator(int argc, char** argv) {
       WriteRgbPng(MapFile(maps_path, "confidence", name), maps.confidence);
     };
   }
-  const Scores scores = ScoreModel(model, foam_path, image_path, truth, fits_exposure, write_maps);
+  const Scores scores =
+      ScoreModel(model, foam_path, image_path, truth, fits_exposure, options.device(), write_maps);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

@@ -305,7 +305,7 @@ void RunFoamRenderer(int argc, char** argv) {
 
   RequireRoomForPictures(chosen, image_path, preview, output_path);
 
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer renderer(model.foam, options.device());
   for (const View& view : chosen) {
     const Pictures pictures = RenderView(view, model, renderer, output_path);
     if (!preview) continue;

@@ -143,6 +143,7 @@ void WriteFilm(const Model& model,
                const std::string& foam_path,
                const std::string& image_path,
                const std::vector<FilmFrame>& film,
+               const Device& device,
                const fs::path& output_path) {
   std::vector<fs::path> photos;
   std::vector<fs::path> pictures;
@@ -170,7 +171,7 @@ void WriteFilm(const Model& model,
       ReadFileBytes(manifest_path, "a film's manifest") != manifest_text) {
     fs::remove(manifest_path);
   }
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer renderer(model.foam, device);
   for (size_t i = 0; i < film.size(); ++i) {
     const FilmFrame& frame = film[i];
     const PhotoRecord& photo = model.photos[frame.photo];
@@ -325,7 +326,7 @@ void RunViewInterpolator(int argc, char** argv) {
   const double depth = model.world_from_normalized.scale;
   const std::vector<FilmFrame> film =
       MakeFilm(model.photos, CaptureOrder(model.photos, depth, order), depth, between);
-  WriteFilm(model, foam_path, image_path, film, output_path);
+  WriteFilm(model, foam_path, image_path, film, options.device(), output_path);
   LOG(INFO) << film.size() << " frames, " << model.photos.size() << " of them photos, are in "
             << (fs::path(output_path) / "frames").string();
 }

@@ -164,9 +164,10 @@ Scores ScoreModel(const Model& model,
                   const fs::path& image_path,
                   const fs::path& truth_path,
                   bool fit_exposure,
+                  const Device& device,
                   const OnViewMaps& on_maps) {
   const MemoryTask task("held-out views are rendered and scored", "smaller photos");
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer renderer(model.foam, device);
   ObjectScorers objects(truth_path, model);
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {

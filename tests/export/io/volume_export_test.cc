@@ -690,10 +690,9 @@ TEST_F(VolumeExport, TheSameBytesOnAnyNumberOfThreads) {
   options.nvdb = options.points = true;
   std::vector<WrittenFile> files;
   for (const int threads : {1, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     files = ExportVolumes(scene, folder_ / std::to_string(threads), options);
   }
-  SetNumThreads(-1);
   ASSERT_EQ(files.size(), 9u);
   for (const WrittenFile& file : files) {
     std::string bytes[2];

@@ -15,75 +15,88 @@
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace semfoam {
 namespace {
 
+using testing::AllOf;
+using testing::HasSubstr;
+
 TEST(Device, IsFoundByItsName) {
   for (const std::optional<int> gpus : {std::optional<int>(), std::optional(0), std::optional(3)}) {
-    EXPECT_EQ(FindCudaDevice("cpu", gpus), std::nullopt);
+    EXPECT_EQ(Device::Find("cpu", gpus).gpu(), std::nullopt);
   }
-  EXPECT_EQ(FindCudaDevice("auto", std::nullopt), std::nullopt);
-  EXPECT_EQ(FindCudaDevice("auto", 0), std::nullopt);
-  EXPECT_EQ(FindCudaDevice("auto", 3), 0);
-  EXPECT_EQ(FindCudaDevice("cuda:0", 1), 0);
-  EXPECT_EQ(FindCudaDevice("cuda:2", 3), 2);
+  EXPECT_EQ(Device::Find("auto", std::nullopt).gpu(), std::nullopt);
+  EXPECT_EQ(Device::Find("auto", 0).gpu(), std::nullopt);
+  EXPECT_EQ(Device::Find("auto", 3).gpu(), 0);
+  EXPECT_EQ(Device::Find("cuda:0", 1).gpu(), 0);
+  EXPECT_EQ(Device::Find("cuda:2", 3).gpu(), 2);
+  EXPECT_EQ(Device::Find("cuda:2", 3).kind(), DeviceKind::kGpu);
 }
 
+// The sentence that refuses `device`, which must name the field.
 std::string Refusal(const std::string& device, std::optional<int> gpus) {
   try {
-    FindCudaDevice(device, gpus);
-  } catch (const UserError& error) {
+    Device::Find(device, gpus);
+  } catch (const FieldError& error) {
+    EXPECT_EQ(error.field(), "device");
     return error.what();
   }
   return "";
 }
 
 TEST(Device, SaysWhyThereIsNone) {
-  EXPECT_EQ(Refusal("cuda:0", std::nullopt),
-            "--device cuda:0: this program was built without CUDA; build it with "
-            "-DSEMFOAM_CUDA=ON, or use --device cpu.");
-  EXPECT_EQ(Refusal("cuda:0", 0),
-            "--device cuda:0: there is no GPU here that CUDA can use; --device cpu or "
-            "auto would be right.");
-  EXPECT_EQ(Refusal("cuda:1", 1),
-            "--device cuda:1: there is no GPU of that number; cuda:0 would be right.");
-  EXPECT_EQ(Refusal("cuda:3", 3),
-            "--device cuda:3: there is no GPU of that number; cuda:0 to cuda:2 would be "
-            "right.");
+  EXPECT_THAT(Refusal("cuda:0", std::nullopt),
+              AllOf(HasSubstr("is cuda:0,"), HasSubstr("built without CUDA")));
+  EXPECT_THAT(Refusal("cuda:0", 0),
+              AllOf(HasSubstr("is cuda:0,"), HasSubstr("no GPU here that CUDA can use")));
+  EXPECT_THAT(Refusal("cuda:1", 1),
+              AllOf(HasSubstr("is cuda:1,"), HasSubstr("; cuda:0 would be right")));
+  EXPECT_THAT(Refusal("cuda:3", 3),
+              AllOf(HasSubstr("is cuda:3,"), HasSubstr("; cuda:0 to cuda:2 would be right")));
   for (const std::string device :
        {"", "gpu", "CPU", "cpu ", "cuda", "cuda:", "cuda:-1", "cuda:-0", "cuda:1x", "cuda: 1"}) {
     for (const std::optional<int> gpus : {std::optional<int>(), std::optional(2)}) {
-      EXPECT_EQ(Refusal(device, gpus),
-                "Failed to parse options - the argument ('" + device +
-                    "') for option '--device' is invalid; it takes auto, cpu or cuda:N, the "
-                    "GPU of that number from 0 on.");
+      EXPECT_THAT(Refusal(device, gpus),
+                  AllOf(HasSubstr("is '" + device + "'"), HasSubstr("auto, cpu or cuda:N")));
     }
   }
 }
 
-TEST(Device, CoresAreNamedByTheirThreads) {
-  UseDevice("cpu");
-  SetNumThreads(1);
-  EXPECT_EQ(DeviceInWords(), "1 thread");
-  SetNumThreads(3);
-  EXPECT_EQ(DeviceInWords(), "3 threads");
-  EXPECT_THROW(UseDevice("gpu"), UserError);
-  EXPECT_EQ(DeviceInWords(), "3 threads");
-  SetNumThreads(-1);
+TEST(Device, TheCpuIsDescribedByItsThreads) {
+  const Device cpu = Device::Find("cpu");
+  for (const int threads : {1, 3}) {
+    const ThreadLimit limit(threads);
+    EXPECT_EQ(cpu.Description(), threads == 1 ? "1 thread" : "3 threads");
+  }
+}
+
+// Of several limits the smallest holds, and each ends with its scope.
+TEST(ThreadLimit, EndsWithItsScope) {
+  const int all = NumThreads();
+  {
+    const ThreadLimit three(3);
+    EXPECT_EQ(NumThreads(), 3);
+    {
+      const ThreadLimit one(1);
+      EXPECT_EQ(NumThreads(), 1);
+    }
+    EXPECT_EQ(NumThreads(), 3);
+  }
+  EXPECT_EQ(NumThreads(), all);
 }
 
 // Where no GPU is to be seen, "auto" is the CPU, in every respect.
 TEST(Device, AutoIsTheCpuWhereThereIsNoGpu) {
   // Hides GPUs from CUDA, if there are any; read once, at the first look for them.
   ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
-  UseDevice("auto");
-  EXPECT_EQ(CudaDeviceInUse(), std::nullopt);
-  EXPECT_EQ(DeviceKindInUse(), DeviceKind::kCores);
-  SetNumThreads(2);
-  EXPECT_EQ(DeviceInWords(), "2 threads");
-  SetNumThreads(-1);
+  const Device device = Device::Find("auto");
+  EXPECT_EQ(device.gpu(), std::nullopt);
+  EXPECT_EQ(device.kind(), DeviceKind::kCpu);
+  const ThreadLimit limit(2);
+  EXPECT_EQ(device.Description(), "2 threads");
 }
 
 // A small room, trained, as a device has it.

@@ -148,7 +148,7 @@ TEST_F(TrainingFolder, StopsAtCheckpointsOfAnotherVersion) {
                 ElementsAre("ERROR: " + checkpoints.back().string() +
                             ": this checkpoint has format version " + std::to_string(version) +
                             ", and this program reads version 1; the program version that wrote "
-                            "it, or --resume 0 to train from the beginning, would be right."));
+                            "it, or resume = 0 to train from the beginning, would be right."));
     EXPECT_THAT(outcome.err, Not(HasSubstr("Loading")));
     EXPECT_TRUE(BytesBelow(output) == before);
 
@@ -186,8 +186,7 @@ TEST_F(TrainingFolder, StopsAtATrainedFoamsCheckpointOfAnotherVersion) {
                           ": holds a trained foam, and there is no whole checkpoint to go on from "
                           "in " +
                           (output / "checkpoints").string() +
-                          "; mesh_exporter and volume_exporter to export it, or --overwrite 1 to "
-                          "train from the beginning, would be right."));
+                          "; export it, or train with overwrite = 1 from the beginning."));
   EXPECT_EQ(ReadFile(output / "scene.foam"), before.at("scene.foam"));
   EXPECT_EQ(ReadFile(output / "checkpoints/trained.ckpt"), "damaged");
 }
@@ -365,10 +364,10 @@ class FinishedFolder : public StoppedTraining {
 
 TEST_F(FinishedFolder, IsReplacedOnlyWhereThatIsAskedFor) {
   const auto before = BytesBelow(output_);
-  const std::string sentence =
-      "ERROR: " + (output_ / "scene.foam").string() +
-      ": holds a trained foam; --overwrite 1 to replace it and its exports, or another "
-      "--output_path, would be right.";
+  const std::string sentence = "ERROR: " + (output_ / "scene.foam").string() +
+                               ": holds a trained foam; overwrite = 1 to replace it and its "
+                               "exports, or another output_path, "
+                               "would be right.";
   const Outcome trainer = RunSemfoam(Trainer(Workspace(), output_));
   std::vector<std::string> segmenter = Trainer(Workspace(), output_);
   segmenter[0] = "automatic_segmenter";
@@ -395,7 +394,7 @@ TEST_F(FinishedFolder, IsReplacedOnlyWhereThatIsAskedFor) {
   const Outcome again = RunSemfoam(Trainer(Workspace(), output_, {"--random_seed", "5"}));
   EXPECT_EQ(again.exit_code, 1);
   ASSERT_EQ(again.Errors().size(), 1u);
-  EXPECT_THAT(again.Errors()[0], HasSubstr("holds a trained foam; --resume 1 to go on with"));
+  EXPECT_THAT(again.Errors()[0], HasSubstr("holds a trained foam; resume = 1 to go on with"));
 }
 
 TEST_F(FinishedFolder, HoldsFilesOfOneFoam) {

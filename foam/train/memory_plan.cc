@@ -145,7 +145,7 @@ void RequireMemory(const TrainingOptions& options,
   throw UserError(problem,
                   plan.batch > plan.photos
                       ? "a smaller --FoamTraining.rays_per_iteration would be right."
-                      : "a smaller --image_cache_gb would be right.");
+                      : "a smaller image_cache_gb would be right.");
 }
 
 }  // namespace semfoam

@@ -39,7 +39,7 @@ Trainer::Trainer(const TrainingViews& views,
   if (pixels_.IsEmpty()) {
     throw UserError(
         "There is no photo to train on: all are held out or missing; hold out fewer "
-        "(--test_every).");
+        "(test_every).");
   }
 }
 

@@ -109,7 +109,7 @@ void Trainer::RequireSameRun(int num_classes, const Checkpoint& checkpoint) cons
   for (const auto& [name, value] : contents.texts["training_options"]) {
     const auto found = saved.find(name);
     if (found == saved.end()) checkpoint.ThrowDamaged("it lacks the option '" + name + "'");
-    require("--FoamTraining." + name, found->second, value);
+    require(name, found->second, value);
   }
   int views = 0, classes = 0;
   StateReader state("state", checkpoint);

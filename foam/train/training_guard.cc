@@ -27,7 +27,7 @@ template <typename... Parts>
                   iteration,
                   ": ",
                   parts...,
-                  "; lower learning rates (--FoamTraining.position_rate, density_rate, color_rate, "
+                  "; lower learning rates (position_rate, density_rate, color_rate, "
                   "sh_factor, identity_rate, classifier_rate) or weights would be right.");
 }
 

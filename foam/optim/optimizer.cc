@@ -4,7 +4,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/activation.h"
 #include "foam/render/update_loops.h"
-#include "foam/util/gather.h"
+#include "foam/util/array_rows.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -167,8 +167,8 @@ void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
 void FoamOptimizer::ChangeShDegree(int degree) {
   const ParameterRow row(degree, row_.position > 0);
   const int kept = row_.sh + 3 * NumShCoefficients(std::min(sh_degree_, degree));
-  first_ = WithStride(first_, stride_, kept, row.size);
-  second_ = WithStride(second_, stride_, kept, row.size);
+  first_ = ResizeRows(first_, stride_, kept, row.size);
+  second_ = ResizeRows(second_, stride_, kept, row.size);
   sh_degree_ = degree;
   row_ = row;
   stride_ = row.size;

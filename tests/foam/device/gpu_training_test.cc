@@ -229,12 +229,12 @@ TEST_F(GpuRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
   EXPECT_EQ(RefusalOf(20, "cuda", nullptr),
             path +
                 ": this checkpoint was made on a GPU, and gone on with on the "
-                "CPU the run would end with other bytes; --device cuda:0, or "
+                "CPU the run would end with other bytes; device cuda:0, or "
                 "another GPU, or training from the beginning, would be right.");
   const std::string of_cpu =
       path +
       ": this checkpoint was made on the CPU, and gone on with on a "
-      "GPU the run would end with other bytes; --device cpu, or training from the "
+      "GPU the run would end with other bytes; device cpu, or training from the "
       "beginning, would be right.";
   TrainAndSave(ShortRun());
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cpu");

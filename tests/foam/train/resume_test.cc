@@ -159,7 +159,7 @@ TEST_F(ResumeTest, RefusesAnotherRun) {
   TrainingOptions other = options;
   other.tv_weight = 3;
   std::string text = Refusal([&] { Resume(other, 10); });
-  EXPECT_NE(text.find("--FoamTraining.tv_weight 2, not 3"), std::string::npos) << text;
+  EXPECT_NE(text.find("with tv_weight 2, not 3"), std::string::npos) << text;
   other = options;
   other.random_seed = 7;
   text = Refusal([&] { Resume(other, 10); });

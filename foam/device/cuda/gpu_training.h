@@ -242,10 +242,7 @@ class GpuTraining : public TrainingDevice {
     *totals = {};
     int64_t num_contributions = 0;
     for (const TallySum& sum : sums) {
-      totals->mean_loss.color += sum.loss.color / num_rays;
-      totals->mean_loss.opacity += sum.loss.opacity / num_rays;
-      totals->mean_loss.quantile += sum.loss.quantile / num_rays;
-      totals->mean_loss.identity += sum.loss.identity / num_rays;
+      totals->mean_loss += sum.loss / static_cast<double>(num_rays);
       totals->step_limit_hits += sum.step_limit_hits;
       totals->num_segments += sum.num_segments;
       totals->clamped_segments += sum.clamped_segments;

@@ -6,7 +6,9 @@
 #include "plugin/colmap/seeds.h"
 #include "plugin/dataset/scene_warnings.h"
 #include "plugin/mask/mask_evidence.h"
+#include "plugin/mask/mask_folders.h"
 #include "plugin/mask/mask_png.h"
+#include "plugin/mask/mask_tables.h"
 #include "plugin/util/files.h"
 
 #include <algorithm>

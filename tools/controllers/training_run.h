@@ -3,7 +3,8 @@
 
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_options.h"
+#include "plugin/dataset/training_scene.h"
 #include "plugin/photometric/effects.h"
 #include "tools/controllers/presets.h"
 #include "tools/controllers/training_folder.h"

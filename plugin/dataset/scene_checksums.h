@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_plan.h"
 
 #include <string>
 

@@ -4,7 +4,7 @@
 #include "foam/data/training_views.h"
 #include "foam/model/model.h"
 #include "plugin/colmap/tracks.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/class_image.h"
 
 #include <cmath>
 #include <cstdint>

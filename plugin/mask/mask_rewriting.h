@@ -2,8 +2,8 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "plugin/mask/class_image.h"
 #include "plugin/mask/mask_evidence.h"
-#include "plugin/mask/masks.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_options.h"
+#include "plugin/dataset/training_scene.h"
 #include "plugin/photo/photo_light.h"
 #include "plugin/photometric/view_dependence.h"
 

@@ -36,10 +36,10 @@ TEST(BadInput, Options) {
        "takes {low, medium, high, extreme}."},
       {"train",
        "--test_every|-8",
-       "--test_every -8: 0 (train on all photos) or more would be right."},
+       "test_every -8: 0 (train on all photos) or more would be right."},
       {"train",
        "--test_every|1",
-       "--test_every 1: holds out all of the 64 photos and leaves none to train on; 0 would train "
+       "test_every 1: holds out all of the 64 photos and leaves none to train on; 0 would train "
        "on all."},
       {"train",
        "--FoamTraining.num_rays|0",

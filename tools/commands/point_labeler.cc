@@ -2,6 +2,7 @@
 #include "export/scene/names.h"
 #include "foam/util/error.h"
 #include "plugin/colmap/colmap_model.h"
+#include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/masked_photos.h"
 #include "plugin/mask/point_labels.h"
 #include "tools/cli/option_manager.h"

@@ -7,7 +7,7 @@
 #include "foam/util/photo_name.h"
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_rays.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/mask_pairing.h"
 #include "plugin/photo/photo.h"
 #include "plugin/util/files.h"
 #include "tools/cli/input_protection.h"

@@ -5,7 +5,7 @@
 #include "export/scene/label_choice.h"
 #include "export/volume/volume_options.h"
 #include "foam/model/model.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_plan.h"
 
 #include <filesystem>
 #include <set>

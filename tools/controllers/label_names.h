@@ -13,7 +13,7 @@ namespace semfoam {
 // several sources the first that has a name for a label decides:
 //
 //   1. the file `labels_path` (--labels_path), where it is not empty: NameLabels
-//   (plugin/mask/masks.h)
+//   (plugin/mask/label_naming.h)
 //   2. labels.json in `output_path`, if that is not empty, and
 //   3. labels.json beside the foam: names in them that are not the foam's own, where
 //      "source_model_xxh64" says that they are of this foam

@@ -10,6 +10,7 @@
 #include "foam/util/output_file.h"
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
+#include "plugin/dataset/scene_memory.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
@@ -297,7 +298,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
-  const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  const auto all_bytes = static_cast<int64_t>(MemoryOf(plan).held);
   if (images.holds_all) {
     LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
   } else {

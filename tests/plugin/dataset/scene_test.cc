@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/dataset/scene.h"
-
 #include "foam/geometry/guard_sites.h"
+#include "plugin/dataset/scene_memory.h"
+#include "plugin/dataset/scene_plan.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -117,10 +118,10 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   EXPECT_EQ(plan.num_unregistered, 0);
   EXPECT_EQ(plan.num_rescaled, 0);
   // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
-  EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 5);
+  EXPECT_EQ(MemoryOf(plan).held, 64u * 320 * 240 * 5);
   // A decoded photo and the classes of its mask; one more image of classes.
-  EXPECT_EQ(plan.OpeningBytes(), 320u * 240 * (3 + 2));
-  EXPECT_EQ(plan.LoadingBytes(), 320u * 240 * 2);
+  EXPECT_EQ(MemoryOf(plan).opening, 320u * 240 * (3 + 2));
+  EXPECT_EQ(MemoryOf(plan).loading, 320u * 240 * 2);
   const TrainingScene scene(std::move(plan));
   EXPECT_EQ(scene.NumViews(), 64);
   EXPECT_THAT(scene.MaskReport(),
@@ -279,7 +280,7 @@ TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
   const ScenePlan plan = PlanScene(workspace.Options());
   // Two views share the distorted camera, and one table.
   EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
-  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 2 + 12));
+  EXPECT_EQ(MemoryOf(plan).held, 8u * 6 * (3 * 3 + 3 * 2 + 12));
 }
 
 TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
@@ -428,14 +429,14 @@ TEST(Scene, MaskFoldersThatYieldNothingAreToldOf) {
       PlanScene(w.Options()).warnings,
       testing::ElementsAre(root + "/Masks holds 3 .png files and is not looked at, so there are no "
                                   "labels; object_mask/ or Annotations/ would be looked at, and "
-                                  "--mask_path would take it."));
+                                  "mask_path would take it."));
   fs::create_directories(w.temp / "object_mask");
   EXPECT_THAT(
       PlanScene(w.Options()).warnings,
       testing::ElementsAre(root +
                            "/object_mask: is empty, where a PNG for each photo would be "
                            "right, so there are no labels; " +
-                           root + "/Masks holds 3 .png files, and --mask_path would take it."));
+                           root + "/Masks holds 3 .png files, and mask_path would take it."));
   EXPECT_EQ(SceneErrorOf(given),
             root + "/object_mask: is empty, where a PNG for each photo would be right.");
   fs::rename(w.temp / "Masks", w.temp / "elsewhere");
@@ -535,7 +536,7 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
       SceneErrorOf(options),
       (root / "no.json").string() +
           ": names labels, while there are no masks: neither object_mask/ nor Annotations/ is "
-          "beside the photos; --mask_path would name their folder.");
+          "beside the photos; mask_path would name their folder.");
   options.use_masks = false;
   options.labels_path.clear();
   EXPECT_EQ(SceneErrorOf(options), "");
@@ -588,9 +589,9 @@ TEST(Scene, HoldingOutLeavesSomethingToTrainOn) {
   EXPECT_FALSE(scene.IsHeldOut(1));
   EXPECT_TRUE(scene.IsHeldOut(2));
   options.test_every = 1;
-  EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every 1: holds out all of the 3 photos"));
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("test_every 1: holds out all of the 3 photos"));
   options.test_every = -1;
-  EXPECT_THAT(SceneErrorOf(options), HasSubstr("--test_every -1"));
+  EXPECT_THAT(SceneErrorOf(options), HasSubstr("test_every -1"));
 }
 
 // Nothing but the memory differs: every ray, every label and every finding is that of a scene whose
@@ -599,7 +600,7 @@ void ExpectTheSameWithoutMemory(const SceneOptions& options) {
   const TrainingScene held(PlanScene(options));
   ScenePlan plan = PlanScene(options);
   LoadOptions load;
-  load.cache_bytes = static_cast<int64_t>(plan.MemoryBytes()) - 1;
+  load.cache_bytes = static_cast<int64_t>(MemoryOf(plan).held) - 1;
   std::vector<int> reports;
   load.report = [&](int done, int total) {
     EXPECT_EQ(total, held.NumViews());
@@ -670,7 +671,7 @@ TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
   EXPECT_THAT(
       error_of(0),
       testing::MatchesRegex(".*images/a.png: is no longer there, while training still reads "
-                            "the photos and masks that --image_cache_gb does not hold; "
+                            "the photos and masks that are not held in memory; "
                             "files that stay until the end would be right."));
   std::vector<uint8_t> other(8 * 6, 77);
   WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);

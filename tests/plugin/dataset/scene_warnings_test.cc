@@ -42,7 +42,7 @@ TEST(OtherModels, AreNamedWhereOneWasFoundAndNotChosen) {
       OtherModelsWarning(sparse, sparse / "0", 20),
       (sparse / "0").string() +
           ": of several models that the mapper did not connect this one alone is used, with 20 "
-          "photos; beside it are 1 (7 photos) and 10 (1 photo), and --input_path would take "
+          "photos; beside it are 1 (7 photos) and 10 (1 photo), and input_path would take "
           "another.");
   EXPECT_EQ(OtherModelsWarning(temp.path(), sparse / "0", 20),
             OtherModelsWarning(sparse, sparse / "0", 20));
@@ -62,14 +62,14 @@ TEST(OtherModels, ThatAreAsLargeAreNamedInAnyCase) {
       OtherModelsWarning(sparse, sparse / "0", 20),
       (sparse / "0").string() +
           ": of several models that the mapper did not connect this one alone is used, with 20 "
-          "photos; beside it are 1 (20 photos) and 2 (3 photos), and --input_path " +
+          "photos; beside it are 1 (20 photos) and 2 (3 photos), and input_path " +
           (sparse / "1").string() + " would take one with as many photos.");
   WriteModelOf(sparse / "3", 21, ModelFormat::kBinary);
   EXPECT_EQ(
       OtherModelsWarning(sparse / "0", sparse / "0", 20),
       (sparse / "0").string() +
           ": of several models that the mapper did not connect this one alone is used, with 20 "
-          "photos; beside it are 1 (20 photos) and 3 (21 photos), and --input_path " +
+          "photos; beside it are 1 (20 photos) and 3 (21 photos), and input_path " +
           (sparse / "3").string() + " would take one with more photos.");
 }
 

@@ -109,7 +109,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   if (fs::is_directory(path)) {
     throw UserError(path.string(),
                     ": is a folder, in the way of the file of that name; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
   if (!fs::is_regular_file(path)) return std::nullopt;
   Json json = ReadJsonFile(path);
@@ -117,7 +117,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
     throw UserError(path.string(),
                     ": was not written by an export and would be lost; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
   if (json.contains("version") && json["version"] != kLabelSidecarVersion) {
     throw UserError(path.string(),
@@ -125,7 +125,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
                     json["version"].dump(),
                     ", and this program knows version ",
                     kLabelSidecarVersion,
-                    "; choose another --output_path, or the program version that wrote it.");
+                    "; choose another output_path, or the program version that wrote it.");
   }
   ExportRecord record;
   if (const Json& checksum = json[kSourceModelKey]; checksum.is_string()) {
@@ -168,7 +168,7 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
   if (!fs::exists(path) || ModelChecksum(path) == foam_checksum) return;
   throw UserError(path.string(),
                   ": is another foam than the one to export, whose files would lie beside it; "
-                  "choose another --output_path.");
+                  "choose another output_path.");
 }
 
 void WarnOfOtherExports(const fs::path& output_path) {

@@ -49,7 +49,7 @@ void SayTilt(const ExportTransform& transform) {
   constexpr double kLevelDegrees = 5;
   if (transform.up_axis == "colmap") return;
   std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << "--up_axis " << transform.up_axis
+  text << std::fixed << std::setprecision(1) << "up_axis " << transform.up_axis
        << " leaves the photos' mean upward direction " << transform.up_tilt_degrees
        << " degrees off that axis";
   if (transform.up_tilt_degrees < kLevelDegrees) {
@@ -57,7 +57,7 @@ void SayTilt(const ExportTransform& transform) {
   } else {
     LOG(WARNING) << text.str()
                  << ", because it turns by multiples of 90 degrees; level the model with `colmap "
-                    "model_orientation_aligner`, or give the rotation with --transform.";
+                    "model_orientation_aligner`, or give the rotation with transform.";
   }
 }
 
@@ -76,7 +76,7 @@ void RequireOneFrame(const ExportTransform& transform,
     if (formats.count(writer) != 0) continue;
     throw UserError((output_path / file.path).string(),
                     ": is in another frame than this export and would stay; choose another "
-                    "--output_path, or the --transform, --up_axis, --scale and --units that "
+                    "output_path, or the transform, up_axis, scale and units that "
                     "labels.json there tells of.");
   }
 }
@@ -110,8 +110,7 @@ ExportableScene PrepareExport(const Model& model,
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
-              << Describe(label.pieces)
-              << (label.is_fragment ? "; --keep_fragments 1 keeps it" : "");
+              << Describe(label.pieces) << (label.is_fragment ? "; keep_fragments keeps it" : "");
   }
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
@@ -129,7 +128,7 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
   if (!scene.labels_left_out.empty()) {
     throw UserError(foam_path.string(),
                     ": all pieces of its objects are left out, so there is no surface to write; a "
-                    "smaller --min_cells would be right.");
+                    "smaller min_cells would be right.");
   }
   if (!scene.labels_without_cells.empty()) {
     throw UserError(foam_path.string(),
@@ -147,9 +146,7 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
 std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
                                       const std::filesystem::path& output_path,
                                       VolumeExportOptions volume) {
-  const MemoryTask task("volumes are made",
-                        "a larger --VolumeExport.voxel_size or a smaller "
-                        "--VolumeExport.max_resolution");
+  const MemoryTask task("volumes are made", "a larger voxel_size or a smaller max_resolution");
   LOG(INFO) << "Writing volumes";
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();

@@ -53,8 +53,7 @@ void SegmentScene(SceneSegmenterOptions options) {
   WriteLabels(scene, output_path, finished);
   folder.Finish();
   for (const std::string& label : without_object) {
-    LOG(WARNING) << "No files for " << label
-                 << ", which --labels names: the training made no object "
+    LOG(WARNING) << "No files for " << label << ", which labels names: the training made no object "
                  << "of it; labels.json and the lines above say why.";
   }
   const size_t num_objects = SelectObjects(scene, volume.objects).size();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/io/surface_export.h"
+#include "export/io/volume_export.h"
 #include "foam/device/device.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
@@ -7,7 +8,6 @@
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/colmap_model.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/exports.h"
 #include "tools/controllers/presets.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_run.h"

@@ -5,7 +5,6 @@
 #include "export/volume/volume_forecast.h"
 #include "foam/util/error.h"
 #include "plugin/mask/mask_tables.h"
-#include "tools/controllers/exports.h"
 
 #include <map>
 

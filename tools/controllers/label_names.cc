@@ -6,7 +6,6 @@
 #include "foam/util/json_file.h"
 #include "plugin/mask/masks.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
 #include "tools/support/value_text.h"
 
 #include <algorithm>

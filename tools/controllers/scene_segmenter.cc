@@ -3,8 +3,10 @@
 
 #include "export/scene/object_selection.h"
 #include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_surfaces.h"
+#include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 
 #include <utility>

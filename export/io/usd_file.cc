@@ -119,9 +119,9 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text(Quoted(object.name) + "]\n\n        def Mesh \"surface\"\n        {\n");
 
   out.Text("            float3[] extent = [");
-  WriteTuple(mesh.min_position, &out);
+  WriteTuple(mesh.box.min(), &out);
   out.Text(", ");
-  WriteTuple(mesh.max_position, &out);
+  WriteTuple(mesh.box.max(), &out);
   out.Text("]\n            int[] faceVertexCounts = ");
   WriteArray(
       num_triangles, [&](size_t) { out.Text("3"); }, &out);

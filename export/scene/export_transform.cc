@@ -37,7 +37,7 @@ constexpr double kMinAgreement = 0.2;
 bool ScaleInRange(double scale) { return scale >= 1 / kMaxScale && scale <= kMaxScale; }
 
 // Throws when the text is anything but finite numbers apart by spaces or commas.
-std::vector<double> ParseNumbers(const std::string& text, const UserError& error) {
+std::vector<double> ParseNumbers(const std::string& text, const FieldError& error) {
   std::string spaced = text;
   std::replace(spaced.begin(), spaced.end(), ',', ' ');
   std::vector<double> numbers;
@@ -56,11 +56,12 @@ std::vector<double> ParseNumbers(const std::string& text, const UserError& error
 }
 
 void SetSimilarity(const std::string& text, ExportTransform* transform) {
-  const UserError error("Failed to parse options - the argument ('",
-                        text,
-                        "') for option '--transform' is invalid; it takes the 12 or 16 numbers, "
-                        "row by row, of a similarity's matrix: a rotation times one scale, and a "
-                        "translation in the last column.");
+  const FieldError error("transform",
+                         " is '",
+                         text,
+                         "'; it must be the 12 or 16 numbers, row by row, of a similarity's "
+                         "matrix: a rotation times one scale, and a translation in the last "
+                         "column.");
   const std::vector<double> numbers = ParseNumbers(text, error);
   if (numbers.size() != 12 && numbers.size() != 16) throw error;
   if (numbers.size() == 16 &&
@@ -112,9 +113,7 @@ ExportTransform ParseExportTransform(const ExportTransformOptions& options) {
   ExportTransform transform;
   if (!options.transform.empty()) SetSimilarity(options.transform, &transform);
   if (!ScaleInRange(options.scale)) {
-    throw UserError("Failed to parse options - the argument ('",
-                    options.scale,
-                    "') for option '--scale' is invalid; it takes a number from 1e-9 to 1e9.");
+    throw FieldError("scale", " is ", options.scale, "; it must be from 1e-9 to 1e9.");
   }
   transform.scale *= options.scale;
   transform.translation *= options.scale;
@@ -131,9 +130,11 @@ void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transf
     sum -= photo.cam_from_world_rotation.inverse() * Eigen::Vector3d::UnitY();
   }
   if (photos.empty() || sum.norm() < kMinAgreement * static_cast<double>(photos.size())) {
-    throw UserError("The photos do not tell what is up, so --up_axis ",
-                    transform->up_axis,
-                    " cannot turn it; give the turn with --transform instead.");
+    throw FieldError("up_axis",
+                     " is ",
+                     transform->up_axis,
+                     ", but the photos do not tell what is up; give the turn with transform "
+                     "instead.");
   }
   const Eigen::Vector3d up = transform->rotation * sum;
   int axis;

@@ -54,12 +54,12 @@ struct ExportTransformOptions {
 // The names of units: "unknown", "mm", "cm", "m", "km", "inch", "foot".
 std::vector<std::string> LengthUnits();
 
-// All of it but the turn of `up_axis`, which needs the photos. Throws UserError, one sentence in
-// the words of the option manager, when an option is out of range.
+// All of it but the turn of `up_axis`, which needs the photos. Throws FieldError when an
+// option is out of range.
 ExportTransform ParseExportTransform(const ExportTransformOptions& options);
 
 // Adds the turn of `transform->up_axis`, and says what it leaves (up_tilt_degrees). Throws
-// UserError when the photos do not tell what is up: there are none, or their upward directions
+// FieldError when the photos do not tell what is up: there are none, or their upward directions
 // cancel out (a camera that looks straight down).
 void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transform);
 

@@ -192,27 +192,34 @@ void AddUnseenInsides(const CellStatistics& statistics,
   }
 }
 
-void FindObjects(const Model& model,
-                 const ExportableSceneOptions& options,
-                 const std::vector<double>& face_areas,
-                 ExportableScene* scene) {
-  const CellStatistics& statistics = model.statistics;
+// Whether each cell is matter: solid, and no haze that nearly all rays pass.
+std::vector<uint8_t> FindMatter(const CellStatistics& statistics,
+                                float fewest_looks,
+                                const ExportableScene& scene) {
   const bool knows_rays = !statistics.passed.empty();
-  scene->object_of_cell.assign(scene->NumSites(), -1);
-  std::vector<uint8_t> is_matter(scene->NumSites(), 0);
-  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
-  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+  std::vector<uint8_t> is_matter(scene.NumSites(), 0);
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
     // A site at the place of another one has no cell.
-    if (!scene->labels.solid[i] || scene->delaunay.Neighbors(i).empty()) continue;
-    if (knows_rays && IsSeen(statistics, i, options.fewest_looks) &&
+    if (!scene.labels.solid[i] || scene.delaunay.Neighbors(i).empty()) continue;
+    if (knows_rays && IsSeen(statistics, i, fewest_looks) &&
         statistics.passed[i] > kHazeRatio * statistics.stopped[i]) {
       continue;
     }
     is_matter[i] = 1;
-    const int32_t k = scene->labels.class_index[i];
-    if (k >= 0) matter_of_class[k].push_back(i);
   }
+  return is_matter;
+}
 
+// Makes the objects, by ascending id, of their photographed components of matter.
+void GatherObjects(const Model& model,
+                   const std::vector<uint8_t>& is_matter,
+                   float min_piece_share,
+                   ExportableScene* scene) {
+  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    const int32_t k = scene->labels.class_index[i];
+    if (is_matter[i] && k >= 0) matter_of_class[k].push_back(i);
+  }
   std::vector<int32_t> classes(model.foam.num_classes);
   std::iota(classes.begin(), classes.end(), 0);
   std::sort(classes.begin(), classes.end(), [&](int32_t a, int32_t b) {
@@ -226,7 +233,7 @@ void FindObjects(const Model& model,
     GatherPieces(
         *scene,
         PhotographedPieces(*scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
-        options.pieces.min_cells > 0 ? 0 : options.min_piece_share,
+        min_piece_share,
         &object,
         &scene->object_of_cell);
     if (object.cells.empty()) {
@@ -239,24 +246,40 @@ void FindObjects(const Model& model,
     object.color = LabelColor(label.id);
     scene->objects.push_back(std::move(object));
   }
+}
 
+// Gives every object the hidden pockets that it encloses.
+void AddCavities(const std::vector<uint8_t>& has_camera, ExportableScene* scene) {
+  CavityFinder finder(*scene, has_camera);
+  for (size_t index = 0; index < scene->objects.size(); ++index) {
+    ObjectInfo& object = scene->objects[index];
+    const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
+    for (const uint32_t cell : hidden) {
+      // Pockets of two objects cannot overlap: each would have to enclose the other, and what
+      // another owns is in the open.
+      CHECK_EQ(scene->object_of_cell[cell], -1);
+      scene->object_of_cell[cell] = static_cast<int32_t>(index);
+    }
+    object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
+  }
+}
+
+// Finds the objects by the rules of MakeExportableScene, and measures them.
+void FindObjects(const Model& model,
+                 const ExportableSceneOptions& options,
+                 const std::vector<double>& face_areas,
+                 ExportableScene* scene) {
+  scene->object_of_cell.assign(scene->NumSites(), -1);
+  GatherObjects(model,
+                FindMatter(model.statistics, options.fewest_looks, *scene),
+                options.pieces.min_cells > 0 ? 0 : options.min_piece_share,
+                scene);
   if (options.fill_hidden_space && !scene->objects.empty()) {
     const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
-    if (knows_rays) {
-      AddUnseenInsides(statistics, options.fewest_looks, has_camera, face_areas, scene);
+    if (!model.statistics.passed.empty()) {
+      AddUnseenInsides(model.statistics, options.fewest_looks, has_camera, face_areas, scene);
     }
-    CavityFinder finder(*scene, has_camera);
-    for (size_t index = 0; index < scene->objects.size(); ++index) {
-      ObjectInfo& object = scene->objects[index];
-      const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
-      for (const uint32_t cell : hidden) {
-        // Pockets of two objects cannot overlap: each would have to enclose the other, and what
-        // another owns is in the open.
-        CHECK_EQ(scene->object_of_cell[cell], -1);
-        scene->object_of_cell[cell] = static_cast<int32_t>(index);
-      }
-      object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
-    }
+    AddCavities(has_camera, scene);
   }
   for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
   KeepPieces(options.pieces, scene);

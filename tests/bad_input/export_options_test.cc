@@ -162,8 +162,7 @@ TEST(BadInput, ExportOptions) {
        "takes a number from 0 on."},
       {"volumes",
        "--scale|0",
-       "Failed to parse options - the argument ('0') for option '--scale' is invalid; it takes a "
-       "number from 1e-9 to 1e9."},
+       "Failed to parse options - --scale is 0; it must be from 1e-9 to 1e9."},
       {"volumes",
        "--scale|nan",
        "Failed to parse options - the argument ('nan') for option '--scale' is invalid; it takes a "
@@ -178,19 +177,20 @@ TEST(BadInput, ExportOptions) {
        "{colmap, y, z}."},
       {"volumes",
        "--transform|1 0 0",
-       "Failed to parse options - the argument ('1 0 0') for option '--transform' is invalid; it "
-       "takes the 12 or 16 numbers, row by row, of a similarity's matrix: a rotation times one "
-       "scale, and a translation in the last column."},
+       "Failed to parse options - --transform is '1 0 0'; it must be the 12 or 16 numbers, row by "
+       "row, of a similarity's matrix: a rotation times one scale, and a translation in the last "
+       "column."},
       {"volumes",
        "--transform|1 0 0 0 0 2 0 0 0 0 1 0",
-       "Failed to parse options - the argument ('1 0 0 0 0 2 0 0 0 0 1 0') for option "
-       "'--transform' is invalid; it takes the 12 or 16 numbers, row by row, of a similarity's "
-       "matrix: a rotation times one scale, and a translation in the last column."},
+       "Failed to parse options - --transform is '1 0 0 0 0 2 0 0 0 0 1 0'; it must be the 12 or "
+       "16 "
+       "numbers, row by row, of a similarity's matrix: a rotation times one scale, and a "
+       "translation in the last column."},
       {"volumes",
        "--transform|nan 0 0 0 0 1 0 0 0 0 1 0",
-       "Failed to parse options - the argument ('nan 0 0 0 0 1 0 0 0 0 1 0') for option "
-       "'--transform' is invalid; it takes the 12 or 16 numbers, row by row, of a similarity's "
-       "matrix: a rotation times one scale, and a translation in the last column."},
+       "Failed to parse options - --transform is 'nan 0 0 0 0 1 0 0 0 0 1 0'; it must be the 12 or "
+       "16 numbers, row by row, of a similarity's matrix: a rotation times one scale, and a "
+       "translation in the last column."},
       {"volumes",
        "--output_path|IN/a file/out",
        "IN/a file/out: this folder cannot be made (Not a directory); choose an output path that "

@@ -158,8 +158,9 @@ TEST(BadInput, Options) {
        "one name a line) should be."},
       {"render",
        "--trajectory|orbit",
-       "IN/a.foam: has no photos, so nothing says from where to look; --trajectory takes a file "
-       "with a path instead."},
+       "IN/a.foam: has no photos, so nothing says from where to look; a trajectory from a JSON "
+       "file "
+       "would be right."},
       {"render",
        "--trajectory|zigzag",
        "zigzag: there is no such file, where a trajectory (orbit, spiral or a JSON file) should "

@@ -34,8 +34,8 @@ TEST(BadInput, Trajectories) {
        "IN/path.json: is a pipe, where a trajectory (orbit, spiral or a JSON file) should be."},
       {"a list",
        put("[1]"),
-       "IN/path.json: is no trajectory; --trajectory takes orbit, spiral or a JSON file with "
-       "keyframes."},
+       "IN/path.json: is no trajectory; orbit, spiral or a JSON file with keyframes would be "
+       "right."},
       {"deep",
        put("{\"version\": 1, \"keyframes\": [{\"position\": " + kNested + "}]}"),
        "IN/path.json: is nested deeper than 64 levels, where a few would be right; is it damaged?"},

@@ -4,7 +4,7 @@
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/label_names.h"
 
 #include <algorithm>

@@ -8,13 +8,21 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace semfoam {
 
-// What the labels.json of an output folder says of the exports there. Every file belongs to one
-// foam: only files that this record lists are ever removed or claimed by a later export.
+// What the labels.json of an output folder says of the exports there: of which foam and in which
+// frame they are. Every file belongs to one foam: only files that this record lists are ever
+// removed or claimed by a later export. A command that exports asks RequireSameFoam and
+// RequireOneFrame before it writes a file, and calls WriteLabels when all are written.
+
+// Returns the checksum at the end of a model's file (WriteModel), 16 hexadecimal digits, as
+// VolumeExportOptions::source_checksum has it. Throws UserError where the file cannot be read.
+std::string ModelChecksum(const std::filesystem::path& foam_path);
+
 struct ExportRecord {
   struct File {
     int32_t object_id = 0;  // 0 = the whole scene
@@ -28,9 +36,9 @@ struct ExportRecord {
   std::vector<File> files;                      // those that are there
 };
 
-// The record in `output_path`; nothing where there is no labels.json. Throws UserError where that
-// is no JSON, was not written by an export, and so would be lost, or is of another version of its
-// format.
+// Reads the record in `output_path`; nothing where there is no labels.json. Throws UserError where
+// that is no JSON, was not written by an export, and so would be lost, or is of another version of
+// its format.
 std::optional<ExportRecord> ReadExportRecord(const std::filesystem::path& output_path);
 
 // Whether its files are in the frame of `transform`.
@@ -40,6 +48,14 @@ bool IsInFrame(const ExportRecord& record, const ExportTransform& transform);
 // holds another scene.foam, or a labels.json that ReadExportRecord refuses. To be called before any
 // work.
 void RequireSameFoam(const std::filesystem::path& output_path, const std::string& foam_checksum);
+
+// Throws UserError where `output_path` holds exports of this foam in another frame of which
+// `formats` would not replace all: labels.json could not be true of both. What is there of another
+// foam goes (WriteLabels).
+void RequireOneFrame(const ExportTransform& transform,
+                     const std::filesystem::path& output_path,
+                     const std::set<std::string>& formats,
+                     const std::string& foam_checksum);
 
 // Warns where the exports in `output_path` are of another foam than the scene.foam that has been
 // written there. To be called where exports do not follow.

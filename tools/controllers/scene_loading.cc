@@ -70,7 +70,7 @@ ImageMemory PlanImageMemory(double image_cache_gb,
 
 TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
   const MemoryTask task("photos and masks are decoded",
-                        "a smaller image_cache_gb or max_image_size, or fewer threads,");
+                        "a smaller image_cache_gb, max_image_size or num_threads");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();
   LoadOptions load;

@@ -3,8 +3,10 @@
 
 #include "export/scene/object_selection.h"
 #include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_surfaces.h"
+#include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 
 #include <utility>
@@ -53,8 +55,7 @@ void SegmentScene(SceneSegmenterOptions options) {
   WriteLabels(scene, output_path, finished);
   folder.Finish();
   for (const std::string& label : without_object) {
-    LOG(WARNING) << "No files for " << label
-                 << ", which --labels names: the training made no object "
+    LOG(WARNING) << "No files for " << label << ", which labels names: the training made no object "
                  << "of it; labels.json and the lines above say why.";
   }
   const size_t num_objects = SelectObjects(scene, volume.objects).size();

@@ -6,7 +6,6 @@
 #include "foam/util/number_text.h"
 #include "foam/util/scratch_folder.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
 
 #include <algorithm>
 #include <functional>

@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 
 constexpr char kIsRead[] = " is read, so it will not be written; give another --output_path.";
 constexpr char kNotAnExport[] =
-    " was not written by an export and would be lost; choose another --output_path.";
+    " was not written by an export and would be lost; choose another output_path.";
 constexpr char kNotOurs[] =
     " was not written by this program and would be lost; give another --output_path.";
 

@@ -275,11 +275,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{
             "NoScale",
             {"volume_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT", "--scale", "0"},
-            "('0') for option '--scale'"},
+            "--scale is 0; it must be"},
         BadCommand{
             "NegativeScale",
             {"mesh_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT", "--scale", "-1"},
-            "('-1') for option '--scale'"},
+            "--scale is -1; it must be"},
         BadCommand{
             "ScaleIsNoNumber",
             {"mesh_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT", "--scale", "big"},
@@ -292,7 +292,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "OUT",
                     "--transform",
                     "1 0 0 0 0 2 0 0 0 0 1 0"},
-                   "for option '--transform' is invalid"},
+                   "--transform is '1 0 0 0 0 2 0 0 0 0 1 0'; it must be"},
         BadCommand{"NoSimilarityForAll",
                    {"automatic_segmenter",
                     "--workspace_path",
@@ -301,7 +301,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "OUT",
                     "--transform",
                     "-1 0 0"},
-                   "('-1 0 0') for option '--transform' is invalid"},
+                   "--transform is '-1 0 0'; it must be"},
         BadCommand{
             "NoUnit",
             {"mesh_exporter", "--foam_path", "BAD_FOAM", "--output_path", "OUT", "--units", "yard"},

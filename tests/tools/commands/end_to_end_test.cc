@@ -548,7 +548,7 @@ TEST_F(EndToEndTest, NoObjectIsLeftOutOfTheScoresInSilence) {
   EXPECT_EQ(wrong.exit_code, 1);
   EXPECT_THAT(wrong.Errors(),
               ElementsAre("ERROR: " + (truth / "mug").string() +
-                          ": holds no folder of an object's masks; --truth_path takes the folder "
+                          ": holds no folder of an object's masks; truth_path takes the folder "
                           "that holds one for each object."));
 }
 

@@ -196,7 +196,7 @@ TEST_F(ExportRecordTest, FilesOfAnUnknownFoamStayAndAreNotListed) {
   EXPECT_THAT(said,
               HasSubstr("does not say of which foam its files are: these stay and are listed no "
                         "more: scene.vdb; objects/7_mug.vdb; objects/8_label_8.vdb"));
-  EXPECT_THAT(said, HasSubstr("so they are not taken (7 is cup); --labels_path takes them."));
+  EXPECT_THAT(said, HasSubstr("so they are not taken (7 is cup); labels_path takes them."));
   EXPECT_TRUE(fs::exists(Out() / "objects/7_mug.vdb"));
   EXPECT_THAT(Listed(), UnorderedElementsAre("objects/7_mug.ply", "objects/8_label_8.ply"));
 }
@@ -212,7 +212,7 @@ TEST_F(ExportRecordTest, AnotherVersionOfTheRecordIsLeftAlone) {
       outcome.Errors(),
       ElementsAre("ERROR: " + (Out() / "labels.json").string() +
                   ": has format version 2, and this program knows version 1; choose another "
-                  "--output_path, or the program version that wrote it."));
+                  "output_path, or the program version that wrote it."));
   EXPECT_EQ(ReadFile(Out() / "labels.json"), labels.dump());
 }
 
@@ -225,7 +225,7 @@ TEST_F(ExportRecordTest, ExportsDoNotGoBesideAnotherFoam) {
         outcome.Errors(),
         ElementsAre("ERROR: " + Foam("b").string() +
                     ": is another foam than the one to export, whose files would lie beside "
-                    "it; choose another --output_path."));
+                    "it; choose another output_path."));
   }
   EXPECT_THAT(FilesBelow(folder_ / "b"), ElementsAre("scene.foam"));
   // A copy is the same foam.
@@ -338,7 +338,7 @@ TEST_F(ExportRecordTest, OfSeveralNamesTheNearestIsTaken) {
   EXPECT_THAT(Meshes("a", {"--formats", "ply"}),
               HasSubstr("WARNING: Label 7 is cup by " + (Out() / "labels.json").string() +
                         ", not beaker, as " + (folder_ / "a/labels.json").string() +
-                        " has it; --labels_path chooses."));
+                        " has it; labels_path chooses."));
   EXPECT_EQ(Labels()["labels"]["7"], "cup");
   // What is said on the command line has the last word, for the labels that it names.
   WriteFile(folder_ / "names.json", R"({"labels": {"8": "saucer"}})");

@@ -275,13 +275,13 @@ TEST_F(MeshFiles, PairsByName) {
     }
     return std::string();
   };
-  EXPECT_THAT(failure("missing", "truth", {}), HasSubstr("no such file or folder for --mesh_path"));
+  EXPECT_THAT(failure("missing", "truth", {}), HasSubstr("no such file or folder for mesh_path"));
   fs::create_directories(folder_ / "empty");
-  EXPECT_THAT(failure("meshes", "empty", {}), HasSubstr("has no files for --reference_path"));
+  EXPECT_THAT(failure("meshes", "empty", {}), HasSubstr("has no files for reference_path"));
   EXPECT_THAT(failure("meshes/12_coffee_pot.ply", "truth/../seen/", {}), testing::IsEmpty());
   Write("others/cat.obj", "x");
   EXPECT_THAT(failure("others", "truth", {}),
-              HasSubstr("it has cat, and --reference_path has 12, coffee pot, mug"));
+              HasSubstr("it has cat, and reference_path has 12, coffee pot, mug"));
   fs::remove(folder_ / "seen/mug.ply");
   EXPECT_THAT(failure("meshes", "truth", folder_ / "seen"),
               HasSubstr("has no points for the reference 'mug'; it has some for coffee_pot"));

@@ -10,7 +10,7 @@ namespace {
 
 TEST(MemoryTask, TheInnermostTaskAtWorkIsNamed) {
   EXPECT_EQ(MemoryUsedUp(),
-            "the memory is used up; smaller input or fewer threads would be right.");
+            "the memory is used up; smaller input or a smaller num_threads would be right.");
   const MemoryTask outer("views are rendered", "smaller photos");
   EXPECT_EQ(MemoryUsedUp(),
             "the memory is used up while views are rendered; smaller photos would be right.");

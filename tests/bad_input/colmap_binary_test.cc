@@ -40,7 +40,7 @@ auto Bytes(const std::string& file, size_t at, T value) {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(BadInput, ColmapBinary) {
+TEST(ColmapBinary, ColmapBinary) {
   const std::vector<BadInput> cases = {
       // Cut and overcounted files
       {"no cameras",

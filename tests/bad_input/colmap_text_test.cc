@@ -20,7 +20,7 @@ void WriteTextModel(const fs::path& folder) {
             "5 3 1 0 0 0 0 0 0 1 CAMERA 1 1\n6 3 1 0 0 0 1 0 0 1 CAMERA 1 2\n");
 }
 
-TEST(BadInput, ColmapText) {
+TEST(ColmapText, ColmapText) {
   const auto cameras = [](const std::string& text) { return Put("cameras.txt", text); };
   const auto images = [](const std::string& text) { return Put("images.txt", text); };
   const auto points = [](const std::string& text) { return Put("points3D.txt", text); };
@@ -264,7 +264,7 @@ TEST(BadInput, ColmapText) {
 }
 
 // What is odd and yet a model.
-TEST(GoodInput, ColmapText) {
+TEST(ColmapTextGood, ColmapText) {
   const TempFolder temp;
   WriteTextModel(temp.path());
   WriteFile(temp / "cameras.txt",

@@ -6,7 +6,7 @@
 namespace semfoam {
 namespace {
 
-TEST(BadInput, ExportOptions) {
+TEST(ExportOptions, ExportOptions) {
   ExpectRefused({
       // What every command can get wrong
       {"volumes", "--nosuch|1", "Failed to parse options - unrecognised option '--nosuch'."},

@@ -42,7 +42,7 @@ auto Header(const std::string& from, const std::string& to) {
   });
 }
 
-TEST(BadInput, SceneFoam) {
+TEST(Foams, SceneFoam) {
   const std::string huge = "1152921504606846976";
   const std::vector<BadInput> cases = {
       {"missing",

@@ -9,7 +9,7 @@ namespace semfoam {
 namespace {
 
 // Of all commands that cast rays.
-TEST(BadInput, Devices) {
+TEST(Options, Devices) {
   const std::string invalid =
       "for option '--device' is invalid; it takes auto, cpu or cuda:N, the GPU of that "
       "number from 0 on.";
@@ -27,7 +27,7 @@ TEST(BadInput, Devices) {
   ExpectRefused(cases);
 }
 
-TEST(BadInput, Options) {
+TEST(Options, Options) {
   ExpectRefused({
       // Training
       {"train",
@@ -303,7 +303,7 @@ TEST(BadInput, Options) {
 }
 
 // Every command that writes into a folder, while another one writes there.
-TEST(BadInput, ASecondWriter) {
+TEST(Options, ASecondWriter) {
   const TempFolder temp;
   WriteModel(temp / "a.foam", TouchingBalls(300));
   const std::string folder = temp.path().string();
@@ -334,7 +334,7 @@ TEST(BadInput, ASecondWriter) {
 }
 
 // .ini files, as --project_path takes them.
-TEST(BadInput, ProjectFiles) {
+TEST(Options, ProjectFiles) {
   const auto put = [](const std::string& text) { return Put("a.ini", text); };
   const std::vector<BadInput> cases = {
       {"a pipe",

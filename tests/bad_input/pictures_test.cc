@@ -92,7 +92,7 @@ auto WriteOther(const std::string& file,
   };
 }
 
-TEST(BadInput, Photos) {
+TEST(Pictures, Photos) {
   const std::vector<BadInput> pngs = {
       {"missing",
        Remove("photo.png"),
@@ -200,7 +200,7 @@ TEST(BadInput, Photos) {
   ExpectSentences(jpegs, WritePictures, [](const fs::path& f) { ReadPhoto(f / "photo.jpg"); });
 }
 
-TEST(BadInput, Masks) {
+TEST(Pictures, Masks) {
   const std::vector<BadInput> cases = {
       {"missing",
        Remove("mask.png"),
@@ -321,7 +321,7 @@ TEST(BadInput, Masks) {
 }
 
 // A mask for scoring (foam_evaluator --truth_path).
-TEST(BadInput, ForegroundMasks) {
+TEST(Pictures, ForegroundMasks) {
   const std::vector<BadInput> cases = {
       {"100000 pixels wide",
        Header("mask.png", 100'000, 100'000, 8, 0),
@@ -330,7 +330,7 @@ TEST(BadInput, ForegroundMasks) {
   ExpectSentences(cases, WritePictures, [](const fs::path& f) { ReadForeground(f / "mask.png"); });
 }
 
-TEST(BadInput, PicturesThatTheMemoryCannotHold) {
+TEST(Pictures, PicturesThatTheMemoryCannotHold) {
   const fs::path file = "a/b.png";
   const PhotoSize size = {100'000, 75'000};
   EXPECT_EQ(UserErrorOf([&] { RequireDecodingMemory(file, size, 30'000'000'000, 30'000'000'000); }),
@@ -340,7 +340,7 @@ TEST(BadInput, PicturesThatTheMemoryCannotHold) {
             "GB are available; a smaller picture would be right.");
 }
 
-TEST(BadInput, NoPermission) {
+TEST(Pictures, NoPermission) {
   const TempFolder temp;
   WritePictures(temp.path());
   for (const char* file : {"mask.png", "photo.jpg"}) {

@@ -31,7 +31,7 @@ auto FromEnd(size_t back, T value) {
   };
 }
 
-TEST(BadInput, RadiantFoam) {
+TEST(Points, RadiantFoam) {
   const auto header = [](const std::string& from, const std::string& to) {
     return Replace("a.ply", from, to);
   };
@@ -152,7 +152,7 @@ TEST(BadInput, RadiantFoam) {
       cases, WriteRadiantFoam, [](const fs::path& f) { ReadRadiantFoamPly(f / "a.ply"); });
 }
 
-TEST(BadInput, Meshes) {
+TEST(Points, Meshes) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const auto put = [](const std::string& text) { return Put("a.obj", text); };
   const std::vector<BadInput> cases = {
@@ -213,7 +213,7 @@ TEST(BadInput, Meshes) {
   }
 }
 
-TEST(BadInput, MeshesInPly) {
+TEST(Points, MeshesInPly) {
   const auto put = [](const std::string& format, uint32_t corners) {
     return Put("a.ply", SmallPlyMesh(format, corners));
   };
@@ -308,7 +308,7 @@ TEST(BadInput, MeshesInPly) {
       [](const fs::path& f) { ReadTriangleMesh(f / "a.ply"); });
 }
 
-TEST(BadInput, MeshesInOm) {
+TEST(Points, MeshesInOm) {
   const auto change = [](const std::string& from, const std::string& to) {
     return Replace("a.om", from, to);
   };
@@ -371,7 +371,7 @@ TEST(BadInput, MeshesInOm) {
       [](const fs::path& f) { ReadTriangleMesh(f / "a.om"); });
 }
 
-TEST(BadInput, PointsInPly) {
+TEST(Points, PointsInPly) {
   const std::vector<BadInput> points = {
       {"missing",
        Remove("a.ply"),

@@ -95,7 +95,7 @@ std::vector<BadInput> BadJson(const std::string& file) {
   };
 }
 
-TEST(BadInput, LabelNames) {
+TEST(Tables, LabelNames) {
   const auto put = [](const std::string& text) { return Put("labels.json", text); };
   std::vector<BadInput> cases = BadJson("labels.json");
   const std::vector<BadInput> more = {
@@ -202,7 +202,7 @@ TEST(BadInput, LabelNames) {
   });
 }
 
-TEST(BadInput, PredictedIds) {
+TEST(Tables, PredictedIds) {
   const auto put = [](const std::string& text) { return Put("pred.json", text); };
   const auto id = [&](const std::string& text) {
     return put("{\"annotations\": [{\"segments_info\": [{\"id\": " + text + "}]}]}");

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 const std::string kNested = std::string(100'000, '[') + std::string(100'000, ']');
 
-TEST(BadInput, Trajectories) {
+TEST(Trajectories, Trajectories) {
   const std::string key = R"({"position": [0, 0, 1], "look_at": [0, 0, 0], "up": [0, 1, 0]})";
   const auto put = [](const std::string& text) { return Put("path.json", text); };
   // With one more key beside the good ones.
@@ -146,7 +146,7 @@ TEST(BadInput, Trajectories) {
                     [](const fs::path& f) { ReadTrajectory(f / "path.json", Model(), {}); });
 }
 
-TEST(BadInput, Manifests) {
+TEST(Trajectories, Manifests) {
   const auto put = [](const std::string& text) { return Put("manifest.json", text); };
   const auto frames = [&](const std::string& text) {
     return put("{\"version\": 1, \"frames\": [" + text + "]}");

@@ -133,7 +133,7 @@ TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
 
 // The disk of the checkpoints is full from some byte on: training goes on with those that it has,
 // and so does the next run when there is room again.
-TEST(Checkpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
+TEST(KillCheckpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
   const TempFolder folder;
   const fs::path out = folder / "out";
   std::vector<std::string> command = TinyTrainingCommand(kTabletop, out, "400000");
@@ -187,7 +187,7 @@ TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
 
 // A photo that goes, or is cut, while the program runs: after the model and the folder were read,
 // and again each time it is read.
-TEST(Neighbour, TakesAPhotoAway) {
+TEST(KillNeighbour, TakesAPhotoAway) {
   const TempFolder folder;
   CopyTabletop(folder / "scene");
   const fs::path photo = folder / "scene" / "images" / "0003.jpg";
@@ -215,7 +215,7 @@ TEST(Neighbour, TakesAPhotoAway) {
 }
 
 // What is printed is a result too; a reader who has had enough of it is no error.
-TEST(StandardOutput, ThatIsFullIsAnErrorAndThatIsClosedIsNone) {
+TEST(KillStandardOutput, ThatIsFullIsAnErrorAndThatIsClosedIsNone) {
   const Outcome full =
       RunProgram("/bin/bash", {"-c", "\"$0\" foam_trainer -h >/dev/full", SEMFOAM_PROGRAM});
   EXPECT_EQ(full.exit_code, 1);

@@ -117,7 +117,7 @@ std::string ReasonOfLoss(const TrainingOptions& options) {
   }
 }
 
-TEST(HardTraining, LeavesOutPixelsThatAreNoNumbersAndCountsThem) {
+TEST(TrainingHardCases, LeavesOutPixelsThatAreNoNumbersAndCountsThem) {
   const RepaintedViews views([](int, int x, int y, Eigen::Vector3f* color) {
     if (x % 8 == 1) (*color)[y % 3] = NAN;
     if (x % 8 == 4) (*color)[y % 3] = y % 2 == 0 ? kInfinity : -kInfinity;
@@ -130,7 +130,7 @@ TEST(HardTraining, LeavesOutPixelsThatAreNoNumbersAndCountsThem) {
   EXPECT_GT(summary.last.held_out_psnr, 15) << "the held-out views have such pixels too";
 }
 
-TEST(HardTraining, RefusesPhotosWithoutAnyNumber) {
+TEST(TrainingHardCases, RefusesPhotosWithoutAnyNumber) {
   TrainingOptions options = SmallRun();
   options.num_rays = 20'000;
   try {
@@ -141,7 +141,7 @@ TEST(HardTraining, RefusesPhotosWithoutAnyNumber) {
   }
 }
 
-TEST(HardTraining, LearnsBlackAndWhitePhotos) {
+TEST(TrainingHardCases, LearnsBlackAndWhitePhotos) {
   for (const float value : {0.f, 1.f}) {
     const TrainingSummary summary = Train(FlatPhotos(value), SmallRun(), kNumClasses);
     EXPECT_GT(summary.last.held_out_psnr, 30) << value;
@@ -150,7 +150,7 @@ TEST(HardTraining, LearnsBlackAndWhitePhotos) {
   }
 }
 
-TEST(HardTraining, NoisePhotosAreNotLostButShowNothing) {
+TEST(TrainingHardCases, NoisePhotosAreNotLostButShowNothing) {
   const RepaintedViews noise([](int view, int x, int y, Eigen::Vector3f* color) {
     CounterRandom random(3, 0x99, (view * 64 + x) * 64 + y);
     for (int c = 0; c < 3; ++c) (*color)[c] = static_cast<float>(random.Uniform());
@@ -160,7 +160,7 @@ TEST(HardTraining, NoisePhotosAreNotLostButShowNothing) {
   EXPECT_LT(summary.explained_contrast, 0.1);
 }
 
-TEST(HardTraining, HealthyRunsAreNeverLost) {
+TEST(TrainingHardCases, HealthyRunsAreNeverLost) {
   // Batch size, rays, seed, classes: five windows of iterations and more, few rays an iteration to
   // many.
   for (const auto& [batch, rays, seed, num_classes] :
@@ -192,7 +192,7 @@ constexpr Excess kExcesses[] = {
     {"identity_weight", &TrainingOptions::identity_weight},
 };
 
-TEST(HardTraining, AThousandTimesTooMuchIsLostOrRecovers) {
+TEST(TrainingHardCases, AThousandTimesTooMuchIsLostOrRecovers) {
   for (const Excess& excess : kExcesses) {
     TrainingOptions options = SmallRun();
     options.*excess.value *= 1000;
@@ -206,7 +206,7 @@ TEST(HardTraining, AThousandTimesTooMuchIsLostOrRecovers) {
   }
 }
 
-TEST(HardTraining, AColourRateAThousandTimesTooHighIsLostByTheColourLoss) {
+TEST(TrainingHardCases, AColourRateAThousandTimesTooHighIsLostByTheColourLoss) {
   TrainingOptions options = SmallRun();
   options.color_rate *= 1000;
   const std::string reason = ReasonOfLoss(options);
@@ -214,7 +214,7 @@ TEST(HardTraining, AColourRateAThousandTimesTooHighIsLostByTheColourLoss) {
   EXPECT_THAT(reason, HasSubstr("colour loss"));
 }
 
-TEST(HardTraining, TheHighestRatesThatPassTheCheckKeepEveryNumberFinite) {
+TEST(TrainingHardCases, TheHighestRatesThatPassTheCheckKeepEveryNumberFinite) {
   TrainingOptions options = SmallRun();
   options.num_rays = 50'000;  // too short to be lost
   for (const Excess& excess : kExcesses) options.*excess.value = 1e6;

@@ -8,7 +8,6 @@
 #include "export/surface/surface_geometry.h"
 #include "foam/util/error.h"
 
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <random>
@@ -16,9 +15,9 @@
 #include <sstream>
 
 #include "tests/export/test_foams.h"
+#include "tests/process_state.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 namespace semfoam {
 namespace {
@@ -275,24 +274,19 @@ TEST_F(MeshFiles, NamesCannotBreakOutOfTheirLine) {
 
 TEST_F(MeshFiles, AFullDiskIsAUserErrorAndLeavesNothing) {
   const ObjectSurface surface = TestSurface();
-  // No file may grow beyond 4 KiB: writes fail as on a full disk.
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before;
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  rlimit small = before;
-  small.rlim_cur = 4096;
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  EXPECT_THROW(WritePly(folder_ / "mug.ply", surface), UserError);
-  EXPECT_THROW(WriteObj(folder_ / "mug.obj", surface), UserError);
-  EXPECT_THROW(WriteOm(folder_ / "mug.om", surface), UserError);
   const ExportableScene scene = MakeExportableScene(TouchingBalls(800));
   SurfaceExportOptions only_glb;
   only_glb.om = only_glb.ply = only_glb.obj = only_glb.usda = false;
-  EXPECT_THROW(ExportSurfaces(scene, folder_, only_glb), UserError);
   SurfaceExportOptions only_usda;
   only_usda.om = only_usda.ply = only_usda.obj = only_usda.glb = false;
-  EXPECT_THROW(ExportSurfaces(scene, folder_, only_usda), UserError);
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  {
+    const FileSizeLimit limit(4096);
+    EXPECT_THROW(WritePly(folder_ / "mug.ply", surface), UserError);
+    EXPECT_THROW(WriteObj(folder_ / "mug.obj", surface), UserError);
+    EXPECT_THROW(WriteOm(folder_ / "mug.om", surface), UserError);
+    EXPECT_THROW(ExportSurfaces(scene, folder_, only_glb), UserError);
+    EXPECT_THROW(ExportSurfaces(scene, folder_, only_usda), UserError);
+  }
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory()) << entry.path();
   }

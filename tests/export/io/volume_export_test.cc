@@ -7,7 +7,6 @@
 #include "foam/util/parallel.h"
 
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -16,6 +15,7 @@
 #include <tuple>
 
 #include "tests/export/test_foams.h"
+#include "tests/process_state.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nanovdb/util/IO.h>
@@ -23,7 +23,6 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointCount.h>
 #include <openvdb/points/PointDataGrid.h>
-#include <sys/resource.h>
 
 namespace semfoam {
 namespace {
@@ -883,9 +882,6 @@ TEST_F(VolumeExport, OptionsOutOfRangeAreNamed) {
 
 TEST_F(VolumeExport, AFullDiskIsAUserErrorAndLeavesNothing) {
   const ExportableScene scene = MakeExportableScene(TestModel());
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before;
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   VolumeExportOptions options = Coarse();
   options.max_resolution = 48;
   const VolumeFrame frame = MakeVolumeFrame(scene, options);
@@ -894,12 +890,11 @@ TEST_F(VolumeExport, AFullDiskIsAUserErrorAndLeavesNothing) {
   std::filesystem::remove(folder_ / "scene.vdb");
   // Cut in the header, in the middle, and a few bytes before the end.
   for (const auto limit : {size / 50, size / 2, size - 5}) {
-    rlimit small = before;
-    small.rlim_cur = limit;
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-    EXPECT_THROW(WriteSceneVolume(folder_ / "scene.vdb", scene, frame, options), UserError)
-        << limit << " of " << size << " bytes";
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    {
+      const FileSizeLimit smaller(limit);
+      EXPECT_THROW(WriteSceneVolume(folder_ / "scene.vdb", scene, frame, options), UserError)
+          << limit << " of " << size << " bytes";
+    }
     EXPECT_TRUE(std::filesystem::is_empty(folder_));
   }
 }

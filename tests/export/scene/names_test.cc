@@ -38,14 +38,14 @@ TEST(Names, AnyBytesGiveASafeShortName) {
   }
 }
 
-TEST(OneLine, KeepsTextAndNothingElse) {
+TEST(NamesOneLine, KeepsTextAndNothingElse) {
   EXPECT_EQ(OneLine("M\xC3\xBCtze \"2\" \\"), "M\xC3\xBCtze \"2\" \\");
   EXPECT_EQ(OneLine("a\nb\tc\x7f"), "a b c ");
   EXPECT_EQ(OneLine("a\xFF"), "a\xEF\xBF\xBD");
   EXPECT_EQ(OneLine(""), "");
 }
 
-TEST(LabelColor, FollowsTheFormula) {
+TEST(NamesLabelColor, FollowsTheFormula) {
   EXPECT_THAT(LabelColor(0), ::testing::ElementsAre(0, 0, 0));
   // Id 1: hue 0.618 (between cyan and blue), fully saturated.
   EXPECT_THAT(LabelColor(1), ::testing::ElementsAre(0, 74, 255));
@@ -58,7 +58,7 @@ TEST(LabelColor, FollowsTheFormula) {
   }
 }
 
-TEST(LabelColor, TellsTheFirstHundredApart) {
+TEST(NamesLabelColor, TellsTheFirstHundredApart) {
   std::set<std::array<uint8_t, 3>> colors;
   for (int id = 0; id < 100; ++id) colors.insert(LabelColor(id));
   EXPECT_EQ(colors.size(), 100u);

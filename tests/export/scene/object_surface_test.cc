@@ -54,20 +54,20 @@ void ExpectSoundSurfaces(const Model& model) {
   }
 }
 
-TEST(Surface, BallsThatTouch) { ExpectSoundSurfaces(TouchingBalls()); }
+TEST(ObjectSurface, BallsThatTouch) { ExpectSoundSurfaces(TouchingBalls()); }
 
-TEST(Surface, EveryCellDrawsItsClassByLot) {
+TEST(ObjectSurface, EveryCellDrawsItsClassByLot) {
   for (const unsigned seed : {1u, 2u, 3u}) ExpectSoundSurfaces(ClassesByLot(seed));
 }
 
-TEST(Surface, CosphericalSites) {
+TEST(ObjectSurface, CosphericalSites) {
   // The surface has faces without area, and stays a manifold.
   for (const Model& model : {CubeInAGrid(), LotsInAGrid(), BallInANearGrid()}) {
     ExpectSoundSurfaces(model);
   }
 }
 
-TEST(Surface, ASingleCell) {
+TEST(ObjectSurface, ASingleCell) {
   const Model model = MakeModel(GridSites(5, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {
     return p.norm() < 0.1f ? 0 : kAir;
   });
@@ -79,7 +79,7 @@ TEST(Surface, ASingleCell) {
   EXPECT_NEAR(EnclosedVolume(surface), 1.0 / 64, 1e-15);
 }
 
-TEST(Surface, CellsThatTouchInAnEdgeOrAVertexOnly) {
+TEST(ObjectSurface, CellsThatTouchInAnEdgeOrAVertexOnly) {
   for (const Eigen::Vector3f& other : {Eigen::Vector3f(0.25f, 0.25f, 0),
                                        Eigen::Vector3f(0.25f, -0.25f, 0),
                                        Eigen::Vector3f(0.25f, 0.25f, 0.25f),
@@ -93,14 +93,14 @@ TEST(Surface, CellsThatTouchInAnEdgeOrAVertexOnly) {
   }
 }
 
-TEST(Surface, ATorusKeepsItsHole) {
+TEST(ObjectSurface, ATorusKeepsItsHole) {
   const Model model = Torus();
   ExpectSoundSurfaces(model);
   const ExportableScene scene = MakeExportableScene(model);
   EXPECT_EQ(EulerCharacteristic(ExtractSurface(scene, scene.objects[0])), 0);
 }
 
-TEST(Surface, AShellHasTwoSidesUnlessItsHollowIsFilled) {
+TEST(ObjectSurface, AShellHasTwoSidesUnlessItsHollowIsFilled) {
   const Model model = MakeModel(GridSites(16, 0.125f, 0.2f, 2), 1, [](const Eigen::Vector3f& p) {
     return p.norm() < 0.7f && p.norm() > 0.35f ? 0 : kAir;
   });
@@ -115,7 +115,7 @@ TEST(Surface, AShellHasTwoSidesUnlessItsHollowIsFilled) {
   EXPECT_EQ(EulerCharacteristic(surface), 4);
 }
 
-TEST(Surface, CellsAtTheRimOfTheFoamAreClosedToo) {
+TEST(ObjectSurface, CellsAtTheRimOfTheFoamAreClosedToo) {
   // Everything is matter: the surface lies between the outermost cells and the guards.
   const ExportableScene scene =
       MakeExportableScene(MakeModel(RandomSites(300, 9), 1, [](const auto&) { return 0; }));
@@ -124,7 +124,7 @@ TEST(Surface, CellsAtTheRimOfTheFoamAreClosedToo) {
   for (const Eigen::Vector3d& vertex : surface.vertices) EXPECT_TRUE(vertex.allFinite());
 }
 
-TEST(Surface, FewAndCoplanarSites) {
+TEST(ObjectSurface, FewAndCoplanarSites) {
   for (const std::vector<Eigen::Vector3f>& sites :
        {std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}},
         std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}},
@@ -136,7 +136,7 @@ TEST(Surface, FewAndCoplanarSites) {
   }
 }
 
-TEST(Surface, NeighboursShareTheVerySameTriangles) {
+TEST(ObjectSurface, NeighboursShareTheVerySameTriangles) {
   const ExportableScene scene = MakeExportableScene(TouchingBalls());
   const ObjectSurface a = ExtractSurface(scene, scene.objects[0]);
   const ObjectSurface b = ExtractSurface(scene, scene.objects[1]);
@@ -163,7 +163,7 @@ TEST(Surface, NeighboursShareTheVerySameTriangles) {
   EXPECT_EQ(from_a, shared(b, 0, true));
 }
 
-TEST(Surface, TrianglesFaceAwayFromTheObject) {
+TEST(ObjectSurface, TrianglesFaceAwayFromTheObject) {
   const ExportableScene scene = MakeExportableScene(TouchingBalls());
   const ObjectSurface surface = ExtractSurface(scene, scene.objects[0]);
   for (size_t f = 0; f < surface.triangles.size(); ++f) {
@@ -180,7 +180,7 @@ TEST(Surface, TrianglesFaceAwayFromTheObject) {
   }
 }
 
-TEST(Surface, FacesShowTheirCellAndVerticesTheMean) {
+TEST(ObjectSurface, FacesShowTheirCellAndVerticesTheMean) {
   const ExportableScene scene = MakeExportableScene(TouchingBalls());
   const ObjectInfo& object = scene.objects[1];
   const ObjectSurface surface = ExtractSurface(scene, object);
@@ -210,7 +210,7 @@ TEST(Surface, FacesShowTheirCellAndVerticesTheMean) {
   }
 }
 
-TEST(Surface, FarFromTheWorldsOriginItIsTheSameToTheMillimetre) {
+TEST(ObjectSurface, FarFromTheWorldsOriginItIsTheSameToTheMillimetre) {
   Model model = TouchingBalls();
   model.world_from_normalized = {50, {0, 0, 0}};
   const ExportableScene near = MakeExportableScene(model);
@@ -227,7 +227,7 @@ TEST(Surface, FarFromTheWorldsOriginItIsTheSameToTheMillimetre) {
   EXPECT_DOUBLE_EQ(far.objects[0].volume, near.objects[0].volume);
 }
 
-TEST(Surface, SpikesIntoEmptySpaceAreCounted) {
+TEST(ObjectSurface, SpikesIntoEmptySpaceAreCounted) {
   // A cluster of cells with nothing around it for a long way reaches out to the guards.
   std::vector<Eigen::Vector3f> sites = GridSites(5, 0.01f, 0.2f, 1);
   const ExportableScene bare =

@@ -8,13 +8,13 @@
 #include "foam/util/parallel.h"
 #include "foam/view/view_renderer.h"
 
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
+#include "tests/process_state.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ TEST(ThreadLimit, EndsWithItsScope) {
 // Where no GPU is to be seen, "auto" is the CPU, in every respect.
 TEST(Device, AutoIsTheCpuWhereThereIsNoGpu) {
   // Hides GPUs from CUDA, if there are any; read once, at the first look for them.
-  ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
+  const EnvironmentVariable hidden("CUDA_VISIBLE_DEVICES", "");
   const Device device = Device::Find("auto");
   EXPECT_EQ(device.gpu(), std::nullopt);
   EXPECT_EQ(device.kind(), DeviceKind::kCpu);
@@ -100,7 +100,7 @@ TEST(Device, AutoIsTheCpuWhereThereIsNoGpu) {
 }
 
 // A small room, trained, as a device has it.
-class CpuDeviceTest : public testing::Test {
+class DeviceCpuTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     TrainingOptions options;
@@ -120,7 +120,7 @@ class CpuDeviceTest : public testing::Test {
     return views;
   }
 
-  CpuDeviceTest() {
+  DeviceCpuTest() {
     state_.foam = *foam_;
     state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
     state_.densification.Reset(state_.foam.NumSites());
@@ -166,11 +166,11 @@ class CpuDeviceTest : public testing::Test {
   std::unique_ptr<TrainingDevice> device_;
 };
 
-TEST_F(CpuDeviceTest, ShowsWhatTheRendererShows) {
+TEST_F(DeviceCpuTest, ShowsWhatTheRendererShows) {
   ExpectSame(device_->Render(RaysOf(1), 2), ViewRenderer(*foam_).Render(Views().Rays(1)));
 }
 
-TEST_F(CpuDeviceTest, ShowsTheFoamInALowerShDegree) {
+TEST_F(DeviceCpuTest, ShowsTheFoamInALowerShDegree) {
   for (const int degree : {0, 1}) {
     Foam lower = *foam_;
     ChangeShDegree(degree, &lower);
@@ -183,7 +183,7 @@ TEST_F(CpuDeviceTest, ShowsTheFoamInALowerShDegree) {
   EXPECT_GT(differ, std::ssize(all) / 2) << "all colours are the same from everywhere";
 }
 
-TEST_F(CpuDeviceTest, FindsTheCellsThatOriginsAreInFromAnyCell) {
+TEST_F(DeviceCpuTest, FindsTheCellsThatOriginsAreInFromAnyCell) {
   const Eigen::Vector3d origins[] = {{0.1, 0.2, 0.3}, {-1, 0.5, 0}, Views().Origin(3)};
   std::vector<Eigen::Vector3d> asked(origins, origins + 3);
   std::vector<uint32_t> cells = {0, 7, kNoCell};
@@ -198,7 +198,7 @@ TEST_F(CpuDeviceTest, FindsTheCellsThatOriginsAreInFromAnyCell) {
 }
 
 // A step moves the sites; their planes stay until they are told to follow.
-TEST_F(CpuDeviceTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
+TEST_F(DeviceCpuTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
   std::vector<BatchRay> rays = RaysOf(1);
   for (BatchRay& ray : rays) {
     for (float& c : ray.target.color) c = 0.5f;
@@ -231,7 +231,7 @@ TEST_F(CpuDeviceTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
   EXPECT_EQ(device_->Step({rays, RayLossWeights{}, 6.9f, 0, rates}).tv_loss, 0);
 }
 
-TEST_F(CpuDeviceTest, PixelsWithoutARayStayEmpty) {
+TEST_F(DeviceCpuTest, PixelsWithoutARayStayEmpty) {
   const ViewRenderer renderer(*foam_);
   CameraRays rays = Views().Rays(1);
   const RenderedView whole = renderer.Render(rays);

@@ -108,7 +108,7 @@ inline std::vector<float> Coordinates(const std::vector<Eigen::Vector3f>& points
   return values;
 }
 
-class Gpu : public testing::TestWithParam<std::string> {
+class GpuTest : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     if (GetParam() == "cuda" && !WhyNoGpu().empty()) GTEST_SKIP() << WhyNoGpu();

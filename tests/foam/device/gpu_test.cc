@@ -156,9 +156,11 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                                                           Scene{3, 0, 0, 0},
                                                           Scene{1, 1, 1, 0},
                                                           Scene{2, 700, 0, 0.1})));
-INSTANTIATE_TEST_SUITE_P(Kinds, Gpu, testing::Values("cpu", "cuda"));
+class GpuBasics : public GpuTest {};
 
-TEST_P(Gpu, GivesTheSameBytesOnAnyNumberOfThreads) {
+INSTANTIATE_TEST_SUITE_P(Kinds, GpuBasics, testing::Values("cpu", "cuda"));
+
+TEST_P(GpuBasics, GivesTheSameBytesOnAnyNumberOfThreads) {
   const std::vector<Eigen::Vector3f> sites = RandomSites(200, 33);
   std::vector<uint64_t> digests;
   for (const int threads : {1, 2, 5}) {
@@ -182,7 +184,7 @@ TEST_P(Gpu, GivesTheSameBytesOnAnyNumberOfThreads) {
 
 // The first pool has room for some hundred segments a ray. Along a row of a thousand cells it is
 // too small, and the batch is cast anew.
-TEST_P(Gpu, LongRaysFindRoom) {
+TEST_P(GpuBasics, LongRaysFindRoom) {
   std::vector<Eigen::Vector3f> sites;
   for (int i = 0; i < 1000; ++i) {
     CounterRandom random(34, 0x55, i);
@@ -214,7 +216,7 @@ TEST_P(Gpu, LongRaysFindRoom) {
 
 // Planes as Refresh makes them, bit for bit, sites that are hardly apart and their neighbours left
 // to double included.
-TEST_P(Gpu, PlanesFollowTheSites) {
+TEST_P(GpuBasics, PlanesFollowTheSites) {
   std::vector<Eigen::Vector3f> sites = RandomSites(400, 35);
   for (int i = 0; i < 20; ++i) {
     sites.push_back(sites[i]);
@@ -242,7 +244,7 @@ TEST_P(Gpu, PlanesFollowTheSites) {
   ExpectSameTotals(gpu->Step(StepFor(rays, {})).batch, cpu->Step(StepFor(rays, {})).batch);
 }
 
-TEST_P(Gpu, FindsStartCells) {
+TEST_P(GpuBasics, FindsStartCells) {
   std::vector<Eigen::Vector3f> sites = RandomSites(500, 36);
   sites.push_back(sites[3]);  // an empty cell, from which no way leads
   const auto state = MakeState(sites, {});
@@ -261,7 +263,7 @@ TEST_P(Gpu, FindsStartCells) {
   EXPECT_EQ(cells, expected);
 }
 
-TEST_P(Gpu, RendersWhatTheCpuRenders) {
+TEST_P(GpuBasics, RendersWhatTheCpuRenders) {
   const std::vector<Eigen::Vector3f> sites = RandomSites(400, 38);
   const auto state = MakeState(sites, {});
   const std::vector<BatchRay> rays = RandomRays(*state, 3000);
@@ -290,7 +292,7 @@ TEST_P(Gpu, RendersWhatTheCpuRenders) {
   }
 }
 
-TEST_P(Gpu, RendersWhatTheCoresRender) {
+TEST_P(GpuBasics, RendersWhatTheCoresRender) {
   const std::vector<Eigen::Vector3f> sites = RandomSites(400, 39);
   const auto state = MakeState(sites, {});
   const ViewRenderer renderer(state->foam);
@@ -311,7 +313,7 @@ TEST_P(Gpu, RendersWhatTheCoresRender) {
 }
 
 // A cell whose gradient is not finite keeps its parameters, and is counted.
-TEST_P(Gpu, SkipsGradientsThatAreNotFinite) {
+TEST_P(GpuBasics, SkipsGradientsThatAreNotFinite) {
   const std::vector<Eigen::Vector3f> sites = RandomSites(100, 40);
   Scene scene;
   scene.num_classes = 0;

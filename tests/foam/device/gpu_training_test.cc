@@ -19,7 +19,9 @@
 namespace semfoam {
 namespace {
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Gpu, testing::Values("cpu", "cuda"));
+class GpuTraining : public GpuTest {};
+
+INSTANTIATE_TEST_SUITE_P(Kinds, GpuTraining, testing::Values("cpu", "cuda"));
 
 // A foam in the middle of a training, with other moments, steps and statistics for every site.
 std::unique_ptr<TrainingState> MakeMarkedState(const Scene& scene) {
@@ -70,7 +72,7 @@ void ExpectSameBits(const TrainingState& a, const TrainingState& b) {
   EXPECT_EQ(a.densification.contribution, b.densification.contribution);
 }
 
-TEST_P(Gpu, RearrangesAsTheCoresDo) {
+TEST_P(GpuTraining, RearrangesAsTheCoresDo) {
   for (const Scene& scene : {Scene{}, Scene{3, 0, 0, 0}, Scene{0, 2, 0, 0}}) {
     const auto on_cpu = MakeMarkedState(scene), on_gpu = MakeMarkedState(scene);
     const Foam before = on_cpu->foam;
@@ -139,7 +141,7 @@ TEST_P(Gpu, RearrangesAsTheCoresDo) {
 }
 
 // A whole run, with densification, changes of the SH degree, triangulations and evaluations.
-TEST_P(Gpu, TrainsAsWellAsTheCores) {
+TEST_P(GpuTraining, TrainsAsWellAsTheCores) {
   const SyntheticViews views(16, 64, 48);
   TrainingOptions options;
   options.num_rays = 300'000;
@@ -171,7 +173,7 @@ TEST_P(Gpu, TrainsAsWellAsTheCores) {
 }
 
 // Checkpoints of a GPU's runs.
-class GpuRuns : public ResumeTest {
+class GpuTrainingRuns : public ResumeTest {
  protected:
   static std::unique_ptr<TrainingDevice> MakeEmulatedGpu(TrainingState* state) {
     return MakeGpu("cpu", state);
@@ -201,7 +203,7 @@ class GpuRuns : public ResumeTest {
 
 // Before and after plans, take-overs and changes of the SH degree; the host's state is stale in
 // between.
-TEST_F(GpuRuns, EndWithTheSameBytesWhereverTheyStopped) {
+TEST_F(GpuTrainingRuns, EndWithTheSameBytesWhereverTheyStopped) {
   const TrainingOptions options = EventfulRun();
   TrainingHooks hooks;
   hooks.make_device = MakeEmulatedGpu;
@@ -221,7 +223,7 @@ TEST_F(GpuRuns, EndWithTheSameBytesWhereverTheyStopped) {
   }
 }
 
-TEST_F(GpuRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
+TEST_F(GpuTrainingRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
   const std::string path = PathOf(1000).string();
   TrainAndSave(ShortRun(), MakeEmulatedGpu);
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cuda");

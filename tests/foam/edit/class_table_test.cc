@@ -43,7 +43,7 @@ Model RandomClasses(int num_classes, int num_sites) {
   return model;
 }
 
-TEST(AddClass, CellsKeepTheirClassesAndNewOnesGetTheirs) {
+TEST(ClassTableAdd, CellsKeepTheirClassesAndNewOnesGetTheirs) {
   for (const int num_classes : {1, 2, 14, 40}) {
     Model model = RandomClasses(num_classes, 500);
     const Foam before = model.foam;
@@ -73,7 +73,7 @@ TEST(AddClass, CellsKeepTheirClassesAndNewOnesGetTheirs) {
   }
 }
 
-TEST(AddClass, ARayShowsTheNewClassWhereItHasMostOfTheWeight) {
+TEST(ClassTableAdd, ARayShowsTheNewClassWhereItHasMostOfTheWeight) {
   Model model = RandomClasses(14, 500);
   const Foam before = model.foam;
   const IdentityFeature added = AddClass({99, 99, "new"}, &model);
@@ -94,7 +94,7 @@ TEST(AddClass, ARayShowsTheNewClassWhereItHasMostOfTheWeight) {
 }
 
 // A cell far off along every direction neither makes the new feature as long, nor loses its class.
-TEST(AddClass, AnOutlierIsShortened) {
+TEST(ClassTableAdd, AnOutlierIsShortened) {
   Model model = RandomClasses(14, 5000);
   for (int c = 0; c < kIdentityDim; ++c) {
     model.foam.identity[c] = 40 * model.foam.classifier_weight[c];
@@ -115,7 +115,7 @@ TEST(AddClass, AnOutlierIsShortened) {
   EXPECT_LE(changed, 5);
 }
 
-TEST(AddClass, WithoutSemanticsWhatWasThereIsUnlabelled) {
+TEST(ClassTableAdd, WithoutSemanticsWhatWasThereIsUnlabelled) {
   Model model = ModelOf(RandomSites(50, 1), 0, 0, [](const Eigen::Vector3f&) { return 0; });
   ASSERT_FALSE(model.foam.HasSemantics());
   const IdentityFeature added = AddClass({5, 5, "mug"}, &model);
@@ -127,7 +127,7 @@ TEST(AddClass, WithoutSemanticsWhatWasThereIsUnlabelled) {
   EXPECT_EQ(Classify(model.foam, added.data()).class_index, 1);
 }
 
-TEST(KeepClasses, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
+TEST(ClassTableKeep, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
   Model model = RandomClasses(5, 200);
   const Foam before = model.foam;
   KeepClasses({4, 1}, &model);
@@ -146,7 +146,7 @@ TEST(KeepClasses, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
   EXPECT_TRUE(model.labels.empty());
 }
 
-TEST(WithFreeId, KeepsTheIdOrTakesTheSmallestThatIsFree) {
+TEST(ClassTableWithFreeId, KeepsTheIdOrTakesTheSmallestThatIsFree) {
   const std::vector<Label> labels = {{0, 0, ""}, {1, 1, "a"}, {2, 2, "b"}, {4, 4, "mug"}};
   EXPECT_EQ(WithFreeId(labels, {7, 7, "mug"}).id, 7);
   const Label moved = WithFreeId(labels, {4, 81234, "mug"});

@@ -45,7 +45,7 @@ int32_t ClassOf(const Foam& foam, uint32_t site) {
   return ArgmaxSoftmax(logits).class_index;
 }
 
-TEST(ExtractObjects, HoldsTheObjectAndARingOfEmptyCells) {
+TEST(ObjectEditingExtract, HoldsTheObjectAndARingOfEmptyCells) {
   const Model scene = RingTableBallModel();
   const ObjectCells ring = CellsOf(scene, kRing);
   const ExtractedObjects extracted = Extract(scene, kRing);
@@ -65,7 +65,7 @@ TEST(ExtractObjects, HoldsTheObjectAndARingOfEmptyCells) {
   }
 }
 
-TEST(ExtractObjects, LooksAsItDidWithNothingElseThere) {
+TEST(ObjectEditingExtract, LooksAsItDidWithNothingElseThere) {
   const Model scene = RingTableBallModel();
   const Model extracted = Extract(scene, kRing).model;
   const Model alone = WithEmptied(scene, CellsOf(scene, kRing), /*keep_object=*/true);
@@ -77,7 +77,7 @@ TEST(ExtractObjects, LooksAsItDidWithNothingElseThere) {
 }
 
 // A convex hull of the ring would take the ball in its hole.
-TEST(ExtractObjects, AHoleStaysAHole) {
+TEST(ObjectEditingExtract, AHoleStaysAHole) {
   const Model scene = RingTableBallModel();
   const ObjectCells ring = CellsOf(scene, kRing), ball = CellsOf(scene, kBall);
   ASSERT_GT(ball.cells.size(), 20u);
@@ -97,7 +97,7 @@ TEST(ExtractObjects, AHoleStaysAHole) {
   EXPECT_LT(Render(extracted, down).opacity[middle], 1e-3f);
 }
 
-TEST(ExtractObjects, HiddenCellsOfOtherClassesBecomeTheObjects) {
+TEST(ObjectEditingExtract, HiddenCellsOfOtherClassesBecomeTheObjects) {
   Model scene = RingTableBallModel();
   ObjectCells ring = CellsOf(scene, kRing), ball = CellsOf(scene, kBall);
   // Some of the ring's cells are taken for ball and table, as unseen ones are.
@@ -117,7 +117,7 @@ TEST(ExtractObjects, HiddenCellsOfOtherClassesBecomeTheObjects) {
   }
 }
 
-TEST(ExtractObjects, StatisticsComeAlongAndCallTheRingEmpty) {
+TEST(ObjectEditingExtract, StatisticsComeAlongAndCallTheRingEmpty) {
   Model scene = RingTableBallModel();
   const size_t n = scene.foam.NumSites();
   scene.statistics.contribution.assign(n, 0.5f);
@@ -135,7 +135,7 @@ TEST(ExtractObjects, StatisticsComeAlongAndCallTheRingEmpty) {
   }
 }
 
-TEST(RemoveObjects, NothingElseChangesItsShape) {
+TEST(ObjectEditingRemove, NothingElseChangesItsShape) {
   const Model scene = RingTableBallModel();
   const Model removed = Remove(scene, kRing);
   const ObjectCells ring = CellsOf(scene, kRing);
@@ -156,7 +156,7 @@ TEST(RemoveObjects, NothingElseChangesItsShape) {
   }
 }
 
-TEST(RemoveObjects, PixelsThatNeverSawTheObjectStay) {
+TEST(ObjectEditingRemove, PixelsThatNeverSawTheObjectStay) {
   const Model scene = RingTableBallModel();
   const Model removed = Remove(scene, kRing);
   std::vector<uint8_t> is_ring(scene.foam.NumSites() + kNumGuardSites, 0);
@@ -189,7 +189,7 @@ TEST(RemoveObjects, PixelsThatNeverSawTheObjectStay) {
   EXPECT_GT(seen_and_changed, 2000);
 }
 
-TEST(RemoveObjects, TakesTheLabelOutOfTheTable) {
+TEST(ObjectEditingRemove, TakesTheLabelOutOfTheTable) {
   Model scene = RingTableBallModel();
   const ObjectCells ring = CellsOf(scene, kRing);
   // A cell of the ball that was taken for the ring, but nearly for the ball: a crumb.
@@ -208,7 +208,7 @@ TEST(RemoveObjects, TakesTheLabelOutOfTheTable) {
 
 // Cells around the ring become thin: of its class, or of the ball's, and so do cells behind them.
 // With statistics, solid ones that the light passes are haze as well.
-TEST(RemoveObjects, TakesTheHazeAroundAndNothingElse) {
+TEST(ObjectEditingRemove, TakesTheHazeAroundAndNothingElse) {
   Model scene = RingTableBallModel();
   const size_t n = scene.foam.NumSites();
   scene.statistics.contribution.assign(n, 0.5f);

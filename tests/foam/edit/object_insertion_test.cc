@@ -55,7 +55,7 @@ Model EmptyWorld() {
   return ModelOf(FarSites(), 0, 0, [](const Eigen::Vector3f&) { return kAir; });
 }
 
-TEST(InsertObjects, WhereItWasTakenFromEverythingIsAsItWas) {
+TEST(ObjectInsertion, WhereItWasTakenFromEverythingIsAsItWas) {
   const Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   for (const Model& target : {scene, Remove(scene, kRing)}) {
@@ -70,7 +70,7 @@ TEST(InsertObjects, WhereItWasTakenFromEverythingIsAsItWas) {
   }
 }
 
-TEST(InsertObjects, LabelsAreThoseOfBoth) {
+TEST(ObjectInsertion, LabelsAreThoseOfBoth) {
   const Model scene = RingTableBallModel();
   const Insertion insertion = Insert(Remove(scene, kRing), Extract(scene, kRing));
   ASSERT_EQ(insertion.labels.size(), 1u);
@@ -100,7 +100,7 @@ TEST(InsertObjects, LabelsAreThoseOfBoth) {
   }
 }
 
-TEST(PlaceObjects, AQuarterTurnLooksAsFromATurnedCamera) {
+TEST(ObjectInsertionPlaces, AQuarterTurnLooksAsFromATurnedCamera) {
   const Model scene = RingTableBallModel(3);
   const ExtractedObjects ring = Extract(scene, kRing);
   const Model world = EmptyWorld();
@@ -118,7 +118,7 @@ TEST(PlaceObjects, AQuarterTurnLooksAsFromATurnedCamera) {
   }
 }
 
-TEST(PlaceObjects, ScaleAndFramesKeepTheOpticalDepth) {
+TEST(ObjectInsertionPlaces, ScaleAndFramesKeepTheOpticalDepth) {
   Model scene = RingTableBallModel();
   for (float& raw : scene.foam.raw_density) {
     if (raw > 0) raw = static_cast<float>(RawDensity(3));  // light comes through
@@ -142,7 +142,7 @@ TEST(PlaceObjects, ScaleAndFramesKeepTheOpticalDepth) {
   }
 }
 
-TEST(PlaceObjects, FarAwayIsAnError) {
+TEST(ObjectInsertionPlaces, FarAwayIsAnError) {
   const Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   try {
@@ -165,7 +165,7 @@ std::set<Place> SolidPlaces(const Model& model, int32_t id) {
   return places;
 }
 
-TEST(InsertObjects, WhatStandsInItsHoleStays) {
+TEST(ObjectInsertion, WhatStandsInItsHoleStays) {
   const Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   // Other sites, and no ring.
@@ -191,7 +191,7 @@ TEST(InsertObjects, WhatStandsInItsHoleStays) {
   EXPECT_LT(kept, ball.size() * 3 / 4);
 }
 
-TEST(InsertObjects, AmongOtherCellsItLooksTheSame) {
+TEST(ObjectInsertion, AmongOtherCellsItLooksTheSame) {
   const Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   const Model air =
@@ -219,7 +219,7 @@ int NumChanged(
   return changed;
 }
 
-TEST(InsertObjects, ATableStaysWholeUnderAnObject) {
+TEST(ObjectInsertion, ATableStaysWholeUnderAnObject) {
   const Model scene = RingTableBallModel();
   const Model other = ModelOf(RingTableBallSites(8), 3, 2, [](const Eigen::Vector3f& x) {
     return RingTableBall(x) == kTable ? kTable : kAir;
@@ -233,7 +233,7 @@ TEST(InsertObjects, ATableStaysWholeUnderAnObject) {
 }
 
 // A table of fine cells under air of large ones, of which an object takes some away.
-TEST(InsertObjects, SurfacesDoNotGrowIntoWhereAirWas) {
+TEST(ObjectInsertion, SurfacesDoNotGrowIntoWhereAirWas) {
   std::vector<Eigen::Vector3f> sites = FarSites();
   for (const Eigen::Vector3f& x : RandomSites(9000, 3)) {
     if (x.z() < -0.4f) sites.push_back(x);
@@ -258,7 +258,7 @@ TEST(InsertObjects, SurfacesDoNotGrowIntoWhereAirWas) {
   EXPECT_GT(showing, 300);
 }
 
-TEST(InsertObjects, StatisticsAreAsTheSceneHasThem) {
+TEST(ObjectInsertion, StatisticsAreAsTheSceneHasThem) {
   Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   Model measured = Remove(scene, kRing);
@@ -282,7 +282,7 @@ TEST(InsertObjects, StatisticsAreAsTheSceneHasThem) {
   EXPECT_TRUE(bare.statistics.passed.empty());
 }
 
-TEST(InsertObjects, SitesThatFallTogetherAreOneCell) {
+TEST(ObjectInsertion, SitesThatFallTogetherAreOneCell) {
   const Model scene = RingTableBallModel();
   const ExtractedObjects ring = Extract(scene, kRing);
   // So small that most of the floats around (8, 8, 8) are the same.

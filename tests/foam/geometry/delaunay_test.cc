@@ -125,7 +125,7 @@ TEST(Delaunay, HilbertOrderIsAPermutationOfNeighbours) {
   EXPECT_LT(along_curve, 0.2 * as_given);
 }
 
-TEST(Voronoi, CellsOfAGridAreCubes) {
+TEST(DelaunayVoronoi, CellsOfAGridAreCubes) {
   const int n = 6;
   const WalkableCells cells(Grid(n));
   const auto vertices = VoronoiVertices(cells.positions, cells.delaunay);
@@ -149,7 +149,7 @@ TEST(Voronoi, CellsOfAGridAreCubes) {
   EXPECT_EQ(inner, (n - 2) * (n - 2) * (n - 2));
 }
 
-TEST(Voronoi, VolumesAgreeWithCountingPoints) {
+TEST(DelaunayVoronoi, VolumesAgreeWithCountingPoints) {
   const WalkableCells cells(RandomSites(200, 9));
   const auto areas =
       FaceAreas(cells.positions, cells.delaunay, VoronoiVertices(cells.positions, cells.delaunay));
@@ -177,7 +177,7 @@ TEST(Voronoi, VolumesAgreeWithCountingPoints) {
   EXPECT_GT(compared, 30);
 }
 
-TEST(Voronoi, VerticesAreFiniteForSlivers) {
+TEST(DelaunayVoronoi, VerticesAreFiniteForSlivers) {
   // Nearly cospherical sites make slivers whose circumcentres lie anywhere.
   std::vector<Eigen::Vector3f> sites = Grid(6);
   for (size_t i = 0; i < sites.size(); ++i) {

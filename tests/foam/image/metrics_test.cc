@@ -113,7 +113,7 @@ TEST(Metrics, SsimOfStructureIsTheDefinitions) {
               1e-6);
 }
 
-TEST(LabelAgreement, IsTheMeanOverTheClassesOfTheTruth) {
+TEST(MetricsLabelAgreement, IsTheMeanOverTheClassesOfTheTruth) {
   LabelAgreement agreement;
   EXPECT_TRUE(std::isnan(agreement.MeanIou()));
   agreement.Add(-1, 2);  // unlabelled: says nothing

@@ -5,7 +5,6 @@
 #include "foam/util/error.h"
 
 #include <cmath>
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -14,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/process_state.h"
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #define XXH_INLINE_ALL
@@ -106,22 +105,17 @@ TEST_F(CheckpointTest, ReadsWhatItWrote) {
 
 // A disk that is full after every byte that there is: the older file stays, and nothing else.
 TEST_F(CheckpointTest, WriteThatFailsAtAnyByteKeepsTheOlderFile) {
-  rlimit before;
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   std::string others = "z9yx";
   CheckpointContents other = contents_;
   other.arrays[2].bytes = std::as_bytes(std::span(others));
   for (size_t limit = 0; limit <= file_.size(); ++limit) {
-    const rlimit smaller{limit, before.rlim_max};
-    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &smaller), 0);
     std::string refusal;
     try {
+      const FileSizeLimit smaller(limit);
       WriteCheckpoint(path_, other);
     } catch (const UserError& error) {
       refusal = error.what();
     }
-    ::setrlimit(RLIMIT_FSIZE, &before);
     if (limit == file_.size()) {
       EXPECT_EQ(refusal, "");
       break;
@@ -131,7 +125,6 @@ TEST_F(CheckpointTest, WriteThatFailsAtAnyByteKeepsTheOlderFile) {
     ASSERT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), file_) << limit;
     ASSERT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1) << limit;
   }
-  std::signal(SIGXFSZ, handler);
   const Checkpoint written(path_);
   EXPECT_EQ(std::memcmp(written.Array("bytes").data(), "z9yx", 4), 0);
 }

@@ -109,7 +109,7 @@ TEST(MemoryPlan, NamesWhatElseIsTooLarge) {
 }
 
 // A machine of files: /proc and the control groups.
-class AvailableMemoryTest : public testing::Test {
+class MemoryPlanAvailableTest : public testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("semfoam_memory_" + std::to_string(::getpid()));
@@ -128,9 +128,9 @@ class AvailableMemoryTest : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(AvailableMemoryTest, IsWhatTheMachineHasLeft) { EXPECT_EQ(Available(), 8000 * 1024); }
+TEST_F(MemoryPlanAvailableTest, IsWhatTheMachineHasLeft) { EXPECT_EQ(Available(), 8000 * 1024); }
 
-TEST_F(AvailableMemoryTest, HeedsControlGroupsOfVersion2AndThoseAbove) {
+TEST_F(MemoryPlanAvailableTest, HeedsControlGroupsOfVersion2AndThoseAbove) {
   Write("proc/self/cgroup", "0::/a/b\n");
   Write("groups/a/b/memory.max", "max\n");
   Write("groups/a/b/memory.current", "1000\n");
@@ -144,7 +144,7 @@ TEST_F(AvailableMemoryTest, HeedsControlGroupsOfVersion2AndThoseAbove) {
   EXPECT_EQ(Available(), 0);
 }
 
-TEST_F(AvailableMemoryTest, HeedsControlGroupsOfVersion1AlsoFromWithinAContainer) {
+TEST_F(MemoryPlanAvailableTest, HeedsControlGroupsOfVersion1AlsoFromWithinAContainer) {
   Write("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:memory:/outside/only\n");
   Write("groups/memory/memory.limit_in_bytes", "700000\n");
   Write("groups/memory/memory.usage_in_bytes", "300000\n");
@@ -152,7 +152,7 @@ TEST_F(AvailableMemoryTest, HeedsControlGroupsOfVersion1AlsoFromWithinAContainer
   EXPECT_EQ(Available(), 401'000);
 }
 
-TEST_F(AvailableMemoryTest, HeedsTheLimitsOfTheProcess) {
+TEST_F(MemoryPlanAvailableTest, HeedsTheLimitsOfTheProcess) {
   for (const int resource : {RLIMIT_AS, RLIMIT_DATA}) {
     rlimit old;
     ASSERT_EQ(::getrlimit(resource, &old), 0);
@@ -168,7 +168,7 @@ TEST_F(AvailableMemoryTest, HeedsTheLimitsOfTheProcess) {
   }
 }
 
-TEST_F(AvailableMemoryTest, KnowsNoLimitWhereTheSystemTellsNothing) {
+TEST_F(MemoryPlanAvailableTest, KnowsNoLimitWhereTheSystemTellsNothing) {
   fs::remove_all(folder_ / "proc");
   EXPECT_EQ(Available(), std::numeric_limits<int64_t>::max());
 }

@@ -39,15 +39,15 @@ void SendAndAwait(int signal) {
   while (InterruptionRequested() == 0) ::usleep(1000);
 }
 
-class Signals : public ::testing::TestWithParam<std::pair<int, int>> {};
+class InterruptionSignals : public ::testing::TestWithParam<std::pair<int, int>> {};
 
 INSTANTIATE_TEST_SUITE_P(Interruption,
-                         Signals,
+                         InterruptionSignals,
                          ::testing::Values(std::pair(SIGINT, 130),
                                            std::pair(SIGTERM, 143),
                                            std::pair(SIGHUP, 129)));
 
-TEST_P(Signals, EndTheProcessWithoutUnfinishedFiles) {
+TEST_P(InterruptionSignals, EndTheProcessWithoutUnfinishedFiles) {
   const TempFolder folder;
   const auto [signal, exit_code] = GetParam();
   EXPECT_EXIT(

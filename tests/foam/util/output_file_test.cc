@@ -46,7 +46,7 @@ std::vector<std::string> Names(const fs::path& folder) {
 
 void Touch(const fs::path& path) { std::ofstream(path) << "x"; }
 
-TEST(ScratchFolder, GoesWithItsObject) {
+TEST(OutputFileScratchFolder, GoesWithItsObject) {
   const TempFolder folder;
   {
     const ScratchFolder one(folder.path());
@@ -58,7 +58,7 @@ TEST(ScratchFolder, GoesWithItsObject) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-TEST(ScratchFolder, OfAKilledProcessIsRemovedByTheNext) {
+TEST(OutputFileScratchFolder, OfAKilledProcessIsRemovedByTheNext) {
   const TempFolder folder;
   RunAndKill([&] {
     const OutputFile file(folder / "scene.foam");
@@ -71,7 +71,7 @@ TEST(ScratchFolder, OfAKilledProcessIsRemovedByTheNext) {
   EXPECT_THAT(Names(folder.path()), ElementsAre("other"));
 }
 
-TEST(ScratchFolder, OfALivingProcessStays) {
+TEST(OutputFileScratchFolder, OfALivingProcessStays) {
   const TempFolder folder;
   const OutputFile file(folder / "scene.foam");
   // The child has inherited that the folder has been swept; by another name it has not.
@@ -82,7 +82,7 @@ TEST(ScratchFolder, OfALivingProcessStays) {
 }
 
 // As if it were a process in another container, which may have the number that ours has.
-TEST(ScratchFolder, IsToldByItsLockAlone) {
+TEST(OutputFileScratchFolder, IsToldByItsLockAlone) {
   const TempFolder folder;
   const fs::path path = folder / (".semfoam-tmp-" + std::to_string(::getpid()) + "-1000000");
   fs::create_directory(path);
@@ -95,7 +95,7 @@ TEST(ScratchFolder, IsToldByItsLockAlone) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-TEST(ScratchFolder, OnlyWhatCarriesItsNameIsSwept) {
+TEST(OutputFileScratchFolder, OnlyWhatCarriesItsNameIsSwept) {
   const TempFolder folder;
   const std::vector<std::string> others = {".semfoam-tmp-",
                                            ".semfoam-tmp-1",

@@ -24,7 +24,7 @@ void WriteModelOf(const fs::path& folder, int num_images, ModelFormat format) {
   WriteReconstruction(folder, model, format);
 }
 
-TEST(OtherModels, AreNamedWhereOneWasFoundAndNotChosen) {
+TEST(SceneWarningsOtherModels, AreNamedWhereOneWasFoundAndNotChosen) {
   const TempFolder temp;
   const fs::path sparse = temp / "sparse";
   WriteModelOf(sparse / "0", 20, ModelFormat::kBinary);
@@ -52,7 +52,7 @@ TEST(OtherModels, AreNamedWhereOneWasFoundAndNotChosen) {
   EXPECT_EQ(OtherModelsWarning(sparse / "old", sparse / "old", 30), "");
 }
 
-TEST(OtherModels, ThatAreAsLargeAreNamedInAnyCase) {
+TEST(SceneWarningsOtherModels, ThatAreAsLargeAreNamedInAnyCase) {
   const TempFolder temp;
   const fs::path sparse = temp / "sparse";
   WriteModelOf(sparse / "0", 20, ModelFormat::kBinary);
@@ -73,7 +73,7 @@ TEST(OtherModels, ThatAreAsLargeAreNamedInAnyCase) {
           (sparse / "3").string() + " would take one with more photos.");
 }
 
-TEST(Unregistered, PhotosAreToldOfWhereTheyAreMany) {
+TEST(SceneWarningsUnregistered, PhotosAreToldOfWhereTheyAreMany) {
   EXPECT_EQ(UnregisteredWarning("W/images", 16, 64), "");
   EXPECT_EQ(UnregisteredWarning("W/images", 54, 64),
             "W/images: 54 of its 118 photos are not in the model and show nothing to the training; "
@@ -110,7 +110,7 @@ Reconstruction Scaled(Reconstruction model, double factor) {
   return model;
 }
 
-TEST(Reprojection, ErrorsOfPosesThatAreOffAreToldOf) {
+TEST(SceneWarningsReprojection, ErrorsOfPosesThatAreOffAreToldOf) {
   const Reconstruction model = ReadReconstruction(kTabletopModel);
   EXPECT_EQ(ReprojectionWarning("M", model), "");
   for (const double factor : {0.5, 1.0, 4.0, 12.0}) {
@@ -130,7 +130,7 @@ TEST(Reprojection, ErrorsOfPosesThatAreOffAreToldOf) {
               HasSubstr("half of these are seen far from where the poses put them"));
 }
 
-TEST(Reprojection, OfModelsWithoutTracksIsNotAsked) {
+TEST(SceneWarningsReprojection, OfModelsWithoutTracksIsNotAsked) {
   Reconstruction model = Perturbed(ReadReconstruction(kTabletopModel), 5);
   for (Point3D& point : model.points) point.track.clear();
   EXPECT_EQ(ReprojectionWarning("M", model), "");

@@ -111,7 +111,7 @@ TEST(MaskFindings, UnusableMasksComeFirstThenTheHeaviest) {
   EXPECT_EQ(ranked[2].findings.front().fault, MaskFault::kSwitched);
 }
 
-TEST(MaskSurvey, TellsFormatsAndWhatIsUnreadable) {
+TEST(MaskFindingsSurvey, TellsFormatsAndWhatIsUnreadable) {
   const TempFolder folder;
   const std::vector<uint8_t> grey(16 * 8, 5);
   WritePng(folder / "grey.png", 16, 8, 8, PNG_COLOR_TYPE_GRAY, grey);
@@ -137,7 +137,7 @@ TEST(MaskSurvey, TellsFormatsAndWhatIsUnreadable) {
   EXPECT_EQ(files[5].format + files[5].error, "");
 }
 
-TEST(MaskSurvey, CountsWhatEachIdCovers) {
+TEST(MaskFindingsSurvey, CountsWhatEachIdCovers) {
   Wall wall;
   wall.PaintBand(2, 1, 7);
   wall.PaintBand(3, 0, 0);

@@ -70,7 +70,7 @@ LoadedMasks Load(const fs::path& folder,
   return loaded;
 }
 
-TEST(MaskPairing, FindsEachKindOfName) {
+TEST(MasksPairing, FindsEachKindOfName) {
   TempFolder temp;
   const std::vector<uint8_t> ids(8, 1);
   const std::vector<std::pair<std::string, std::string>> cases = {
@@ -103,7 +103,7 @@ TEST(MaskPairing, FindsEachKindOfName) {
   EXPECT_THAT(pairing.unused, ElementsAre(temp / "nobody.png"));
 }
 
-TEST(MaskPairing, TheFullestNameWinsAndTheOthersAreUnused) {
+TEST(MasksPairing, TheFullestNameWinsAndTheOthersAreUnused) {
   TempFolder temp;
   for (const char* name : {"a.b.jpg.png", "a.b.png", "a.png"}) {
     WriteGrey(temp / name, std::vector<uint8_t>(8, 1));
@@ -113,7 +113,7 @@ TEST(MaskPairing, TheFullestNameWinsAndTheOthersAreUnused) {
   EXPECT_EQ(pairing.unused.size(), 2u);
 }
 
-TEST(MaskPairing, FindsMasksByTheNamesThatTheyAreGiven) {
+TEST(MasksPairing, FindsMasksByTheNamesThatTheyAreGiven) {
   EXPECT_THAT(NamesForMasks({"a.jpg", "sub/a.jpg", "two.dots.jpg", "two.jpg", "./deva.jpeg"}),
               ElementsAre("a.png", "sub/a.png", "two.dots.png", "two.png", "deva.png"));
   // Sets in which a photo would have another one's mask, and one without it.
@@ -134,7 +134,7 @@ TEST(MaskPairing, FindsMasksByTheNamesThatTheyAreGiven) {
   EXPECT_THAT(NamesForMasks({"a/b.jpg", "a/b.png"}), ElementsAre("a/b.jpg.png", "a/b.png.png"));
 }
 
-TEST(MaskPairing, NeverGuesses) {
+TEST(MasksPairing, NeverGuesses) {
   TempFolder temp;
   EXPECT_THAT(UserErrorOf([&] { PairMasks(temp / "none", {"a.jpg"}); }),
               HasSubstr("none: there is no such folder"));
@@ -150,7 +150,7 @@ TEST(MaskPairing, NeverGuesses) {
               HasSubstr("scan.png: is by its name the mask of both scan.1.jpg and scan.2.jpg"));
 }
 
-TEST(MaskPairing, FollowsLinksToFoldersButNotForEver) {
+TEST(MasksPairing, FollowsLinksToFoldersButNotForEver) {
   TempFolder temp;
   WriteGrey(temp / "elsewhere/a.png", std::vector<uint8_t>(8, 1));
   fs::create_directories(temp / "masks/.hidden");
@@ -163,7 +163,7 @@ TEST(MaskPairing, FollowsLinksToFoldersButNotForEver) {
   EXPECT_TRUE(pairing.masks[1].empty());
 }
 
-TEST(MaskPng, ReadsEveryGreyDepthUnstretched) {
+TEST(MasksPng, ReadsEveryGreyDepthUnstretched) {
   TempFolder temp;
   const fs::path path = temp / "m.png";
   for (const bool interlaced : {false, true}) {
@@ -182,7 +182,7 @@ TEST(MaskPng, ReadsEveryGreyDepthUnstretched) {
   }
 }
 
-TEST(MaskPng, ReadsPaletteIndicesNotColours) {
+TEST(MasksPng, ReadsPaletteIndicesNotColours) {
   TempFolder temp;
   const fs::path path = temp / "m.png";
   WritePng(path, 3, 1, 8, PNG_COLOR_TYPE_PALETTE, {0, 3, 250});
@@ -196,7 +196,7 @@ TEST(MaskPng, ReadsPaletteIndicesNotColours) {
   EXPECT_THAT(ReadMaskPng(path).values, ElementsAre(0, 1, 1, 0));
 }
 
-TEST(MaskPng, ReadsLongIds) {
+TEST(MasksPng, ReadsLongIds) {
   TempFolder temp;
   const fs::path path = temp / "m.png";
   WritePng(path, 2, 1, 8, PNG_COLOR_TYPE_RGB, {1, 2, 3, 255, 255, 255});
@@ -208,7 +208,7 @@ TEST(MaskPng, ReadsLongIds) {
   EXPECT_THAT(UserErrorOf([&] { ReadMaskPng(path); }), HasSubstr("holds 16-bit colours"));
 }
 
-TEST(MaskPng, DamageIsNamed) {
+TEST(MasksPng, DamageIsNamed) {
   TempFolder temp;
   const fs::path path = temp / "m.png";
   std::vector<uint8_t> ids(32 * 32);
@@ -234,7 +234,7 @@ TEST(MaskPng, DamageIsNamed) {
 }
 
 // A PNG whose header is valid, checksum included, and promises far more than its bytes hold.
-TEST(MaskPng, ImplausibleSizesTakeNoMemory) {
+TEST(MasksPng, ImplausibleSizesTakeNoMemory) {
   TempFolder temp;
   const fs::path path = temp / "m.png";
   FILE* file = std::fopen(path.c_str(), "wb");
@@ -453,7 +453,7 @@ TEST(Masks, TooManyIdsAreNoObjects) {
               HasSubstr("a.png: has more than 65535 ids"));
 }
 
-TEST(Labels, AreNamedByTheIdsOfTheMasks) {
+TEST(MasksLabels, AreNamedByTheIdsOfTheMasks) {
   TempFolder temp;
   const fs::path file = temp / "labels.json";
   std::vector<Label> labels = {{3, 3, ""}, {1, 0x654321, ""}, {8, 8, ""}};
@@ -494,7 +494,7 @@ TEST(Labels, AreNamedByTheIdsOfTheMasks) {
 }
 
 // As an export writes it where the masks' ids are above 65535: they have other ids in the table.
-TEST(Labels, AreNamedThroughTheSourceIdsOfATable) {
+TEST(MasksLabels, AreNamedThroughTheSourceIdsOfATable) {
   TempFolder temp;
   const fs::path file = temp / "labels.json";
   const std::vector<Label> of_masks = {{1, 2, ""}, {2, 70'000, ""}, {3, 0x654321, ""}};

@@ -165,7 +165,7 @@ TEST(LightFit, ViewsThatTookNoPartGetTheirOwnGain) {
   EXPECT_EQ(lights[kViews - 2].gain, Eigen::Vector3d::Ones());
 }
 
-TEST(ViewDependence, FindsTheDegreeThatIsThere) {
+TEST(LightFitViewDependence, FindsTheDegreeThatIsThere) {
   for (const double truth : {0.0, 0.1}) {
     const Scene scene = MakeScene({.degree_1 = truth});
     const LightFit fit = FitLight(scene.samples, {0, false, false}, nullptr);
@@ -183,7 +183,7 @@ TEST(ViewDependence, FindsTheDegreeThatIsThere) {
   }
 }
 
-TEST(ViewDependence, ShortTracksTellNothing) {
+TEST(LightFitViewDependence, ShortTracksTellNothing) {
   Scene scene = MakeScene({});
   std::vector<LightSample> pairs;
   for (size_t i = 0; i < scene.samples.all.size(); ++i) {

@@ -276,7 +276,7 @@ TEST(OptionManager, GroupValuesReadBackAsTheSameValues) {
   }
 }
 
-TEST(Presets, GrowFromLowToExtremeAndAreValid) {
+TEST(OptionManagerPresets, GrowFromLowToExtremeAndAreValid) {
   int64_t rays = 0;
   int sites = 0;
   for (const std::string& quality : Qualities()) {

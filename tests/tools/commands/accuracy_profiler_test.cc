@@ -26,7 +26,7 @@ AccuracyRow Row(const std::string& sweep, const std::string& value, double secon
   return row;
 }
 
-TEST(AccuracyStudy, ChangesOneThingAtATime) {
+TEST(AccuracyProfilerStudy, ChangesOneThingAtATime) {
   TrainingOptions base;
   base.sh_degree = 1;
   const std::vector<StudyRun> runs = SweepsAround(base, 640);
@@ -52,7 +52,7 @@ TEST(AccuracyStudy, ChangesOneThingAtATime) {
   for (const StudyRun& run : SweepsAround(base, 640)) EXPECT_GE(run.training.final_sites, 64);
 }
 
-TEST(AccuracyStudy, TheFrontIsWhatNothingBeats) {
+TEST(AccuracyProfilerStudy, TheFrontIsWhatNothingBeats) {
   const std::vector<PlotPoint> points = {{3, 20}, {1, 10}, {2, 9}, {4, 20}, {5, 30}, {2, NAN}};
   const auto is = [](const std::vector<PlotPoint>& front, std::vector<double> x) {
     ASSERT_EQ(front.size(), x.size());
@@ -63,7 +63,7 @@ TEST(AccuracyStudy, TheFrontIsWhatNothingBeats) {
   is(ParetoFront({}, false), {});
 }
 
-TEST(AccuracyStudy, TableAndPlotShowWhatIsKnown) {
+TEST(AccuracyProfilerStudy, TableAndPlotShowWhatIsKnown) {
   const std::vector<AccuracyRow> rows = {
       Row("base", "x", 10, 20), Row("num_rays", "1", 5, 15), Row("sh_degree", "3", 12, 19)};
   const std::string table = FormatAccuracyTable(rows);

@@ -48,9 +48,9 @@ struct BadWorkspace {
   std::string named;  // what the sentence must name
 };
 
-class BadWorkspaceTest : public testing::TestWithParam<BadWorkspace> {};
+class BadInputWorkspaceTest : public testing::TestWithParam<BadWorkspace> {};
 
-TEST_P(BadWorkspaceTest, GivesOneSentenceAndLeavesNothing) {
+TEST_P(BadInputWorkspaceTest, GivesOneSentenceAndLeavesNothing) {
   const TempFolder folder;
   const fs::path workspace = folder / "workspace";
   CopyTabletop(workspace);
@@ -78,7 +78,7 @@ TEST_P(BadWorkspaceTest, GivesOneSentenceAndLeavesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(
     All,
-    BadWorkspaceTest,
+    BadInputWorkspaceTest,
     testing::Values(
         BadWorkspace{"NoModel", [](auto& w) { fs::remove_all(w / "sparse"); }, "sparse"},
         BadWorkspace{"NoPhotos", [](auto& w) { fs::remove_all(w / "images"); }, "images"},
@@ -126,9 +126,9 @@ struct BadCommand {
   std::string named;
 };
 
-class BadCommandTest : public testing::TestWithParam<BadCommand> {};
+class BadInputCommandTest : public testing::TestWithParam<BadCommand> {};
 
-TEST_P(BadCommandTest, GivesOneSentenceAndLeavesNothing) {
+TEST_P(BadInputCommandTest, GivesOneSentenceAndLeavesNothing) {
   const TempFolder folder;
   std::vector<std::string> arguments = GetParam().arguments;
   WriteFile(folder / "a file", "in the way");
@@ -149,7 +149,7 @@ TEST_P(BadCommandTest, GivesOneSentenceAndLeavesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(
     All,
-    BadCommandTest,
+    BadInputCommandTest,
     testing::Values(
         BadCommand{"UnknownCommand", {"nosuch"}, "Command `nosuch` not recognized"},
         BadCommand{"NothingGiven",

@@ -2,10 +2,10 @@
 //
 // Same input, seed and options: same bytes, whatever the number of threads. Where rays are cast is
 // said in the log.
-#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "tests/process_state.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
 
 TEST(Determinism, WithoutAGpuAutoIsTheCpu) {
   // Hides GPUs from CUDA, if there are any.
-  ASSERT_EQ(::setenv("CUDA_VISIBLE_DEVICES", "", /*overwrite=*/1), 0);
+  const EnvironmentVariable hidden("CUDA_VISIBLE_DEVICES", "");
   std::string log;
   const std::string on_auto = TrainedFoam({"--num_threads", "2", "--device", "auto"}, &log);
   EXPECT_THAT(log, HasSubstr("Training with ")) << log;
@@ -63,15 +63,14 @@ TEST(Determinism, WithoutAGpuAutoIsTheCpu) {
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
   EXPECT_TRUE(TrainedFoam({"--num_threads", "2", "--device", "cpu"}, &log) == on_auto);
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
-  ::unsetenv("CUDA_VISIBLE_DEVICES");
 }
 
 // A driver that is there and refuses everything is no GPU.
 TEST(Determinism, WithADriverThatFailsAutoIsTheCores) {
   const TempFolder folder;
   const std::string driver = fs::path(SEMFOAM_BROKEN_CUDA_DRIVER).parent_path();
-  ASSERT_EQ(::setenv("LD_LIBRARY_PATH", driver.c_str(), 1), 0);
-  ASSERT_EQ(::setenv("SEMFOAM_DRIVER_NOTE", (folder / "loaded").c_str(), 1), 0);
+  const EnvironmentVariable libraries("LD_LIBRARY_PATH", driver);
+  const EnvironmentVariable note("SEMFOAM_DRIVER_NOTE", (folder / "loaded").string());
   std::string log;
   TrainedFoam({"--num_threads", "2", "--device", "auto"}, &log);
   EXPECT_THAT(log, HasSubstr(", 2 threads\n"));
@@ -89,8 +88,6 @@ TEST(Determinism, WithADriverThatFailsAutoIsTheCores) {
                             "use; --device cpu or auto would be right."));
     EXPECT_TRUE(fs::exists(folder / "loaded")) << "the driver was not asked";
   }
-  ::unsetenv("LD_LIBRARY_PATH");
-  ::unsetenv("SEMFOAM_DRIVER_NOTE");
 }
 
 }  // namespace

@@ -714,7 +714,7 @@ TEST_F(EndToEndTest, TakesItsOwnLabelsAndAProjectFile) {
   EXPECT_EQ(json::parse(ReadFile(out / "labels.json"))["labels"], Labels()["labels"]);
 }
 
-TEST(Program, HelpAndVersion) {
+TEST(EndToEndProgram, HelpAndVersion) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{}, {"help"}, {"-h"}, {"--help"}}) {
     const Outcome outcome = RunSemfoam(arguments);

@@ -256,7 +256,7 @@ TEST(MaskAnalyzer, TheContactSheetHasPagesOfBoundedSize) {
   EXPECT_GT(frames, 30);
 }
 
-TEST(ContactSheet, OverlaysShowPhotoLabelsAndOutlines) {
+TEST(MaskAnalyzerContactSheet, OverlaysShowPhotoLabelsAndOutlines) {
   Image8 photo{4, 1, {}};
   photo.data.assign(12, 100);
   // The outline of 7 is at both its ends; 0 shows the photo.
@@ -279,7 +279,7 @@ TEST(ContactSheet, OverlaysShowPhotoLabelsAndOutlines) {
   EXPECT_TRUE(OverlayTile({}, {}).data.empty());
 }
 
-TEST(ContactSheet, PagesThatAreTooManyGo) {
+TEST(MaskAnalyzerContactSheet, PagesThatAreTooManyGo) {
   const TempFolder folder;
   const auto tile = [](int index) {
     SheetTile one;

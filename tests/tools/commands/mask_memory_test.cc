@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The commands that read masks alone have one of them in memory at a time, however many there are.
+#include <cstdlib>
+
+#include "tests/process_state.h"
 #include "tests/tools/peak_memory.h"
 #include "tests/tools/program.h"
 #include "tests/tools/ring_capture.h"
@@ -54,7 +57,9 @@ class MaskMemoryTest : public testing::Test {
 
 TEST_F(MaskMemoryTest, OneMaskIsInMemoryAtATime) {
   // What is freed counts as free, under AddressSanitizer too.
-  ASSERT_EQ(::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", /*overwrite=*/0), 0);
+  const char* const given = std::getenv("ASAN_OPTIONS");
+  const EnvironmentVariable options("ASAN_OPTIONS",
+                                    given != nullptr ? given : "quarantine_size_mb=1");
   const std::string workspace = (folder_ / "w").string();
   ExpectOneAtATime({"mask_analyzer", "--workspace_path", workspace}, "50 masks for 50 photos");
   ExpectOneAtATime({"point_labeler", "--workspace_path", workspace}, "50 of 50 photos have a mask");

@@ -362,7 +362,7 @@ TEST_F(ObjectCommandsTest, PhotosThatDoNotTellWhatIsUp) {
 }
 
 // A trained foam: out and in again within 0.1 dB of what it was, and every exporter reads it.
-TEST(TrainedObjects, GoOutAndBackIn) {
+TEST(ObjectCommandsTrained, GoOutAndBackIn) {
   const TempFolder folder;
   const Outcome trained = RunSemfoam(TinyTraining({"foam_trainer",
                                                    "--image_path",

@@ -24,7 +24,7 @@ TEST(SelfTest, PassesAndShowsEveryFamily) {
   EXPECT_THAT(run.out, HasSubstr(" 0 rays hit the step limit"));
 }
 
-TEST(HardCases, HaveNamesOfTheirOwnAndStateTheirOutcome) {
+TEST(SelfTestHardCases, HaveNamesOfTheirOwnAndStateTheirOutcome) {
   std::set<std::string> names;
   for (const HardCaseFamily& family : HardCaseFamilies()) {
     EXPECT_FALSE(family.cases.empty()) << family.name;
@@ -35,7 +35,7 @@ TEST(HardCases, HaveNamesOfTheirOwnAndStateTheirOutcome) {
   }
 }
 
-TEST(HardCases, FailWhereTheBoundIsTooTight) {
+TEST(SelfTestHardCases, FailWhereTheBoundIsTooTight) {
   const RayScene scene(RandomSites(50, 1), 1);
   RayBounds bounds;
   EXPECT_TRUE(CheckRays(scene, RaysFromEverywhere(8, 1), bounds).failures.empty());

@@ -39,7 +39,7 @@ std::vector<PhotoRecord> Row(const std::vector<double>& places) {
   return photos;
 }
 
-TEST(CapturePath, GoesAShortWay) {
+TEST(ViewInterpolatorPath, GoesAShortWay) {
   const std::vector<PhotoRecord> mixed = Row({0, 3, 1, 4, 2});
   EXPECT_THAT(CaptureOrder(mixed, 1, "name"), ElementsAre(0, 1, 2, 3, 4));
   EXPECT_THAT(CaptureOrder(mixed, 1, "path"), ElementsAre(0, 2, 4, 1, 3));
@@ -50,7 +50,7 @@ TEST(CapturePath, GoesAShortWay) {
   EXPECT_THAT(CaptureOrder(Row({7}), 1, "auto"), ElementsAre(0));
 }
 
-TEST(CapturePath, TurningPiecesAroundHelpsWhereTheNearestMisleads) {
+TEST(ViewInterpolatorPath, TurningPiecesAroundHelpsWhereTheNearestMisleads) {
   // On a ring, the nearest-first way leaves photos behind and has to come back for them.
   std::vector<double> places;
   for (int k = 0; k < 40; ++k) places.push_back(std::sin(12.9898 * k) * 10);
@@ -67,7 +67,7 @@ TEST(CapturePath, TurningPiecesAroundHelpsWhereTheNearestMisleads) {
   EXPECT_LT(length, 1.05 * best);
 }
 
-TEST(CapturePath, AFilmHasMorePicturesWhereStepsAreLong) {
+TEST(ViewInterpolatorPath, AFilmHasMorePicturesWhereStepsAreLong) {
   const std::vector<PhotoRecord> photos = Row({0, 1, 2, 6});
   const std::vector<FilmFrame> film = MakeFilm(photos, {0, 1, 2, 3}, 1, 2);
   ASSERT_THAT(film, SizeIs(4 + 2 + 2 + 8));

@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(PresetLine, GoesThroughThePresets) {
+TEST(TimeBudgetPresetLine, GoesThroughThePresets) {
   for (const std::string& quality : Qualities()) {
     const TrainingOptions preset = OptionsForQuality(quality);
     const TrainingOptions line = OptionsOnPresetLine(preset.num_rays);
@@ -30,7 +30,7 @@ TEST(PresetLine, GoesThroughThePresets) {
   }
 }
 
-TEST(PresetLine, GrowsWithTheRaysAndIsValidEverywhere) {
+TEST(TimeBudgetPresetLine, GrowsWithTheRaysAndIsValidEverywhere) {
   int sites = 0;
   for (double rays = 1; rays < 1e13; rays *= 3) {
     const TrainingOptions options = OptionsOnPresetLine(std::llround(rays));
@@ -41,7 +41,7 @@ TEST(PresetLine, GrowsWithTheRaysAndIsValidEverywhere) {
   EXPECT_EQ(sites, OptionsForQuality(Qualities().back()).final_sites);
 }
 
-TEST(TimeModel, FillsSecondsOnTheLine) {
+TEST(TimeBudgetModel, FillsSecondsOnTheLine) {
   const SyntheticViews views(8, 32, 24);
   const TrainingTimeModel model(views, views.Seeds(500), 3, Device(), 0.1);
   const int64_t rays = model.RaysOnPresetLine(100);

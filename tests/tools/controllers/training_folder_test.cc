@@ -339,7 +339,7 @@ TEST_F(TrainingFolder, SaysWhichCheckpointCouldBeWritten) {
 }
 
 // A finished training, with its exports.
-class FinishedFolder : public StoppedTraining {
+class TrainingFolderFinished : public StoppedTraining {
  protected:
   void SetUp() override {
     fs::copy(Whole(), output_, fs::copy_options::recursive);
@@ -362,7 +362,7 @@ class FinishedFolder : public StoppedTraining {
   const fs::path output_ = temp_ / "out";
 };
 
-TEST_F(FinishedFolder, IsReplacedOnlyWhereThatIsAskedFor) {
+TEST_F(TrainingFolderFinished, IsReplacedOnlyWhereThatIsAskedFor) {
   const auto before = BytesBelow(output_);
   const std::string sentence = "ERROR: " + (output_ / "scene.foam").string() +
                                ": holds a trained foam; overwrite = 1 to replace it and its "
@@ -397,7 +397,7 @@ TEST_F(FinishedFolder, IsReplacedOnlyWhereThatIsAskedFor) {
   EXPECT_THAT(again.Errors()[0], HasSubstr("holds a trained foam; resume = 1 to go on with"));
 }
 
-TEST_F(FinishedFolder, HoldsFilesOfOneFoam) {
+TEST_F(TrainingFolderFinished, HoldsFilesOfOneFoam) {
   const auto before = BytesBelow(output_);
   std::vector<std::string> other =
       Trainer(Workspace(), output_, {"--overwrite", "1", "--random_seed", "5"});
@@ -428,7 +428,7 @@ TEST_F(FinishedFolder, HoldsFilesOfOneFoam) {
   }
 }
 
-TEST_F(FinishedFolder, TakesNoNewNamesWithoutAWord) {
+TEST_F(TrainingFolderFinished, TakesNoNewNamesWithoutAWord) {
   const auto before = BytesBelow(output_);
   const auto labels = nlohmann::json::parse(before.at("labels.json"));
   WriteFile(temp_ / "same.json", before.at("labels.json"));

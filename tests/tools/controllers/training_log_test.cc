@@ -45,7 +45,7 @@ TEST(TrainingLog, HasOneLinePerReportAndAsManyFieldsAsItsHead) {
   EXPECT_EQ(all[2], "2.000,2,2000,23410,0.0125,,,,,21.5,0.75");
 }
 
-TEST(TrainingPlot, ShowsWhatIsKnownOnceForEachEvaluation) {
+TEST(TrainingLogPlot, ShowsWhatIsKnownOnceForEachEvaluation) {
   TrainingProgress first = At(1), repeated = At(2), last = At(4);
   first.held_out_psnr = repeated.held_out_psnr = 20;
   last.held_out_psnr = 22;
@@ -62,7 +62,7 @@ TEST(TrainingPlot, ShowsWhatIsKnownOnceForEachEvaluation) {
   EXPECT_TRUE(TrainingPlot({{"", {At(0), At(4)}}}).panels.empty());
 }
 
-TEST(TrainingPlot, TellsSeveralTrainingsApart) {
+TEST(TrainingLogPlot, TellsSeveralTrainingsApart) {
   TrainingProgress colour = At(1), labelled = At(100), unknown = At(3);
   colour.held_out_psnr = labelled.held_out_psnr = 20;
   labelled.held_out_miou = 0.5;
@@ -111,7 +111,7 @@ TEST(TrainingLog, RefusesWhatIsNone) {
 }
 
 // The program, on the logs of trainings.
-class QualityPlot : public ::testing::Test {
+class TrainingLogQualityPlot : public ::testing::Test {
  protected:
   void Write(const std::string& run, double psnr) {
     TrainingProgress report = At(7);
@@ -131,7 +131,7 @@ class QualityPlot : public ::testing::Test {
   TempFolder folder_;
 };
 
-TEST_F(QualityPlot, DrawsAllOfThem) {
+TEST_F(TrainingLogQualityPlot, DrawsAllOfThem) {
   Write("low", 20);
   Write("high", 25);
   const std::string runs = (folder_ / "low").string() + "," + (folder_ / "high").string() + "/";
@@ -145,7 +145,7 @@ TEST_F(QualityPlot, DrawsAllOfThem) {
 }
 
 // Names that cannot be drawn as they are: no UTF-8, control characters.
-TEST_F(QualityPlot, DrawsAnyName) {
+TEST_F(TrainingLogQualityPlot, DrawsAnyName) {
   Write("m\xFC\ng", 20);
   const Outcome outcome = Run((folder_ / "m\xFC\ng").string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -153,7 +153,7 @@ TEST_F(QualityPlot, DrawsAnyName) {
   EXPECT_EQ(Run((folder_ / "m\xFC\ng").string(), "a\x01\xFF").exit_code, 0);
 }
 
-TEST_F(QualityPlot, RefusesWhatCannotBeDrawn) {
+TEST_F(TrainingLogQualityPlot, RefusesWhatCannotBeDrawn) {
   Write("low", NAN);
   const std::string low = (folder_ / "low").string();
   EXPECT_THAT(Run(low).err, HasSubstr("none of the trainings knows its held-out quality"));

@@ -128,7 +128,7 @@ TEST(MeshScore, PrecisionRecallAndDistancesAreTheirFormulas) {
   EXPECT_GT(ScoreMesh(mesh, mesh, {}, {1}).accuracy_max, 1e-3);
 }
 
-class MeshFiles : public TemporaryFolderTest {
+class MeshScoreFiles : public TemporaryFolderTest {
  protected:
   fs::path Write(const std::string& name, const std::string& text) const {
     fs::create_directories((folder_ / name).parent_path());
@@ -152,7 +152,7 @@ constexpr char kQuadObj[] =
     "v 500000.0625 1 0 1 0 0\nvt 0 0\nvn 0 0 1\nusemtl red\n"
     "f 1/1/1 2/1/1 3/1/1 4/1/1\nf 1 2 -2\nf 1//1 2//1 3//1\n";
 
-TEST_F(MeshFiles, ReadsWhatOtherProgramsWrite) {
+TEST_F(MeshScoreFiles, ReadsWhatOtherProgramsWrite) {
   // Doubles survive, and so do faces that are not manifold.
   const TriangleMesh obj = ReadTriangleMesh(Write("a.obj", kQuadObj));
   EXPECT_EQ(obj.vertices.size(), 4u);
@@ -204,7 +204,7 @@ TEST_F(MeshFiles, ReadsWhatOtherProgramsWrite) {
 }
 
 // What our own exporter writes is the same surface in every format.
-TEST_F(MeshFiles, ReadsOurOwn) {
+TEST_F(MeshScoreFiles, ReadsOurOwn) {
   ExportableSceneOptions options;
   const ExportableScene scene = MakeExportableScene(TouchingBalls(500), options);
   ExportSurfaces(scene, folder_);
@@ -217,7 +217,7 @@ TEST_F(MeshFiles, ReadsOurOwn) {
   }
 }
 
-TEST_F(MeshFiles, WhatIsNoMeshIsOneSentence) {
+TEST_F(MeshScoreFiles, WhatIsNoMeshIsOneSentence) {
   EXPECT_THAT(Failure("no.obj", "this is no mesh"), HasSubstr("cannot be read as a mesh"));
   EXPECT_THAT(Failure("no.om", "this is no mesh"), HasSubstr("is no OpenMesh file"));
   EXPECT_THAT(Failure("no.blend", "BLENDER"), HasSubstr("cannot be read as a mesh"));
@@ -234,7 +234,7 @@ TEST_F(MeshFiles, WhatIsNoMeshIsOneSentence) {
   EXPECT_THROW(ReadPlyPoints(folder_ / "no.obj"), UserError);
 }
 
-TEST_F(MeshFiles, PairsByName) {
+TEST_F(MeshScoreFiles, PairsByName) {
   for (const char* file : {"meshes/7_mug.obj",
                            "meshes/7_mug.om",
                            "meshes/12_coffee_pot.ply",
@@ -288,7 +288,7 @@ TEST_F(MeshFiles, PairsByName) {
 }
 
 // labels.json knows the true name of what a file's name only resembles.
-TEST_F(MeshFiles, PairsAsLabelsJsonSays) {
+TEST_F(MeshScoreFiles, PairsAsLabelsJsonSays) {
   Write("out/labels.json",
         R"({"objects": [{"id": 3, "name": "M\u00fctze", "files": {"ply": "objects/3_M_tze.ply"}},
             {"id": 4, "name": "gone", "files": {"ply": "objects/4_gone.ply"}},

@@ -103,7 +103,7 @@ TEST(ViewImages, ErrorsGrowBrighterFromBlackToWhite) {
               ElementsAre(0, 0, 0));
 }
 
-TEST(ImageFiles, LabelsKeepAllSixteenBits) {
+TEST(ViewImagesFiles, LabelsKeepAllSixteenBits) {
   const TempFolder folder;
   const LabelImage ids{3, 1, {0, 256, 65535}};
   WriteLabelPng(folder / "a/b.png", ids);
@@ -116,7 +116,7 @@ TEST(ImageFiles, LabelsKeepAllSixteenBits) {
   EXPECT_THAT(values, ElementsAre(0, 256, 65535));
 }
 
-TEST(ImageFiles, DepthKeepsItsFloats) {
+TEST(ViewImagesFiles, DepthKeepsItsFloats) {
   const TempFolder folder;
   WriteDepthExr(folder / "d.exr", 2, 1, {0, 1.2345678f});
   const auto input = OIIO::ImageInput::open((folder / "d.exr").string());
@@ -126,13 +126,13 @@ TEST(ImageFiles, DepthKeepsItsFloats) {
   EXPECT_THAT(values, ElementsAre(0, 1.2345678f));
 }
 
-TEST(ImageFiles, ForegroundIsWhatIsBrighterThanHalf) {
+TEST(ViewImagesFiles, ForegroundIsWhatIsBrighterThanHalf) {
   const TempFolder folder;
   WriteRgbPng(folder / "mask.png", {3, 1, {0, 0, 0, 128, 128, 128, 255, 255, 255}});
   EXPECT_THAT(ReadForeground(folder / "mask.png").mask.data, ElementsAre(0, 0, 1));
 }
 
-TEST(ImageFiles, ForegroundOfZerosAndOnesIsWhereTheOnesAre) {
+TEST(ViewImagesFiles, ForegroundOfZerosAndOnesIsWhereTheOnesAre) {
   const TempFolder folder;
   // 8 and 16 bits.
   WriteRgbPng(folder / "8.png", {3, 1, {0, 0, 0, 1, 1, 1, 0, 0, 0}});
@@ -154,7 +154,7 @@ TEST(ImageFiles, ForegroundOfZerosAndOnesIsWhereTheOnesAre) {
   EXPECT_EQ(ReadForeground(folder / "8.png").largest, 7);
 }
 
-TEST(ImageFiles, KnowsItsOwn) {
+TEST(ViewImagesFiles, KnowsItsOwn) {
   const TempFolder folder;
   WriteRgbPng(folder / "rgb.png", {1, 1, {1, 2, 3}});
   WriteLabelPng(folder / "label.png", {1, 1, {7}});
@@ -173,7 +173,7 @@ TEST(ImageFiles, KnowsItsOwn) {
   }
 }
 
-TEST(ImageFiles, SaysWhichFileItCannotReadOrWrite) {
+TEST(ViewImagesFiles, SaysWhichFileItCannotReadOrWrite) {
   const TempFolder folder;
   WriteFile(folder / "mask.png", "no image");
   for (const char* name : {"mask.png", "missing.png"}) {

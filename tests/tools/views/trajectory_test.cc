@@ -255,7 +255,7 @@ TEST_F(TrajectoryFile, SaysWhatIsWrong) {
   EXPECT_THROW(ReadTrajectory(folder_ / "none.json", Model(), {}), UserError);
 }
 
-TEST(Gif, HoldsAllFramesAndTheirTime) {
+TEST(TrajectoryGif, HoldsAllFramesAndTheirTime) {
   const TempFolder folder;
   {
     GifWriter writer(folder / "a.gif", 10);
@@ -293,7 +293,7 @@ TEST(Gif, HoldsAllFramesAndTheirTime) {
   EXPECT_FALSE(fs::exists(folder / "b.gif"));
 }
 
-TEST(FoamRenderer, RendersFramesAndAnAnimation) {
+TEST(TrajectoryRenderer, RendersFramesAndAnAnimation) {
   const TempFolder folder;
   const std::string foam = (folder / "a.foam").string();
   ASSERT_EQ(RunSemfoam({"foam_converter",

@@ -352,8 +352,7 @@ void RunViewInterpolator(int argc, char** argv) {
                CaptureOrder(model.photos, depth, interpolator.order),
                depth,
                interpolator.between);
-  WriteFilm(
-      model, foam_path, interpolator.image_path, film, options.device(), output_path);
+  WriteFilm(model, foam_path, interpolator.image_path, film, options.device(), output_path);
   LOG(INFO) << film.size() << " frames, " << model.photos.size() << " of them photos, are in "
             << (output_path / "frames").string();
 }

@@ -90,7 +90,6 @@ TEST(ObjectPhotos, AreTheSameOnAnyNumberOfThreads) {
       }
     }
   }
-  SetNumThreads(-1);
 }
 
 // Matter that is no object's stands in the way; glass does not.

@@ -26,7 +26,7 @@ struct SceneOptions {
   std::filesystem::path workspace_path;
   // File of the labels' names; empty: labels.json beside the mask folder, if there is one.
   std::filesystem::path labels_path;
-  // Number N of photos of which each N-th by name is held out, from the first on; 0 = none.
+  // Distance between held-out photos, counted by name from the first photo on; 0 = hold out none.
   int test_every = 0;
   // What id 0 of the masks is.
   LabelZero label_zero = LabelZero::kAuto;

@@ -8,6 +8,7 @@
 #include "export/surface/semantic_mesh.h"
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/dataset/scene_plan.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <cstring>
 #include <sstream>

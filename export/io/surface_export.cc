@@ -60,7 +60,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   MadeSurface made;
   made.surface = ExtractSurface(scene, object);
   std::string faces, more;
-  if (options.method == "smooth") {
+  if (options.method == SurfaceMethod::kSmooth) {
     const ObjectSurface cells = std::move(made.surface);
     made.surface = ExtractSmoothSurface(scene, object, cells);
     if (const int64_t target = options.target_faces; target > 0) {
@@ -183,11 +183,10 @@ class SurfaceFiles {
 }  // namespace
 
 std::string SurfaceExportOptions::Check() const {
-  if (method != "cells" && method != "smooth") return "method must be cells or smooth.";
   if (target_faces != 0 && target_faces < 4) {
     return "target_faces must be at least 4, the faces of a tetrahedron, or 0 for all there are.";
   }
-  if (target_faces != 0 && method != "smooth") {
+  if (target_faces != 0 && method != SurfaceMethod::kSmooth) {
     return "target_faces needs the method smooth; cells are exact and keep all their faces.";
   }
   return "";

@@ -32,11 +32,11 @@ std::string Describe(const LeftOutPieces& left_out) {
 // Logs what a turn by multiples of 90 degrees leaves.
 void LogTilt(const ExportTransform& transform) {
   constexpr double kLevelDegrees = 5;
-  if (transform.up_axis == "colmap") return;
+  if (transform.up_axis == UpAxis::kColmap) return;
   std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << "up_axis " << transform.up_axis
-       << " leaves the photos' mean upward direction " << transform.up_tilt_degrees
-       << " degrees off that axis";
+  text << std::fixed << std::setprecision(1) << "up_axis "
+       << NameOf(kUpAxisNames, transform.up_axis) << " leaves the photos' mean upward direction "
+       << transform.up_tilt_degrees << " degrees off that axis";
   if (transform.up_tilt_degrees < kLevelDegrees) {
     LOG(INFO) << text.str();
   } else {

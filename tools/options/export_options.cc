@@ -2,6 +2,7 @@
 #include "tools/options/export_options.h"
 
 #include "foam/util/error.h"
+#include "tools/options/enum_option.h"
 
 #include <algorithm>
 #include <vector>
@@ -34,10 +35,11 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   add_name("label", &volume->grid_names.label);
   add_name("confidence", &volume->grid_names.confidence);
   add_name("surface", &volume->grid_names.surface);
-  options->AddChoiceOption("VolumeExport.label_grid_type",
-                           &volume->label_grid_type,
-                           {"float", "int32", "both"},
-                           "int32 labels stand in scene_labels_int32.vdb");
+  AddEnumOption(options,
+                "VolumeExport.label_grid_type",
+                &volume->label_grid_type,
+                kLabelGridTypeNames,
+                "int32 labels stand in scene_labels_int32.vdb");
   options->AddDefaultOption("VolumeExport.half_float",
                             &volume->half_float,
                             "save density, color and confidence with 16 bits");
@@ -52,11 +54,12 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
 }
 
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface) {
-  options->AddChoiceOption("MeshExport.method",
-                           &surface->method,
-                           {"cells", "smooth"},
-                           "cells = the exact faces of the cells; smooth = an iso-surface through "
-                           "them, smoothed, with the same volume");
+  AddEnumOption(options,
+                "MeshExport.method",
+                &surface->method,
+                kSurfaceMethodNames,
+                "cells = the exact faces of the cells; smooth = an iso-surface through "
+                "them, smoothed, with the same volume");
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
@@ -77,16 +80,18 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
                             &frame->transform,
                             "a similarity from the COLMAP frame to that of the files: the 12 or 16 "
                             "numbers of its matrix, row by row");
-  options->AddChoiceOption("up_axis",
-                           &frame->up_axis,
-                           {"colmap", "y", "z"},
-                           "then a turn, by a multiple of 90 degrees, of what is up in the photos "
-                           "onto this axis; colmap = none");
+  AddEnumOption(options,
+                "up_axis",
+                &frame->up_axis,
+                kUpAxisNames,
+                "then a turn, by a multiple of 90 degrees, of what is up in the photos "
+                "onto this axis; colmap = none");
   options->AddDefaultOption("scale", &frame->scale, "then so many times as large");
-  options->AddChoiceOption("units",
-                           &frame->units,
-                           LengthUnits(),
-                           "what one unit of the files is then; changes no number");
+  AddEnumOption(options,
+                "units",
+                &frame->units,
+                kLengthUnitNames,
+                "what one unit of the files is then; changes no number");
 }
 
 void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {

@@ -114,7 +114,7 @@ class VolumeMaker {
         scene_, volume.cells, volume.lattice, volume.box, options_.supersample);
     VoxelLabels labels;
     if (is_scene) {
-      labels.by_cell = labels_.data();
+      labels.by_cell = labels_;
     } else {
       labels.of_all = volume.object->id;
     }

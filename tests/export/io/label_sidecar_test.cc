@@ -100,7 +100,7 @@ TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {
 TEST_F(LabelSidecar, SaysTheFrame) {
   ExportTransformOptions frame;
   frame.transform = "0 -1 0 5 1 0 0 0 0 0 1 0";
-  frame.units = "mm";
+  frame.units = LengthUnit::kMillimeter;
   ExportableSceneOptions options;
   options.transform = ParseExportTransform(frame);
   WriteLabelSidecar(folder_ / "labels.json", MakeExportableScene(TouchingBalls(200), options), {});

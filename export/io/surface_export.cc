@@ -83,7 +83,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
                  std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 TopologySummary(topology, object.pieces) + more;
+                 TopologySummary(topology, object.components) + more;
   return made;
 }
 

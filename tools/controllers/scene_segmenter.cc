@@ -39,7 +39,8 @@ void SegmentScene(SceneSegmenterOptions options) {
   const std::filesystem::path foam_path = folder.path() / "scene.foam";
   Model model = TrainAndWrite(&folder, &run);
   TakeLabelNames(foam_path, {}, {}, &model);
-  const ExportableScene scene = PrepareExport(model, foam_path, options.transform, options.pieces);
+  const ExportableScene scene =
+      PrepareExport(model, foam_path, options.transform, options.components);
   std::vector<std::string> without_object;
   VolumeExportOptions volume = options.volume;
   SurfaceExportOptions surface = options.surface;

@@ -23,7 +23,7 @@ struct SceneSegmenterOptions {
   std::string resume_command = "the same, with CheckpointOptions::resume";  // see TrainingFolder
 
   LabelChoice choice;  // of the objects that get files
-  PieceOptions pieces;
+  ComponentOptions components;
   VolumeExportOptions volume;
   SurfaceExportOptions surface;
   ExportTransform transform;  // of ParseExportTransform

@@ -94,21 +94,22 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
                 "what one unit of the files is then; changes no number");
 }
 
-void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {
+void AddComponentOptions(OptionManager* options, ComponentOptions* components) {
   options->AddDefaultOption("keep_largest",
-                            &pieces->keep_largest,
-                            "of each object's connected pieces the largest so many alone, by "
+                            &components->keep_largest,
+                            "of each object's connected components the largest so many alone, by "
                             "volume; 0 = all");
-  options->AddDefaultOption("min_cells",
-                            &pieces->min_cells,
-                            "no pieces with fewer cells; 0 = none with fewer than a tenth of those "
-                            "of the object's largest, and no fragments");
+  options->AddDefaultOption(
+      "min_cells",
+      &components->min_cells,
+      "no components with fewer cells; 0 = none with fewer than a tenth of those "
+      "of the object's largest, and no fragments");
   options->AddDefaultOption("keep_fragments",
-                            &pieces->keep_fragments,
+                            &components->keep_fragments,
                             "also objects of a few cells that look like a tracker's mistakes");
 }
 
-void RequireValid(const PieceOptions& pieces) {
+void RequireValid(const ComponentOptions& components) {
   const auto require = [](const char* name, int64_t value) {
     if (value >= 0) return;
     throw UserError("Failed to parse options - the argument ('",
@@ -117,8 +118,8 @@ void RequireValid(const PieceOptions& pieces) {
                     name,
                     "' is invalid; it takes a number from 0 on.");
   };
-  require("keep_largest", pieces.keep_largest);
-  require("min_cells", pieces.min_cells);
+  require("keep_largest", components.keep_largest);
+  require("min_cells", components.min_cells);
 }
 
 void RequireValid(const VolumeExportOptions& volume) {

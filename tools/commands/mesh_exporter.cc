@@ -39,7 +39,7 @@ void RunMeshExporter(int argc, char** argv) {
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(surface);
-  const std::set<std::string> wanted = ParseFormats(formats, kMeshFormats);
+  const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);
   RequireValid(components);
   const ExportTransform transform = ParseExportTransform(frame);
 

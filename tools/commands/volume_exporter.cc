@@ -37,7 +37,7 @@ void RunVolumeExporter(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   RequireValid(components);
-  RequireEffects(options, volume, choice, {"vdb"});
+  RequireEffects(options, volume, choice, {ExportFormat::kVdb});
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
@@ -46,7 +46,7 @@ void RunVolumeExporter(int argc, char** argv) {
   volume.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, volume.source_checksum);
   const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
-  RequireOneFrame(scene.transform, output_path, {"vdb"}, volume.source_checksum);
+  RequireOneFrame(scene.transform, output_path, {ExportFormat::kVdb}, volume.source_checksum);
   volume.objects = FilterObjects(scene, choice);
   const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path, {volume.source_checksum, files});

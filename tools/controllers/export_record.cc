@@ -118,11 +118,14 @@ std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
 
 // What becomes of the files that an older record lists and the finished export did not write.
 struct OlderFiles {
-  std::vector<std::string> kept;        // of the same foam, objects and frame: listed again
-  std::vector<std::string> other_foam;  // these are removed
+  // Of the same foam, objects and frame: listed again.
+  std::vector<std::string> kept;
+  // Of another foam, of other objects, in another frame: removed.
+  std::vector<std::string> other_foam;
   std::vector<std::string> other_objects;
   std::vector<std::string> other_frame;
-  std::vector<std::string> unknown_foam;  // stay, and are listed no more
+  // Of an unknown foam: they stay, and are listed no more.
+  std::vector<std::string> unknown_foam;
 };
 
 // Finds what becomes of the record's files other than `written`. `possible` are the paths that the
@@ -271,15 +274,16 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
 
 void RequireOneFrame(const ExportTransform& transform,
                      const fs::path& output_path,
-                     const std::set<std::string>& formats,
+                     const std::set<ExportFormat>& formats,
                      const std::string& foam_checksum) {
   const std::optional<ExportRecord> record = ReadExportRecord(output_path);
   if (!record || IsInFrame(*record, transform)) return;
   // Those of another foam go.
   if (!record->foam_checksum.empty() && record->foam_checksum != foam_checksum) return;
   for (const ExportRecord::File& file : record->files) {
-    const std::string writer = file.format == "mtl" ? "obj" : file.format;
-    if (formats.count(writer) != 0) continue;
+    const std::optional<ExportFormat> writer =
+        ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
+    if (writer && formats.count(*writer) != 0) continue;
     throw UserError((output_path / file.path).string(),
                     ": is in another frame than this export and would stay; choose another "
                     "output_path, or the transform, up_axis, scale and units that "

@@ -5,6 +5,7 @@
 #include "tools/options/enum_option.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace semfoam {
@@ -137,7 +138,7 @@ void RequireValid(const SurfaceExportOptions& surface) {
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
                     const LabelChoice& choice,
-                    const std::set<std::string>& formats) {
+                    const std::set<ExportFormat>& formats) {
   const auto require = [&](const std::string& group, bool is_written, const std::string& named) {
     if (is_written) return;
     std::vector<std::string> names;
@@ -148,8 +149,8 @@ void RequireEffects(const OptionManager& options,
     options.RequireEffect(names,
                           "without " + named + " among the --formats; add it, or leave this out");
   };
-  require("VolumeExport", formats.count("vdb") != 0, "vdb");
-  require("MeshExport", formats != std::set<std::string>{"vdb"}, "a mesh's format");
+  require("VolumeExport", formats.count(ExportFormat::kVdb) != 0, "vdb");
+  require("MeshExport", formats != std::set<ExportFormat>{ExportFormat::kVdb}, "a mesh's format");
   if (volume.voxel_size > 0) {
     options.RequireEffect({"VolumeExport.max_resolution"},
                           "with --VolumeExport.voxel_size; give one of the two");
@@ -160,18 +161,19 @@ void RequireEffects(const OptionManager& options,
   }
 }
 
-std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
+std::set<ExportFormat> ParseFormats(const std::string& formats, const std::string& allowed) {
   const std::vector<std::string> known = SplitAtCommas(allowed);
-  std::set<std::string> parsed;
+  std::set<ExportFormat> parsed;
   for (const std::string& format : SplitAtCommas(formats)) {
-    if (std::find(known.begin(), known.end(), format) == known.end()) {
+    const std::optional<ExportFormat> value = ParseEnum(kExportFormatNames, format);
+    if (!value || std::find(known.begin(), known.end(), format) == known.end()) {
       throw UserError("Failed to parse options - the argument ('",
                       formats,
                       "') for option '--formats' is invalid; it takes any of ",
                       allowed,
                       ", apart by commas.");
     }
-    parsed.insert(format);
+    parsed.insert(*value);
   }
   return parsed;
 }

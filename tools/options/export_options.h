@@ -7,6 +7,7 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
 #include "tools/cli/option_manager.h"
+#include "tools/controllers/export_format.h"
 
 #include <set>
 #include <string>
@@ -54,9 +55,9 @@ void RequireValid(const SurfaceExportOptions& surface);
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
                     const LabelChoice& choice,
-                    const std::set<std::string>& formats);
+                    const std::set<ExportFormat>& formats);
 
 // The formats of a comma list, each of which `allowed` must have.
-std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
+std::set<ExportFormat> ParseFormats(const std::string& formats, const std::string& allowed);
 
 }  // namespace semfoam

@@ -156,7 +156,8 @@ class SurfaceFiles {
       volume_fields = ReadVolumeFields(output_path_ / volume_path, options_.source_checksum);
     } catch (const UserError& error) {
       // The surfaces are no worse for it.
-      usda_warning_ += (usda_warning_.empty() ? "does without " : " ") + std::string(error.what());
+      usda_warning_ += usda_warning_.empty() ? "does without " : " ";
+      usda_warning_ += error.what();
     }
     scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
   }

@@ -87,8 +87,9 @@ void GatherComponents(const ExportableScene& scene,
                       ObjectInfo* object,
                       std::vector<int32_t>* object_of_cell) {
   size_t largest = 0;
-  for (const std::vector<uint32_t>& component : components)
+  for (const std::vector<uint32_t>& component : components) {
     largest = std::max(largest, component.size());
+  }
   for (const std::vector<uint32_t>& component : components) {
     if (static_cast<float>(component.size()) >= min_component_share * static_cast<float>(largest)) {
       object->cells.insert(object->cells.end(), component.begin(), component.end());
@@ -285,8 +286,9 @@ void FindObjects(const Model& model,
   }
   for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
   KeepComponents(options.components, scene);
-  if (options.components.min_cells == 0 && !options.components.keep_fragments)
+  if (options.components.min_cells == 0 && !options.components.keep_fragments) {
     LeaveOutFragments(scene);
+  }
   ParallelForBlocks(std::ssize(scene->objects), 1, [&](int64_t index, int64_t) {
     DescribeObject(*scene, &scene->objects[index]);
   });

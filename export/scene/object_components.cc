@@ -140,8 +140,9 @@ void LeaveOutFragments(ExportableScene* scene) {
     size_t largest = 0;
     if (share < kTinyShare) {
       components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
-      for (const Component& component : components)
+      for (const Component& component : components) {
         largest = std::max(largest, component.cells.size());
+      }
     }
     const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
     const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
@@ -152,8 +153,9 @@ void LeaveOutFragments(ExportableScene* scene) {
       kept_objects.push_back(std::move(object));
       continue;
     }
-    for (const Component& component : components)
+    for (const Component& component : components) {
       LeaveOut(*scene, component.cells, &object.left_out);
+    }
     char reason[200];
     std::snprintf(reason,
                   sizeof(reason),

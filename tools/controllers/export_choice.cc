@@ -42,7 +42,8 @@ void RequireFreePlaces(const fs::path& output_path, const std::set<ExportFormat>
                     "output_path.");
   }
   for (const ExportFormat format : {ExportFormat::kVdb, ExportFormat::kGlb, ExportFormat::kUsda}) {
-    const fs::path scene = output_path / ("scene." + NameOf(kExportFormatNames, format));
+    const fs::path scene =
+        output_path / std::string("scene.").append(NameOf(kExportFormatNames, format));
     if (formats.count(format) == 0 || !fs::is_directory(scene)) continue;
     throw UserError(scene.string(),
                     ": is a folder, in the way of the file of that name; choose another "

@@ -142,8 +142,9 @@ OlderFiles SortOlderFiles(const ExportRecord& record,
   };
   const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
     if (possible.count(path) == 0) return false;
-    if (object_id != 0)
+    if (object_id != 0) {
       return name_in(object_names, object_id) == name_in(record.object_names, object_id);
+    }
     // The meshes of the scene hold all objects by name; its volumes hold ids.
     return (path != "scene.glb" && path != "scene.usda") || object_names == record.object_names;
   };
@@ -174,8 +175,8 @@ void WarnOfReplacedNames(const ExportRecord& record,
   for (const auto& [id, name] : object_names) {
     const auto before = record.label_names.find(id);
     if (before == record.label_names.end() || before->second == name) continue;
-    other_names += (other_names.empty() ? "" : ", ") + std::to_string(id) + " was " +
-                   before->second + ", is " + name;
+    if (!other_names.empty()) other_names += ", ";
+    other_names += std::to_string(id) + " was " + before->second + ", is " + name;
   }
   if (!other_names.empty()) {
     LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";

@@ -47,8 +47,9 @@ void SegmentScene(SceneSegmenterOptions options) {
   volume.objects = surface.objects = FilterObjects(scene, options.choice, &without_object);
   FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
   volume.source_checksum = surface.source_checksum = finished.foam_checksum;
-  if (options.formats.count(ExportFormat::kVdb) != 0)
+  if (options.formats.count(ExportFormat::kVdb) != 0) {
     finished.files = WriteVolumes(scene, output_path, volume);
+  }
   if (options.formats != std::set<ExportFormat>{ExportFormat::kVdb}) {
     const std::vector<WrittenFile> meshes =
         WriteMeshes(scene, output_path, options.formats, surface);

@@ -23,8 +23,8 @@ void AddEnumOption(OptionManager* options,
                    const std::string& help) {
   // Lives as long as the option.
   const auto text = std::make_shared<std::string>(NameOf(names, *value));
-  options->AddChoiceOption(name, text.get(), AllNames(names), help, [text, value, &names] {
-    const std::optional<Enum> parsed = ParseEnum(names, *text);
+  options->AddChoiceOption(name, text.get(), AllNames(names), help, [text, value, table = &names] {
+    const std::optional<Enum> parsed = ParseEnum(*table, *text);
     CHECK(parsed.has_value()) << *text;
     *value = *parsed;
   });

@@ -89,7 +89,7 @@ int AddNumbers(const Rows& rows, const Value& value, Document* document) {
 // back.
 Json RootNode(const ExportTransform& transform) {
   Json root = {{"name", "scene"}, {"children", Json::array({1})}};
-  if (transform.up_axis != "y") root["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+  if (transform.up_axis != UpAxis::kY) root["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
   if (transform.MetersPerUnit() != 1) {
     root["scale"] = ToJson(Eigen::Vector3d::Constant(transform.MetersPerUnit()));
   }

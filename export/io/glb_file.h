@@ -17,13 +17,17 @@ namespace semfoam {
 // What GlbFile keeps of an object: what its node, its accessors and its row of the property table
 // say.
 struct GlbObject {
-  ObjectInfo info;          // without cells
-  uint64_t num_cells = 0;   // of the foam
-  Eigen::Vector3d origin;   // file frame
-  Eigen::AlignedBox3f box;  // of the vertices, relative to `origin`
+  // Without its cells.
+  ObjectInfo info;
+  uint64_t num_cells = 0;
+  // Of the vertices, file frame.
+  Eigen::Vector3d origin;
+  // Of the vertices, relative to `origin`.
+  Eigen::AlignedBox3f box;
   uint64_t num_vertices = 0;
   uint64_t num_indices = 0;
-  uint64_t first_byte = 0;  // of its vertices in the binary chunk; its indices follow
+  // Of its vertices in the binary chunk; its indices follow.
+  uint64_t first_byte = 0;
 };
 
 // Binary glTF 2.0 of one or more objects. Its nodes:

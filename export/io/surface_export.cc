@@ -60,7 +60,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   MadeSurface made;
   made.surface = ExtractSurface(scene, object);
   std::string faces, more;
-  if (options.method == "smooth") {
+  if (options.method == SurfaceMethod::kSmooth) {
     const ObjectSurface cells = std::move(made.surface);
     made.surface = ExtractSmoothSurface(scene, object, cells);
     if (const int64_t target = options.target_faces; target > 0) {
@@ -83,7 +83,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
                  std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 TopologySummary(topology, object.pieces) + more;
+                 TopologySummary(topology, object.components) + more;
   return made;
 }
 
@@ -156,7 +156,8 @@ class SurfaceFiles {
       volume_fields = ReadVolumeFields(output_path_ / volume_path, options_.source_checksum);
     } catch (const UserError& error) {
       // The surfaces are no worse for it.
-      usda_warning_ += (usda_warning_.empty() ? "does without " : " ") + std::string(error.what());
+      usda_warning_ += usda_warning_.empty() ? "does without " : " ";
+      usda_warning_ += error.what();
     }
     scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
   }
@@ -183,11 +184,10 @@ class SurfaceFiles {
 }  // namespace
 
 std::string SurfaceExportOptions::Check() const {
-  if (method != "cells" && method != "smooth") return "method must be cells or smooth.";
   if (target_faces != 0 && target_faces < 4) {
     return "target_faces must be at least 4, the faces of a tetrahedron, or 0 for all there are.";
   }
-  if (target_faces != 0 && method != "smooth") {
+  if (target_faces != 0 && method != SurfaceMethod::kSmooth) {
     return "target_faces needs the method smooth; cells are exact and keep all their faces.";
   }
   return "";

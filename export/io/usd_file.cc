@@ -95,7 +95,8 @@ UsdFile::UsdFile(const std::filesystem::path& path,
   out_.Text(Quoted(ExportTransformJson(transform)) + "\n    }\n");
   out_.Text("    defaultPrim = \"scene\"\n    metersPerUnit = ");
   out_.Number(transform.MetersPerUnit());
-  out_.Text(transform.up_axis == "y" ? "\n    upAxis = \"Y\"\n)\n" : "\n    upAxis = \"Z\"\n)\n");
+  out_.Text(transform.up_axis == UpAxis::kY ? "\n    upAxis = \"Y\"\n)\n"
+                                            : "\n    upAxis = \"Z\"\n)\n");
   out_.Text("\ndef Xform \"scene\" (\n    kind = \"assembly\"\n)\n{\n");
 }
 

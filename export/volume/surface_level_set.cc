@@ -157,9 +157,11 @@ double DistanceToBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& poin
 
 // A block with triangles near it, or with voxels of the object, or both.
 struct BandBlock {
-  uint64_t key;  // PackBlock
+  // PackBlock of the block.
+  uint64_t key;
   std::span<const Near> near;
-  const VoxelBlock* cells;  // null: the object holds none of the block
+  // Null where the object holds none of the block.
+  const VoxelBlock* cells;
 };
 
 // Joins the triangles near blocks and the object's voxels, both by ascending block. The result

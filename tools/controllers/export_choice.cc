@@ -34,15 +34,16 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
 }
 
 // A file is renamed into its place at the end of its making, and then it is too late.
-void RequireFreePlaces(const fs::path& output_path, const std::set<std::string>& formats) {
+void RequireFreePlaces(const fs::path& output_path, const std::set<ExportFormat>& formats) {
   const fs::path objects = output_path / "objects";
   if (fs::exists(objects) && !fs::is_directory(objects)) {
     throw UserError(objects.string(),
                     ": is a file, in the way of the folder of that name; choose another "
                     "output_path.");
   }
-  for (const char* format : {"vdb", "glb", "usda"}) {
-    const fs::path scene = output_path / (std::string("scene.") + format);
+  for (const ExportFormat format : {ExportFormat::kVdb, ExportFormat::kGlb, ExportFormat::kUsda}) {
+    const fs::path scene =
+        output_path / std::string("scene.").append(NameOf(kExportFormatNames, format));
     if (formats.count(format) == 0 || !fs::is_directory(scene)) continue;
     throw UserError(scene.string(),
                     ": is a folder, in the way of the file of that name; choose another "
@@ -51,7 +52,7 @@ void RequireFreePlaces(const fs::path& output_path, const std::set<std::string>&
 }
 
 void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
-  if (planned.formats.count("vdb") == 0) return;
+  if (planned.formats.count(ExportFormat::kVdb) == 0) return;
   std::vector<Eigen::Vector3d> points;
   points.reserve(plan.seeds.size());
   for (const SeedPoint& seed : plan.seeds) {

@@ -15,14 +15,14 @@
 namespace semfoam {
 namespace {
 
-// "3 pieces of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
-std::string Describe(const LeftOutPieces& left_out) {
+// "3 components of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
+std::string Describe(const LeftOutComponents& left_out) {
   const auto plural = [](int64_t count, const char* noun) {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
   };
   const Eigen::Vector3d& at = left_out.largest_center;
   std::ostringstream text;
-  text << plural(left_out.pieces, "piece") << " of " << plural(left_out.cells, "cell")
+  text << plural(left_out.components, "component") << " of " << plural(left_out.cells, "cell")
        << ", volume " << left_out.volume << "; the largest, of "
        << plural(left_out.largest_cells, "cell") << ", at (" << std::setprecision(9) << at.x()
        << ", " << at.y() << ", " << at.z() << ")";
@@ -32,11 +32,11 @@ std::string Describe(const LeftOutPieces& left_out) {
 // Logs what a turn by multiples of 90 degrees leaves.
 void LogTilt(const ExportTransform& transform) {
   constexpr double kLevelDegrees = 5;
-  if (transform.up_axis == "colmap") return;
+  if (transform.up_axis == UpAxis::kColmap) return;
   std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << "up_axis " << transform.up_axis
-       << " leaves the photos' mean upward direction " << transform.up_tilt_degrees
-       << " degrees off that axis";
+  text << std::fixed << std::setprecision(1) << "up_axis "
+       << NameOf(kUpAxisNames, transform.up_axis) << " leaves the photos' mean upward direction "
+       << transform.up_tilt_degrees << " degrees off that axis";
   if (transform.up_tilt_degrees < kLevelDegrees) {
     LOG(INFO) << text.str();
   } else {
@@ -49,18 +49,18 @@ void LogTilt(const ExportTransform& transform) {
 // Logs what is left out of the objects, and which labels have no object.
 void LogLeftOut(const ExportableScene& scene) {
   for (const ObjectInfo& object : scene.objects) {
-    if (object.left_out.pieces == 0) continue;
+    if (object.left_out.components == 0) continue;
     LOG(INFO) << "Left out of " << object.name << " (" << object.id
               << "): " << Describe(object.left_out);
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
-              << Describe(label.pieces) << (label.is_fragment ? "; keep_fragments keeps it" : "");
+              << Describe(label.left_out) << (label.is_fragment ? "; keep_fragments keeps it" : "");
   }
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
-    without_cells += (without_cells.empty() ? "" : ", ") + DisplayName(label.id, label.name) +
-                     " (" + std::to_string(label.id) + ")";
+    if (!without_cells.empty()) without_cells += ", ";
+    without_cells += DisplayName(label.id, label.name) + " (" + std::to_string(label.id) + ")";
   }
   if (!without_cells.empty()) {
     LOG(INFO) << "Labels without solid cells, for which there will be no object: " << without_cells;
@@ -72,12 +72,12 @@ void LogLeftOut(const ExportableScene& scene) {
 ExportableScene PrepareExport(const Model& model,
                               const std::filesystem::path& foam_path,
                               ExportTransform transform,
-                              const PieceOptions& pieces) {
+                              const ComponentOptions& components) {
   TurnUpright(model.photos, &transform);
   LogTilt(transform);
   ExportableSceneOptions options;
   options.transform = transform;
-  options.pieces = pieces;
+  options.components = components;
   ExportableScene scene = MakeExportableScene(model, options);
   FindPhotosOfObjects(model, foam_path, &scene);
   LogLeftOut(scene);
@@ -87,9 +87,10 @@ ExportableScene PrepareExport(const Model& model,
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path) {
   if (!scene.objects.empty()) return;
   if (!scene.labels_left_out.empty()) {
-    throw UserError(foam_path.string(),
-                    ": all pieces of its objects are left out, so there is no surface to write; a "
-                    "smaller min_cells would be right.");
+    throw UserError(
+        foam_path.string(),
+        ": all components of its objects are left out, so there is no surface to write; a "
+        "smaller min_cells would be right.");
   }
   if (!scene.labels_without_cells.empty()) {
     throw UserError(foam_path.string(),

@@ -18,7 +18,7 @@ namespace semfoam {
 ExportableScene PrepareExport(const Model& model,
                               const std::filesystem::path& foam_path,
                               ExportTransform transform = {},
-                              const PieceOptions& pieces = {});
+                              const ComponentOptions& components = {});
 
 // Throws UserError where the scene of `foam_path` has no object, saying why: for a command that
 // writes objects and nothing else. To be called before anything is written.

@@ -118,11 +118,14 @@ std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
 
 // What becomes of the files that an older record lists and the finished export did not write.
 struct OlderFiles {
-  std::vector<std::string> kept;        // of the same foam, objects and frame: listed again
-  std::vector<std::string> other_foam;  // these are removed
+  // Of the same foam, objects and frame: listed again.
+  std::vector<std::string> kept;
+  // Of another foam, of other objects, in another frame: removed.
+  std::vector<std::string> other_foam;
   std::vector<std::string> other_objects;
   std::vector<std::string> other_frame;
-  std::vector<std::string> unknown_foam;  // stay, and are listed no more
+  // Of an unknown foam: they stay, and are listed no more.
+  std::vector<std::string> unknown_foam;
 };
 
 // Finds what becomes of the record's files other than `written`. `possible` are the paths that the
@@ -139,8 +142,9 @@ OlderFiles SortOlderFiles(const ExportRecord& record,
   };
   const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
     if (possible.count(path) == 0) return false;
-    if (object_id != 0)
+    if (object_id != 0) {
       return name_in(object_names, object_id) == name_in(record.object_names, object_id);
+    }
     // The meshes of the scene hold all objects by name; its volumes hold ids.
     return (path != "scene.glb" && path != "scene.usda") || object_names == record.object_names;
   };
@@ -171,8 +175,8 @@ void WarnOfReplacedNames(const ExportRecord& record,
   for (const auto& [id, name] : object_names) {
     const auto before = record.label_names.find(id);
     if (before == record.label_names.end() || before->second == name) continue;
-    other_names += (other_names.empty() ? "" : ", ") + std::to_string(id) + " was " +
-                   before->second + ", is " + name;
+    if (!other_names.empty()) other_names += ", ";
+    other_names += std::to_string(id) + " was " + before->second + ", is " + name;
   }
   if (!other_names.empty()) {
     LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";
@@ -271,15 +275,16 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
 
 void RequireOneFrame(const ExportTransform& transform,
                      const fs::path& output_path,
-                     const std::set<std::string>& formats,
+                     const std::set<ExportFormat>& formats,
                      const std::string& foam_checksum) {
   const std::optional<ExportRecord> record = ReadExportRecord(output_path);
   if (!record || IsInFrame(*record, transform)) return;
   // Those of another foam go.
   if (!record->foam_checksum.empty() && record->foam_checksum != foam_checksum) return;
   for (const ExportRecord::File& file : record->files) {
-    const std::string writer = file.format == "mtl" ? "obj" : file.format;
-    if (formats.count(writer) != 0) continue;
+    const std::optional<ExportFormat> writer =
+        ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
+    if (writer && formats.count(*writer) != 0) continue;
     throw UserError((output_path / file.path).string(),
                     ": is in another frame than this export and would stay; choose another "
                     "output_path, or the transform, up_axis, scale and units that "

@@ -10,18 +10,18 @@ namespace semfoam {
 
 std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
                                      const std::filesystem::path& output_path,
-                                     const std::set<std::string>& formats,
+                                     const std::set<ExportFormat>& formats,
                                      SurfaceExportOptions surface) {
   if (scene.objects.empty()) {
     LOG(WARNING) << "There is no object, so no meshes are written.";
     return {};
   }
   const MemoryTask task("meshes are made", "a foam of fewer objects (object_extractor)");
-  surface.om = formats.count("om") != 0;
-  surface.ply = formats.count("ply") != 0;
-  surface.obj = formats.count("obj") != 0;
-  surface.glb = formats.count("glb") != 0;
-  surface.usda = formats.count("usda") != 0;
+  surface.om = formats.count(ExportFormat::kOm) != 0;
+  surface.ply = formats.count(ExportFormat::kPly) != 0;
+  surface.obj = formats.count(ExportFormat::kObj) != 0;
+  surface.glb = formats.count(ExportFormat::kGlb) != 0;
+  surface.usda = formats.count(ExportFormat::kUsda) != 0;
   surface.creator = "semfoam " SEMFOAM_VERSION;
   LOG(INFO) << "Writing meshes";
   std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);

@@ -3,22 +3,21 @@
 
 #include "export/io/surface_export.h"
 #include "export/scene/exportable_scene.h"
+#include "tools/controllers/export_format.h"
 
 #include <filesystem>
 #include <set>
-#include <string>
 #include <vector>
 
 namespace semfoam {
 
-// Writes the surfaces of the objects (ExportSurfaces) into `output_path`, in the formats that
-// `formats` has of "om", "ply", "obj", "glb" and "usda". Logs what was written, one line for all
-// formats of an object, and returns it; warns where the scene has no object. `surface` says all but
-// the formats and the creator, which is this program and version. Throws UserError as
-// ExportSurfaces does.
+// Writes the surfaces of the objects (ExportSurfaces) into `output_path`, in these formats
+// (kVdb holds none). Logs what was written, one line for all formats of an object, and returns it;
+// warns where the scene has no object. `surface` says all but the formats and the creator, which is
+// this program and version. Throws UserError as ExportSurfaces does.
 std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
                                      const std::filesystem::path& output_path,
-                                     const std::set<std::string>& formats,
+                                     const std::set<ExportFormat>& formats,
                                      SurfaceExportOptions surface = {});
 
 }  // namespace semfoam

@@ -192,7 +192,7 @@ void RequireValid(const ObjectSelection& selection) {
 
 ExportableSceneOptions EveryObject() {
   ExportableSceneOptions options;
-  options.pieces.keep_fragments = true;
+  options.components.keep_fragments = true;
   return options;
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
+#include "tests/mistake.h"
 #include "tests/process_state.h"
 #include <gtest/gtest.h>
 
@@ -41,24 +42,18 @@ std::string Refusal(const std::string& device, std::optional<int> gpus) {
 }
 
 TEST(Device, SaysWhyThereIsNone) {
-  EXPECT_EQ(Refusal("cuda:0", std::nullopt),
-            "--device cuda:0: this program was built without CUDA; build it with "
-            "-DSEMFOAM_CUDA=ON, or use --device cpu.");
-  EXPECT_EQ(Refusal("cuda:0", 0),
-            "--device cuda:0: there is no GPU here that CUDA can use; --device cpu or "
-            "auto would be right.");
-  EXPECT_EQ(Refusal("cuda:1", 1),
-            "--device cuda:1: there is no GPU of that number; cuda:0 would be right.");
-  EXPECT_EQ(Refusal("cuda:3", 3),
-            "--device cuda:3: there is no GPU of that number; cuda:0 to cuda:2 would be "
-            "right.");
+  EXPECT_THAT(Refusal("cuda:0", std::nullopt),
+              NamesMistake("", {"device", "cuda:0", "-DSEMFOAM_CUDA=ON"}, "built without CUDA"));
+  EXPECT_THAT(Refusal("cuda:0", 0), NamesMistake("", {"device", "cuda:0"}, "there is no GPU here"));
+  EXPECT_THAT(Refusal("cuda:1", 1),
+              NamesMistake("", {"device", "cuda:1", "cuda:0"}, "no GPU of that number"));
+  EXPECT_THAT(Refusal("cuda:3", 3),
+              NamesMistake("", {"device", "cuda:3", "cuda:0 to cuda:2"}, "no GPU of that number"));
   for (const std::string device :
        {"", "gpu", "CPU", "cpu ", "cuda", "cuda:", "cuda:-1", "cuda:-0", "cuda:1x", "cuda: 1"}) {
     for (const std::optional<int> gpus : {std::optional<int>(), std::optional(2)}) {
-      EXPECT_EQ(Refusal(device, gpus),
-                "Failed to parse options - the argument ('" + device +
-                    "') for option '--device' is invalid; it takes auto, cpu or cuda:N, the "
-                    "GPU of that number from 0 on.");
+      EXPECT_THAT(Refusal(device, gpus),
+                  NamesMistake("", {"device", "'" + device + "'", "cuda:N"}, "from 0 on"));
     }
   }
 }

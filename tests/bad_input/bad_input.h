@@ -6,37 +6,47 @@
 #include <string>
 #include <vector>
 
+#include "tests/mistake.h"
 #include "tests/plugin/test_util.h"
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-// Tables of bad inputs: what is done to a good input, and the very sentence that the user gets. The
-// folder of the test stands as "IN" in it.
+// Tables of bad inputs: what is done to a good input, and the mistake that the user is told. The
+// folder of the test stands as "IN" in the message.
 namespace semfoam {
+
+using ForFolder = std::function<void(const std::filesystem::path& folder)>;
 
 struct BadInput {
   std::string name;
-  std::function<void(const std::filesystem::path& folder)> spoil;
-  std::string sentence;
+  ForFolder spoil;
+  Mistake mistake;
 };
 
-// Expects that `read`, called on a folder that `prepare` filled and the case spoilt, throws
-// UserError with the sentence of each case.
-inline void ExpectSentences(const std::vector<BadInput>& cases,
-                            const std::function<void(const std::filesystem::path&)>& prepare,
-                            const std::function<void(const std::filesystem::path&)>& read) {
+inline std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+// The sentence of the UserError that `read` throws, called on a folder that `prepare` filled and
+// `spoil` spoilt.
+inline std::string SentenceFor(const ForFolder& spoil,
+                               const ForFolder& prepare,
+                               const ForFolder& read) {
+  const TempFolder temp;
+  prepare(temp.path());
+  spoil(temp.path());
+  return Replaced(UserErrorOf([&] { read(temp.path()); }), temp.path().string(), "IN");
+}
+
+// Expects one sentence about the mistake of each case.
+inline void ExpectMistakes(const std::vector<BadInput>& cases,
+                           const ForFolder& prepare,
+                           const ForFolder& read) {
   for (const BadInput& bad : cases) {
-    const TempFolder temp;
-    prepare(temp.path());
-    bad.spoil(temp.path());
-    std::string sentence = UserErrorOf([&] { read(temp.path()); });
-    const std::string folder = temp.path().string();
-    for (size_t at; (at = sentence.find(folder)) != std::string::npos;) {
-      sentence.replace(at, folder.size(), "IN");
-    }
-    EXPECT_EQ(sentence, bad.sentence) << bad.name;
-    EXPECT_FALSE(bad.sentence.empty()) << bad.name;
-    EXPECT_EQ(sentence.find('\n'), std::string::npos) << bad.name;
+    EXPECT_THAT(SentenceFor(bad.spoil, prepare, read), TellsOf(bad.mistake)) << bad.name;
   }
   testing::Test::RecordProperty("cases", static_cast<int>(cases.size()));
 }
@@ -94,15 +104,14 @@ inline auto MakeDevice(const std::string& file) {
 }
 
 // The same for one file, which is good as long as it holds `good`.
-inline void ExpectSentencesOf(const std::vector<BadInput>& cases,
-                              const std::string& file,
-                              const std::string& good,
-                              const std::function<void(const std::filesystem::path&)>& read) {
+inline void ExpectMistakesIn(const std::string& file,
+                             const std::string& good,
+                             const std::vector<BadInput>& cases,
+                             const ForFolder& read) {
   const TempFolder temp;
   WriteFile(temp / "f" / file, good);
   EXPECT_EQ(UserErrorOf([&] { read(temp / "f"); }), "");
-  ExpectSentences(
-      cases, [&](const std::filesystem::path& folder) { WriteFile(folder / file, good); }, read);
+  ExpectMistakes(cases, Put(file, good), read);
 }
 
 }  // namespace semfoam

@@ -60,15 +60,8 @@ inline const std::map<std::string, Command> kCommands = {
 struct BadOptions {
   std::string command;
   std::string options;
-  std::string sentence;
+  Mistake mistake;
 };
-
-inline std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-  for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
 
 inline std::vector<std::string> Split(const std::string& text, char between) {
   std::vector<std::string> parts;
@@ -99,14 +92,14 @@ inline std::string SentenceOf(const BadOptions& bad, const std::string& folder) 
       UserErrorOf([&] { command.run(static_cast<int>(argv.size()), argv.data()); }), folder, "IN");
 }
 
-// Expects of each case its sentence, and no file.
+// Expects of each case one sentence about its mistake, and no file.
 inline void ExpectRefused(const std::vector<BadOptions>& cases) {
   const TempFolder temp;
   const std::string folder = temp.path().string();
   WriteModel(temp / "a.foam", TouchingBalls(300));
   WriteFile(temp / "a file", "in the way");
   for (const BadOptions& bad : cases) {
-    EXPECT_EQ(SentenceOf(bad, folder), bad.sentence) << bad.command << " " << bad.options;
+    EXPECT_THAT(SentenceOf(bad, folder), TellsOf(bad.mistake)) << bad.command << " " << bad.options;
     EXPECT_FALSE(std::filesystem::exists(temp / "out")) << bad.command << " " << bad.options;
     std::filesystem::remove_all(temp / "out");
   }

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/mistake.h"
 #include "tests/temp_folder.h"
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -60,6 +61,12 @@ struct Outcome {
     return errors;
   }
 };
+
+// Expects what every refusal is: exit code 1, and one line of error, which tells of the mistake.
+inline void ExpectRefused(const Outcome& outcome, const Mistake& mistake) {
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.Errors(), testing::ElementsAre(TellsOf(mistake))) << outcome.err;
+}
 
 inline std::string Quoted(const std::string& text) {
   std::string quoted = "'";

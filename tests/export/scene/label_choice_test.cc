@@ -3,6 +3,7 @@
 
 #include "foam/util/error.h"
 
+#include "tests/mistake.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,9 +47,8 @@ TEST(LabelChoice, TakesIdsAndNames) {
 }
 
 TEST(LabelChoice, RefusesATextThatMeansTwoThings) {
-  EXPECT_EQ(Error({"mug, 2"}),
-            "The label '2' is ambiguous: it is the id of mug (2) and the name of label 4; write "
-            "id:2 or name:2.");
+  EXPECT_THAT(Error({"mug, 2"}),
+              NamesMistake("", {"'2'", "mug (2)", "label 4", "id:2", "name:2"}, "is ambiguous"));
   EXPECT_EQ(Error({"", "2"}), Error({"2"}));
   EXPECT_THAT(Ids("id:2"), ElementsAre(2));
   EXPECT_THAT(Ids("name:2"), ElementsAre(4));
@@ -72,8 +72,7 @@ TEST(LabelChoice, TakesAndLeavesOut) {
             "The labels name 'spoon', which is no label; there are 2 (mug), 4 (2), ");
   EXPECT_EQ(Error({"", "spoon"}).substr(0, 51),
             "The excluded labels name 'spoon', which is no label");
-  EXPECT_EQ(Error({"cup", "6,7"}),
-            "The excluded labels '6,7' leave none of the labels that are chosen; exclude fewer.");
+  EXPECT_THAT(Error({"cup", "6,7"}), NamesMistake("", {"excluded labels", "'6,7'"}, "leave none"));
 }
 
 TEST(LabelChoice, SaysBeforeTheIdsAreKnownWhatCannotBe) {
@@ -86,9 +85,9 @@ TEST(LabelChoice, SaysBeforeTheIdsAreKnownWhatCannotBe) {
     EXPECT_THROW(RequirePossible({impossible}, names, "t.json"), UserError) << impossible;
     EXPECT_THROW(RequirePossible({"", impossible}, names, "t.json"), UserError) << impossible;
   }
-  EXPECT_EQ(ErrorOf([&] { RequirePossible({"mug, mgu"}, names, "t.json"); }),
-            "The labels name 'mgu', which is no id and no name in t.json; there are 2 (mug), 70000 "
-            "(spoon).");
+  EXPECT_THAT(
+      ErrorOf([&] { RequirePossible({"mug, mgu"}, names, "t.json"); }),
+      NamesMistake("", {"'mgu'", "t.json", "2 (mug)", "70000 (spoon)"}, "no id and no name"));
 }
 
 }  // namespace

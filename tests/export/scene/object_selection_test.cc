@@ -4,6 +4,7 @@
 #include "foam/util/error.h"
 
 #include "tests/export/test_foams.h"
+#include "tests/mistake.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,26 +49,24 @@ TEST(ObjectSelection, TakesIdsAndNames) {
 
 TEST(ObjectSelection, SaysWhatThereIs) {
   const ExportableScene scene = TestScene();
-  EXPECT_EQ(Error(scene, "mug, cup"),
-            "The labels name 'cup', which is no object; the scene has 7 (mug), 8 (label_8).");
-  EXPECT_EQ(Error(scene, "ghost"),
-            "The labels name 'ghost', a label without solid cells; the scene has 7 "
-            "(mug), 8 (label_8).");
+  EXPECT_THAT(Error(scene, "mug, cup"),
+              NamesMistake("", {"'cup'", "7 (mug)", "8 (label_8)"}, "is no object"));
+  EXPECT_THAT(Error(scene, "ghost"),
+              NamesMistake("", {"'ghost'", "7 (mug)", "8 (label_8)"}, "without solid cells"));
   EXPECT_NE(Error(scene, "mug,,8"), "");
   EXPECT_NE(Error(scene, " "), "");
   EXPECT_NE(Error(scene, "07"), "");
   const ExportableScene air =
       MakeExportableScene(MakeModel(RandomSites(50, 1), 1, [](const auto&) { return kAir; }));
-  EXPECT_EQ(Error(air, "1"), "The labels name '1', which is no object; the scene has no objects.");
+  EXPECT_THAT(Error(air, "1"), NamesMistake("", {"'1'", "is no object"}, "has no objects"));
 }
 
 TEST(ObjectSelection, TakesOneObjectWhereAnIdIsAnotherOnesName) {
   Model model = TouchingBalls(400);
   model.labels[1].name = "7";
   const ExportableScene scene = MakeExportableScene(model);
-  EXPECT_EQ(Error(scene, "7"),
-            "The label '7' is ambiguous: it is the id of mug (7) and the name of label 8; write "
-            "id:7 or name:7.");
+  EXPECT_THAT(Error(scene, "7"),
+              NamesMistake("", {"'7'", "mug (7)", "label 8", "id:7", "name:7"}, "is ambiguous"));
   EXPECT_THAT(Ids(scene, "id:7"), ElementsAre(7));
   EXPECT_THAT(Ids(scene, "name:7"), ElementsAre(8));
   LabelFilter picked;

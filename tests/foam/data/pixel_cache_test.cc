@@ -16,6 +16,7 @@
 
 #include "tests/foam/foam_digest.h"
 #include "tests/foam/synthetic_views.h"
+#include "tests/mistake.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -178,9 +179,7 @@ TEST(PixelCache, MemoryIsPlannedBeforeItIsTaken) {
     const PixelCache no(too_few, plan);
     FAIL();
   } catch (const UserError& error) {
-    EXPECT_STREQ(error.what(),
-                 "image_cache_gb is too little for the pixels of two iterations; 0.001 or more "
-                 "would be right.");
+    EXPECT_THAT(error.what(), NamesMistake("", {"image_cache_gb", "0.001"}, "is too little"));
   }
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
+#include "tests/mistake.h"
 #include "tests/process_state.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,18 +50,17 @@ std::string Refusal(const std::string& device, std::optional<int> gpus) {
 
 TEST(Device, SaysWhyThereIsNone) {
   EXPECT_THAT(Refusal("cuda:0", std::nullopt),
-              AllOf(HasSubstr("is cuda:0,"), HasSubstr("built without CUDA")));
-  EXPECT_THAT(Refusal("cuda:0", 0),
-              AllOf(HasSubstr("is cuda:0,"), HasSubstr("no GPU here that CUDA can use")));
+              NamesMistake("", {"device", "cuda:0", "-DSEMFOAM_CUDA=ON"}, "built without CUDA"));
+  EXPECT_THAT(Refusal("cuda:0", 0), NamesMistake("", {"device", "cuda:0"}, "there is no GPU here"));
   EXPECT_THAT(Refusal("cuda:1", 1),
-              AllOf(HasSubstr("is cuda:1,"), HasSubstr("; cuda:0 would be right")));
+              NamesMistake("", {"device", "cuda:1", "cuda:0"}, "no GPU of that number"));
   EXPECT_THAT(Refusal("cuda:3", 3),
-              AllOf(HasSubstr("is cuda:3,"), HasSubstr("; cuda:0 to cuda:2 would be right")));
+              NamesMistake("", {"device", "cuda:3", "cuda:0 to cuda:2"}, "no GPU of that number"));
   for (const std::string device :
        {"", "gpu", "CPU", "cpu ", "cuda", "cuda:", "cuda:-1", "cuda:-0", "cuda:1x", "cuda: 1"}) {
     for (const std::optional<int> gpus : {std::optional<int>(), std::optional(2)}) {
       EXPECT_THAT(Refusal(device, gpus),
-                  AllOf(HasSubstr("is '" + device + "'"), HasSubstr("auto, cpu or cuda:N")));
+                  NamesMistake("", {"device", "'" + device + "'", "cuda:N"}, "from 0 on"));
     }
   }
 }

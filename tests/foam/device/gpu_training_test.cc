@@ -14,6 +14,7 @@
 
 #include "tests/foam/device/gpu_states.h"
 #include "tests/foam/train/stopped_runs.h"
+#include "tests/mistake.h"
 #include <gtest/gtest.h>
 
 namespace semfoam {
@@ -228,21 +229,14 @@ TEST_F(GpuTrainingRuns, GoOnOnTheKindOfDeviceThatBeganThem) {
   TrainAndSave(ShortRun(), MakeEmulatedGpu);
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cuda");
   EXPECT_EQ(RefusalOf(20, "cuda", MakeEmulatedGpu), "");
-  EXPECT_EQ(RefusalOf(20, "cuda", nullptr),
-            path +
-                ": this checkpoint was made on a GPU, and gone on with on the "
-                "CPU the run would end with other bytes; device cuda:0, or "
-                "another GPU, or training from the beginning, would be right.");
-  const std::string of_cpu =
-      path +
-      ": this checkpoint was made on the CPU, and gone on with on a "
-      "GPU the run would end with other bytes; device cpu, or training from the "
-      "beginning, would be right.";
+  EXPECT_THAT(RefusalOf(20, "cuda", nullptr),
+              NamesMistake(path, {"device", "cuda:0"}, "made on a GPU"));
+  const auto of_cpu = NamesMistake(path, {"device", "cpu"}, "made on the CPU");
   TrainAndSave(ShortRun());
   EXPECT_EQ(Checkpoint(PathOf(20)).Texts("state").at("device"), "cpu");
-  EXPECT_EQ(RefusalOf(20, "cpu", MakeEmulatedGpu), of_cpu);
+  EXPECT_THAT(RefusalOf(20, "cpu", MakeEmulatedGpu), of_cpu);
   // An older program's, which does not say.
-  EXPECT_EQ(RefusalOf(20, "", MakeEmulatedGpu), of_cpu);
+  EXPECT_THAT(RefusalOf(20, "", MakeEmulatedGpu), of_cpu);
   EXPECT_EQ(RefusalOf(20, "", nullptr), "");
   EXPECT_NE(RefusalOf(20, "abacus", nullptr).find("neither 'cpu' nor 'cuda'"), std::string::npos);
 }

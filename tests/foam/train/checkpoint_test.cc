@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/mistake.h"
 #include "tests/process_state.h"
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -157,14 +158,11 @@ TEST_F(CheckpointTest, AnotherVersionIsNotDamaged) {
   for (const uint32_t version : {0u, kCheckpointVersion + 1, 0xffffffffu}) {
     std::string bytes = file_;
     std::memcpy(&bytes[8], &version, sizeof(version));
-    const std::string sentence =
-        "not damaged: " + path_.string() + ": this checkpoint has format version " +
-        std::to_string(version) +
-        ", and this program reads version 1; the program version that wrote it, or --resume 0 to "
-        "train from the beginning, would be right.";
-    EXPECT_EQ(Refusal(bytes), sentence);
-    EXPECT_EQ(Refusal(bytes.substr(0, 12)), sentence);
-    EXPECT_EQ(Refusal(bytes.substr(0, 12) + std::string(1000, '\xff')), sentence);
+    const auto names_version = NamesMistake(
+        "not damaged: " + path_.string(), {std::to_string(version), "version 1"}, "format version");
+    EXPECT_THAT(Refusal(bytes), names_version);
+    EXPECT_THAT(Refusal(bytes.substr(0, 12)), names_version);
+    EXPECT_THAT(Refusal(bytes.substr(0, 12) + std::string(1000, '\xff')), names_version);
   }
 }
 

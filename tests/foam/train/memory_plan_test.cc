@@ -101,8 +101,7 @@ TEST(MemoryPlan, KnowsWhatARunDraws) {
 }
 
 TEST(MemoryPlan, NamesWhatElseIsTooLarge) {
-  EXPECT_THAT(Complaint(Options(1000), 8'000'000'000, 4'000'000'000),
-              HasSubstr("a smaller --image_cache_gb"));
+  EXPECT_THAT(Complaint(Options(1000), 8'000'000'000, 4'000'000'000), HasSubstr("image_cache_gb"));
   TrainingOptions options = Options(1000);
   options.rays_per_iteration = 1 << 24;
   EXPECT_THAT(Complaint(options, kPhotoBytes, 4'000'000'000), HasSubstr("rays_per_iteration"));

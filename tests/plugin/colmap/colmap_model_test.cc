@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "tests/mistake.h"
 #include "tests/plugin/colmap/small_model.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -185,9 +186,8 @@ TEST(ColmapModelFiles, TheMessageSaysHowMuchIsMissing) {
   WriteReconstruction(temp.path(), model, ModelFormat::kBinary);
   const std::string bytes = ReadFile(temp / "points3D.bin");
   WriteFile(temp / "points3D.bin", bytes.substr(0, bytes.size() - 20));
-  EXPECT_EQ(ReadErrorOf(temp.path()),
-            (temp / "points3D.bin").string() +
-                ": ends at byte 90, record 2 of 2 needs 20 more bytes; is the copy complete?");
+  EXPECT_THAT(ReadErrorOf(temp.path()),
+              NamesMistake((temp / "points3D.bin").string(), {"record 2 of 2"}, "ends at byte 90"));
 }
 
 TEST(ColmapModelFiles, BinaryIsPreferredAndMissingFilesAreNamed) {

@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/mistake.h"
 #include "tests/plugin/colmap/colmap_program.h"
 #include "tests/plugin/colmap/reprojection.h"
 #include "tests/plugin/test_util.h"
@@ -303,8 +304,7 @@ TEST(ColmapTools, WorkspacesForOtherProgramsAreNamed) {
             temp / "pmvs",
             "--output_type PMVS --image_path '" + (kTabletop / "images").string() + "'");
   EXPECT_THAT(UserErrorOf([&] { FindModelFolder(temp / "pmvs"); }),
-              HasSubstr("pmvs: holds no COLMAP model; cameras, images and points3D, all as .bin or "
-                        "all as .txt, should be there."));
+              NamesMistake("pmvs", {"cameras", "images", "points3D"}, "holds no COLMAP model"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/mistake.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -325,11 +326,10 @@ TEST(Scene, MasksOfPhotosBeforeUndistortionAreToldOf) {
   }
   EXPECT_THAT(
       TrainingScene(PlanScene(w.Options())).Warnings(),
-      testing::ElementsAre(
-          "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them " +
-          (w.temp / "object_mask/b.png").string() +
-          ", 40 x 30 pixels for a photo of 41 x 30; masks made of the undistorted photos "
-          "would be right."));
+      testing::ElementsAre(NamesMistake(
+          "",
+          {"2 of 3 masks", (w.temp / "object_mask/b.png").string(), "40 x 30 pixels", "41 x 30"},
+          "not yet undistorted")));
   for (const Image& image : w.model.images) w.WriteMask(image.name, 41, 30);
   SceneOptions reduced = w.Options();
   reduced.max_image_size = 40;
@@ -425,30 +425,25 @@ TEST(Scene, MaskFoldersThatYieldNothingAreToldOf) {
   given.mask_path = w.temp / "object_mask";
 
   fs::rename(w.temp / "object_mask", w.temp / "Masks");
-  EXPECT_THAT(
-      PlanScene(w.Options()).warnings,
-      testing::ElementsAre(root + "/Masks holds 3 .png files and is not looked at, so there are no "
-                                  "labels; object_mask/ or Annotations/ would be looked at, and "
-                                  "mask_path would take it."));
+  EXPECT_THAT(PlanScene(w.Options()).warnings,
+              testing::ElementsAre(NamesMistake(
+                  "", {root + "/Masks", "3 .png files", "mask_path"}, "so there are no labels")));
   fs::create_directories(w.temp / "object_mask");
-  EXPECT_THAT(
-      PlanScene(w.Options()).warnings,
-      testing::ElementsAre(root +
-                           "/object_mask: is empty, where a PNG for each photo would be "
-                           "right, so there are no labels; " +
-                           root + "/Masks holds 3 .png files, and mask_path would take it."));
-  EXPECT_EQ(SceneErrorOf(given),
-            root + "/object_mask: is empty, where a PNG for each photo would be right.");
+  EXPECT_THAT(PlanScene(w.Options()).warnings,
+              testing::ElementsAre(NamesMistake(
+                  root + "/object_mask",
+                  {"so there are no labels", root + "/Masks", "3 .png files", "mask_path"},
+                  "is empty")));
+  EXPECT_THAT(SceneErrorOf(given), NamesMistake(root + "/object_mask", {}, "is empty"));
   fs::rename(w.temp / "Masks", w.temp / "elsewhere");
   for (const char* file : {"a.jpg", "b.JPG", "sub/c.jpg", "pred.json", "README", "x.txt"}) {
     WriteFile(w.temp / "object_mask" / file, "");
   }
-  const std::string holds = root +
-                            "/object_mask: holds no mask but 3 .jpg files, 1 other file, 1 .json "
-                            "file and others, where a PNG for each photo would be right";
-  EXPECT_THAT(PlanScene(w.Options()).warnings,
-              testing::ElementsAre(holds + ", so there are no labels."));
-  EXPECT_EQ(SceneErrorOf(given), holds + ".");
+  Mistake holds = {
+      root + "/object_mask", {"3 .jpg files", "1 other file", "1 .json file"}, "holds no mask"};
+  EXPECT_THAT(SceneErrorOf(given), TellsOf(holds));
+  holds.named.push_back("so there are no labels");
+  EXPECT_THAT(PlanScene(w.Options()).warnings, testing::ElementsAre(TellsOf(holds)));
   SceneOptions with_names = w.Options();
   with_names.labels_path = w.temp / "labels.json";
   WriteFile(with_names.labels_path, R"({"labels": {"12": "ball"}})");
@@ -477,15 +472,14 @@ TEST(Scene, MasksWithoutIdsAreToldOf) {
              PNG_COLOR_TYPE_GRAY,
              std::vector<uint8_t>(48));
   }
-  const std::string sentence = (w.temp / "object_mask").string() +
-                               ": its 3 masks have no id but 0, which is no object; an id for each "
-                               "object would be right.";
+  const auto no_ids =
+      NamesMistake((w.temp / "object_mask").string(), {"3 masks", "0"}, "have no id");
   for (const LabelZero zero : {LabelZero::kAuto, LabelZero::kIgnore}) {
     SceneOptions options = w.Options();
     options.label_zero = zero;
-    EXPECT_THAT(TrainingScene(PlanScene(options)).Warnings(), testing::ElementsAre(sentence));
+    EXPECT_THAT(TrainingScene(PlanScene(options)).Warnings(), testing::ElementsAre(no_ids));
     options.mask_path = w.temp / "object_mask";
-    EXPECT_EQ(SceneErrorOf(options), sentence);
+    EXPECT_THAT(SceneErrorOf(options), no_ids);
   }
 }
 
@@ -494,9 +488,8 @@ TEST(Scene, NamesOfNoMaskAreToldOf) {
   WriteFile(w.temp / "labels.json", R"({"labels": {"12": "ball", "112": "mug"}})");
   EXPECT_THAT(
       TrainingScene(PlanScene(w.Options())).Warnings(),
-      testing::ElementsAre((w.temp / "labels.json").string() +
-                           ": 1 of its 2 names are of ids that no mask has: 112 (mug); names "
-                           "of the masks' own ids would be right."));
+      testing::ElementsAre(NamesMistake(
+          (w.temp / "labels.json").string(), {"1 of its 2 names", "112 (mug)"}, "no mask has")));
 }
 
 TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
@@ -532,11 +525,10 @@ TEST(Scene, MasksAndNamesAreFoundWhereTheyAreWont) {
   options.labels_path = root / "no.json";
   EXPECT_THAT(SceneErrorOf(options), HasSubstr("no.json: there is no such file"));
   WriteFile(root / "no.json", R"({"labels": {"7": "mug"}})");
-  EXPECT_EQ(
-      SceneErrorOf(options),
-      (root / "no.json").string() +
-          ": names labels, while there are no masks: neither object_mask/ nor Annotations/ is "
-          "beside the photos; mask_path would name their folder.");
+  EXPECT_THAT(SceneErrorOf(options),
+              NamesMistake((root / "no.json").string(),
+                           {"names labels", "object_mask/", "Annotations/", "mask_path"},
+                           "there are no masks"));
   options.use_masks = false;
   options.labels_path.clear();
   EXPECT_EQ(SceneErrorOf(options), "");
@@ -668,11 +660,7 @@ TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
   workspace.WritePhoto("a.png", 16, 12);
   EXPECT_THAT(error_of(0), HasSubstr("a.png: has changed its size since it was first looked at"));
   fs::remove(workspace.temp / "images/a.png");
-  EXPECT_THAT(
-      error_of(0),
-      testing::MatchesRegex(".*images/a.png: is no longer there, while training still reads "
-                            "the photos and masks that are not held in memory; "
-                            "files that stay until the end would be right."));
+  EXPECT_THAT(error_of(0), NamesMistake("images/a.png", {"image_cache_gb"}, "is no longer there"));
   std::vector<uint8_t> other(8 * 6, 77);
   WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);
   EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: has changed its ids"));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/mistake.h"
 #include "tests/plugin/mask/wall.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -133,7 +134,7 @@ TEST(MaskFindingsSurvey, TellsFormatsAndWhatIsUnreadable) {
   EXPECT_EQ(files[2].size, (PhotoSize{4, 8}));
   EXPECT_EQ(files[3].format, "24-bit colour");
   EXPECT_EQ(files[4].format, "");
-  EXPECT_EQ(files[4].error, "is no PNG file, where a mask of object ids should be.");
+  EXPECT_THAT(files[4].error, NamesMistake("", {}, "is no PNG file"));
   EXPECT_EQ(files[5].format + files[5].error, "");
 }
 

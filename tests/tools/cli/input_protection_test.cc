@@ -18,11 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 
-constexpr char kIsRead[] = " is read, so it will not be written; give another --output_path.";
-constexpr char kNotAnExport[] =
-    " was not written by an export and would be lost; choose another output_path.";
-constexpr char kNotOurs[] =
-    " was not written by this program and would be lost; give another --output_path.";
+constexpr char kIsRead[] = "will not be written";
+constexpr char kNotAnExport[] = "not written by an export and would be lost";
+constexpr char kNotOurs[] = "not written by this program and would be lost";
 
 // The tabletop as W, whose photos have the names of a film's frames and which, as in some data
 // sets, lie in rgb/; an untrained foam of it; a film's manifest, and masks of it.
@@ -64,12 +62,11 @@ class InputProtectionTest : public ::testing::Test {
 
   static void ExpectRefusal(const std::vector<std::string>& arguments,
                             const fs::path& file,
-                            const std::string& why,
-                            Outcome (*run)(const std::vector<std::string>&) = RunSemfoam) {
+                            const std::string& kind,
+                            Outcome (*run)(const std::vector<std::string>&) = RunSemfoam,
+                            const std::string& named = "output_path") {
     const std::map<std::string, std::string> before = Everything();
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-    EXPECT_THAT(outcome.Errors(), ElementsAre("ERROR: " + file.string() + ":" + why));
+    ExpectRefused(run(arguments), {file.string(), {named}, kind});
     // gtest would print every byte.
     EXPECT_TRUE(Everything() == before) << arguments[0];
   }
@@ -125,16 +122,15 @@ TEST_F(InputProtectionTest, AFoamIsNotConvertedIntoItself) {
 
 TEST_F(InputProtectionTest, TheEffectsOfATrainingAreNotReplaced) {
   WriteFile(W() / "effects.json", "{}");
-  ExpectRefusal(
-      {"scene_analyzer",
-       "--image_path",
-       (W() / "rgb").string(),
-       "--input_path",
-       (W() / "sparse/0").string(),
-       "--output_path",
-       W().string()},
-      W() / "effects.json",
-      " belongs to the trained foam in its folder; another --output_path would be right.");
+  ExpectRefusal({"scene_analyzer",
+                 "--image_path",
+                 (W() / "rgb").string(),
+                 "--input_path",
+                 (W() / "sparse/0").string(),
+                 "--output_path",
+                 W().string()},
+                W() / "effects.json",
+                "belongs to the trained foam");
   fs::remove(W() / "effects.json");
 }
 
@@ -207,14 +203,14 @@ TEST_F(InputProtectionTest, ScoresAndMapsTakeNoOthersPlace) {
     arguments.insert(arguments.end(), {option, path.string()});
     return arguments;
   };
-  ExpectRefusal(with("--json_path", foam),
-                foam,
-                " is read, so it will not be written; give another --json_path.");
+  ExpectRefusal(with("--json_path", foam), foam, kIsRead, RunSemfoam, "json_path");
   fs::create_directories(W() / "maps/error");
   fs::copy(W() / "rgb/000001.png", W() / "maps/error/000000.png");
   ExpectRefusal(with("--maps_path", W() / "maps"),
                 W() / "maps/error/000000.png",
-                " was not written by this program and would be lost; give another --maps_path.");
+                kNotOurs,
+                RunSemfoam,
+                "maps_path");
   fs::remove_all(W() / "maps");
   EXPECT_EQ(RunSemfoam(with("--maps_path", *folder_ / "maps")).exit_code, 0);
   EXPECT_EQ(RunSemfoam(with("--maps_path", *folder_ / "maps")).exit_code, 0);
@@ -256,8 +252,7 @@ TEST_F(InputProtectionTest, NamesOfTheWorkspaceAreNotReplacedByAnExports) {
       {"volume_exporter", "--foam_path", Foam()},
       {"mesh_exporter", "--foam_path", Foam()}};
   const fs::path labels = W() / "labels.json";
-  constexpr char kNoJson[] =
-      " is no valid JSON from byte 3 of 5 on; a complete JSON file would be right.";
+
   // With names of nothing in the masks; and no JSON at all.
   for (const std::string text :
        {R"({"labels": {"6": "mug", "999": "ghost"}, "by": "me"})", "6 mug"}) {
@@ -268,7 +263,11 @@ TEST_F(InputProtectionTest, NamesOfTheWorkspaceAreNotReplacedByAnExports) {
         continue;
       }
       arguments.insert(arguments.end(), {"--output_path", W().string()});
-      ExpectRefusal(arguments, labels, text == "6 mug" ? kNoJson : kNotAnExport);
+      if (text == "6 mug") {
+        ExpectRefusal(arguments, labels, "no valid JSON", RunSemfoam, "byte 3 of 5");
+      } else {
+        ExpectRefusal(arguments, labels, kNotAnExport);
+      }
     }
   }
   fs::remove(labels);

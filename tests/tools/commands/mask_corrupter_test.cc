@@ -91,7 +91,7 @@ TEST(MaskCorrupter, SaysWhatIsWrong) {
   const Outcome share = Corrupt(folder / "out", {"--share", "1.5"});
   EXPECT_EQ(share.exit_code, 1);
   ASSERT_THAT(share.Errors(), testing::SizeIs(1));
-  EXPECT_THAT(share.Errors().front(), HasSubstr("--share is 1.5; it must be from 0 to 1"));
+  EXPECT_THAT(share.Errors().front(), HasSubstr("share is 1.5; it must be from 0 to 1"));
   const Outcome missing = RunMaskCorrupter(
       {"--mask_path", (folder / "nowhere").string(), "--output_path", (folder / "out").string()});
   EXPECT_EQ(missing.exit_code, 1);

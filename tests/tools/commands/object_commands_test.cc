@@ -246,10 +246,8 @@ TEST_F(ObjectCommandsTest, APickTakesOneObjectWhateverTheOthersAreCalled) {
             done + "ball (12): ");
     const Outcome both = Run(command, folder_ / "names.foam", "failed", {"--labels", "12"});
     EXPECT_EQ(both.exit_code, 1);
-    ASSERT_THAT(both.Errors(), SizeIs(1)) << both.err;
-    EXPECT_THAT(both.Errors()[0],
-                HasSubstr("The label '12' is ambiguous: it is the id of ball (12) and the name of "
-                          "label 10; write id:12 or name:12."));
+    ExpectRefused(both,
+                  {"", {"'12'", "ball (12)", "label 10", "id:12", "name:12"}, "is ambiguous"});
     EXPECT_THAT(FilesBelow(folder_ / "failed"), IsEmpty());
     Succeed(command,
             folder_ / "names.foam",

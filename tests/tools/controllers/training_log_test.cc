@@ -158,7 +158,7 @@ TEST_F(TrainingLogQualityPlot, RefusesWhatCannotBeDrawn) {
   const std::string low = (folder_ / "low").string();
   EXPECT_THAT(Run(low).err, HasSubstr("none of the trainings knows its held-out quality"));
   EXPECT_THAT(Run(low + "," + low).err, HasSubstr("two of the trainings are called `low`"));
-  EXPECT_THAT(Run(low, "a,b").err, HasSubstr("--names has 2 names for 1 trainings"));
+  EXPECT_THAT(Run(low, "a,b").err, HasSubstr("names has 2 names for 1 trainings"));
   EXPECT_THAT(Run(low + ",").err, HasSubstr("training_log.csv: is missing"));
   EXPECT_FALSE(fs::exists(folder_ / "plot"));
 }

@@ -21,6 +21,7 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // A square of this edge in the plane z, from the origin on, as two triangles.
@@ -275,13 +276,16 @@ TEST_F(MeshScoreFiles, PairsByName) {
     }
     return std::string();
   };
-  EXPECT_THAT(failure("missing", "truth", {}), HasSubstr("no such file or folder for mesh_path"));
+  EXPECT_THAT(failure("missing", "truth", {}),
+              AllOf(HasSubstr("no such file or folder for "), HasSubstr("mesh_path")));
   fs::create_directories(folder_ / "empty");
-  EXPECT_THAT(failure("meshes", "empty", {}), HasSubstr("has no files for reference_path"));
+  EXPECT_THAT(failure("meshes", "empty", {}),
+              AllOf(HasSubstr("has no files for "), HasSubstr("reference_path")));
   EXPECT_THAT(failure("meshes/12_coffee_pot.ply", "truth/../seen/", {}), testing::IsEmpty());
   Write("others/cat.obj", "x");
-  EXPECT_THAT(failure("others", "truth", {}),
-              HasSubstr("it has cat, and reference_path has 12, coffee pot, mug"));
+  EXPECT_THAT(
+      failure("others", "truth", {}),
+      AllOf(HasSubstr("it has cat, and "), HasSubstr("reference_path has 12, coffee pot, mug")));
   fs::remove(folder_ / "seen/mug.ply");
   EXPECT_THAT(failure("meshes", "truth", folder_ / "seen"),
               HasSubstr("has no points for the reference 'mug'; it has some for coffee_pot"));

@@ -1,5 +1,6 @@
 # Installs the public headers, and those that they include, as they lie in the tree. Run by `cmake --install`, with
 # SEMFOAM_SOURCE, SEMFOAM_HEADERS (paths in it) and SEMFOAM_DESTINATION (below the prefix) set.
+cmake_policy(VERSION 3.25)
 set(waiting ${SEMFOAM_HEADERS})
 set(installed "")
 while(waiting)

@@ -14,7 +14,6 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // Batches of many blocks, and a foam that grows: all that could depend on the threads takes part.

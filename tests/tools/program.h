@@ -116,18 +116,21 @@ inline void ExpectEachRefused(const std::vector<std::string>& command,
   }
 }
 
-// foam_trainer on the photos, the model and the masks of a workspace.
+// foam_trainer on the photos, the model and the masks of a workspace, with these options besides.
 inline std::vector<std::string> TrainerOn(const std::filesystem::path& workspace,
-                                          const std::filesystem::path& output) {
-  return {"foam_trainer",
-          "--image_path",
-          (workspace / "images").string(),
-          "--input_path",
-          (workspace / "sparse/0").string(),
-          "--mask_path",
-          (workspace / "object_mask").string(),
-          "--output_path",
-          output.string()};
+                                          const std::filesystem::path& output,
+                                          const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"foam_trainer",
+                                        "--image_path",
+                                        (workspace / "images").string(),
+                                        "--input_path",
+                                        (workspace / "sparse/0").string(),
+                                        "--mask_path",
+                                        (workspace / "object_mask").string(),
+                                        "--output_path",
+                                        output.string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
 }
 
 // With the options of a run that is short and worth nothing but does everything, as far as

@@ -51,9 +51,10 @@ class MemoryPlanTest : public testing::Test {
                             const fs::path& workspace,
                             const std::vector<std::string>& options) {
     const fs::path output = *folder_ / "out";
-    std::vector<std::string> command = TrainerOn(workspace, output);
-    command.insert(command.end(),
-                   {"--FoamTraining.num_rays", "20000", "--FoamTraining.final_sites", "2000"});
+    std::vector<std::string> command =
+        TrainerOn(workspace,
+                  output,
+                  {"--FoamTraining.num_rays", "20000", "--FoamTraining.final_sites", "2000"});
     command.insert(command.end(), options.begin(), options.end());
     const MeasuredRun run = MeasureSemfoam(TinyTraining(command));
     fs::remove_all(output);

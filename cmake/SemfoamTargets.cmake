@@ -77,27 +77,45 @@ if(SEMFOAM_SANITIZE)
   set(SEMFOAM_TEST_TIMEOUT 7200)
 endif()
 
-# semfoam_test(foam/render/walk_test LINK semfoam_foam ...) builds tests/foam/render/walk_test.cc as the target
-# foam_render_walk_test and names its test foam/render/walk_test, with the label foam. The tests' own code is at -O1, which
-# compiles a fifth sooner; what they test, as everywhere.
+# semfoam_tests(foam/render TESTS ray_batch_test walk_test LINK semfoam_foam) links tests/foam/render/ray_batch_test.cc
+# and walk_test.cc into one program, foam_render_tests, and gives ctest one test a file, foam/render/walk_test, with the
+# label foam. TARGET names the program otherwise; FOLDER . is tests/ itself. The tests' own code is at -O1, which compiles a fifth sooner; what they
+# test, as everywhere.
 set(SEMFOAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
-function(semfoam_test NAME)
-  cmake_parse_arguments(ARG "NO_PRECOMPILED_HEADERS" "" "LINK;LABELS" ${ARGN})
-  string(REPLACE / _ target ${NAME})
-  string(REGEX REPLACE "/.*" "" folder ${NAME})
-  add_executable(${target} ${PROJECT_SOURCE_DIR}/tests/${NAME}.cc)
-  target_link_libraries(${target} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
-  target_compile_options(${target} PRIVATE ${SEMFOAM_TEST_OPTIONS})
-  if(NOT ARG_NO_PRECOMPILED_HEADERS)
-    target_precompile_headers(${target} REUSE_FROM semfoam_test_headers)
-  endif()
-  add_test(NAME ${NAME} COMMAND ${target})
-  set_tests_properties(${NAME} PROPERTIES LABELS "${folder};${ARG_LABELS}" TIMEOUT ${SEMFOAM_TEST_TIMEOUT})
-endfunction()
 if(SEMFOAM_BUILD_TESTS)
   semfoam_precompiled_headers(
     semfoam_test_headers
     HEADERS ${SEMFOAM_COMMON_HEADERS} <gmock/gmock.h> <gtest/gtest.h>
     OPTIONS ${SEMFOAM_TEST_OPTIONS}
     LINK Eigen3::Eigen GTest::gmock)
+  add_library(semfoam_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/test_main.cc)
+  target_link_libraries(semfoam_test_main PRIVATE semfoam_flags GTest::gmock)
+  target_compile_options(semfoam_test_main PRIVATE ${SEMFOAM_TEST_OPTIONS})
+  target_precompile_headers(semfoam_test_main REUSE_FROM semfoam_test_headers)
 endif()
+function(semfoam_tests FOLDER)
+  cmake_parse_arguments(ARG "NO_PRECOMPILED_HEADERS" "TARGET" "TESTS;LINK;DEPENDS;DEFINITIONS" ${ARGN})
+  if(NOT ARG_TARGET)
+    string(REPLACE / _ ARG_TARGET ${FOLDER}_tests)
+  endif()
+  string(REGEX REPLACE "/.*" "" label ${FOLDER})
+  string(REGEX REPLACE "^[.]$" "source" label ${label})
+  set(sources ${ARG_TESTS})
+  list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/tests/${FOLDER}/)
+  list(TRANSFORM sources APPEND .cc)
+  add_executable(${ARG_TARGET} ${sources} $<TARGET_OBJECTS:semfoam_test_main>)
+  target_link_libraries(${ARG_TARGET} PRIVATE semfoam_flags ${ARG_LINK} GTest::gmock)
+  target_compile_options(${ARG_TARGET} PRIVATE ${SEMFOAM_TEST_OPTIONS})
+  target_compile_definitions(${ARG_TARGET} PRIVATE ${ARG_DEFINITIONS})
+  if(ARG_DEPENDS)
+    add_dependencies(${ARG_TARGET} ${ARG_DEPENDS})
+  endif()
+  if(NOT ARG_NO_PRECOMPILED_HEADERS)
+    target_precompile_headers(${ARG_TARGET} REUSE_FROM semfoam_test_headers)
+  endif()
+  foreach(test ${ARG_TESTS})
+    string(REGEX REPLACE "^\\./" "" name ${FOLDER}/${test})
+    add_test(NAME ${name} COMMAND ${ARG_TARGET} ${test})
+    set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${SEMFOAM_TEST_TIMEOUT})
+  endforeach()
+endfunction()

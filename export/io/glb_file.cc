@@ -3,11 +3,12 @@
 
 #include "export/io/byte_writer.h"
 #include "export/scene/names.h"
+#include "foam/util/error.h"
 
 #include <cmath>
 #include <limits>
+#include <span>
 
-#include <Eigen/Geometry>
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
 
@@ -84,25 +85,170 @@ int AddNumbers(const Rows& rows, const Value& value, Document* document) {
   return document->AddColumn(bytes);
 }
 
+// The root's node, from the file frame to glTF's, which is y-up: importers that are z-up turn it
+// back.
+Json RootNode(const ExportTransform& transform) {
+  Json root = {{"name", "scene"}, {"children", Json::array({1})}};
+  if (transform.up_axis != UpAxis::kY) root["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+  if (transform.MetersPerUnit() != 1) {
+    root["scale"] = ToJson(Eigen::Vector3d::Constant(transform.MetersPerUnit()));
+  }
+  root["extras"] = {{"frame", Json::parse(ExportTransformJson(transform))}};
+  return root;
+}
+
+// The middle of the objects' box, file frame, rounded to the power of ten that the box fits into; a
+// box of no size is as good as one of any.
+Eigen::Vector3d RoundedMiddle(std::span<const GlbObject> objects) {
+  Eigen::AlignedBox3d all;
+  for (const GlbObject& object : objects) {
+    all.extend(object.origin + object.box.min().cast<double>());
+    all.extend(object.origin + object.box.max().cast<double>());
+  }
+  const double edge = all.sizes().maxCoeff();
+  const double step = edge > 0 ? std::pow(10, std::ceil(std::log10(edge))) : 1;
+  return step * (all.center() / step).array().round();
+}
+
+// The node of an object below the one that moves to `middle`.
+Json ObjectNode(const GlbObject& object, uint64_t mesh, const Eigen::Vector3d& middle) {
+  const std::string name = OneLine(object.info.name);
+  return {{"name", name},
+          {"mesh", mesh},
+          {"translation", ToJson((object.origin - middle).eval())},
+          {"extras",
+           {{"label", object.info.id},
+            {"name", name},
+            {"confidence", object.info.confidence},
+            {"cells", object.num_cells},
+            {"volume", object.info.volume}}}};
+}
+
+// Adds the views and accessors of an object's vertices and indices. Returns its mesh primitive.
+Json AddPrimitive(const GlbObject& object, Document* document) {
+  Json& json = document->json;
+  const uint64_t vertex_bytes = object.num_vertices * kVertexBytes;
+  const int vertices = document->AddView(object.first_byte, vertex_bytes);
+  json["bufferViews"][vertices]["byteStride"] = kVertexBytes;
+  json["bufferViews"][vertices]["target"] = kArrayBuffer;
+  const int corners =
+      document->AddView(object.first_byte + vertex_bytes, object.num_indices * sizeof(uint32_t));
+  json["bufferViews"][corners]["target"] = kElementArrayBuffer;
+
+  const auto attribute = [&](uint64_t at, int type, const char* shape) {
+    return document->AddAccessor(vertices, at, type, shape, object.num_vertices);
+  };
+  const int position = attribute(kPositionAt, kFloat, "VEC3");
+  json["accessors"][position]["min"] = ToJson(object.box.min());
+  json["accessors"][position]["max"] = ToJson(object.box.max());
+  const int normal = attribute(kNormalAt, kFloat, "VEC3");
+  const int color = attribute(kColorAt, kUnsignedShort, "VEC4");
+  json["accessors"][color]["normalized"] = true;
+  const int feature = attribute(kFeatureAt, kFloat, "SCALAR");
+  const int confidence = attribute(kConfidenceAt, kFloat, "SCALAR");
+  const int indices = document->AddAccessor(corners, 0, kUnsignedInt, "SCALAR", object.num_indices);
+  const Json feature_id = {
+      {"featureCount", 1}, {"attribute", 0}, {"propertyTable", 0}, {"label", "object"}};
+  const Json features = {{"featureIds", Json::array({feature_id})}};
+  return {{"attributes",
+           {{"POSITION", position},
+            {"NORMAL", normal},
+            {"COLOR_0", color},
+            {"_FEATURE_ID_0", feature},
+            {"_CONFIDENCE", confidence}}},
+          {"indices", indices},
+          {"material", 0},
+          {"extensions", {{"EXT_mesh_features", features}}}};
+}
+
+// The properties of the table of objects, by EXT_structural_metadata.
+Json TableSchema() {
+  const auto number = [](const char* type, const char* description) {
+    return Json{{"type", "SCALAR"}, {"componentType", type}, {"description", description}};
+  };
+  return {{"id", number("UINT16", "the label's id")},
+          {"name", {{"type", "STRING"}, {"description", "the label's name"}}},
+          {"color",
+           {{"type", "VEC3"},
+            {"componentType", "UINT8"},
+            {"description", "the label's colour, display values"}}},
+          {"confidence", number("FLOAT64", "mean softmax of the object's class over its cells")},
+          {"cells", number("UINT32", "cells of the foam")},
+          {"volume", number("FLOAT64", "cubic units of the file frame")}};
+}
+
+// Adds the columns of the table of objects to the binary. Returns where each is, in the order of
+// TableSchema.
+Json AddTableColumns(std::span<const GlbObject> objects, Document* document) {
+  std::string names;
+  std::string name_offsets;
+  std::string colors;
+  AppendBinary(uint32_t{0}, &name_offsets);
+  for (const GlbObject& object : objects) {
+    names += OneLine(object.info.name);
+    AppendBinary(static_cast<uint32_t>(names.size()), &name_offsets);
+    for (const uint8_t channel : object.info.color) AppendBinary(channel, &colors);
+  }
+  // One column after the other, as they are to lie in the binary.
+  Json columns;
+  columns["id"]["values"] = AddNumbers<uint16_t>(
+      objects, [](const GlbObject& o) { return o.info.id; }, document);
+  columns["name"]["values"] = document->AddColumn(names);
+  columns["name"]["stringOffsets"] = document->AddColumn(name_offsets);
+  columns["color"]["values"] = document->AddColumn(colors);
+  columns["confidence"]["values"] = AddNumbers<double>(
+      objects, [](const GlbObject& o) { return o.info.confidence; }, document);
+  columns["cells"]["values"] = AddNumbers<uint32_t>(
+      objects, [](const GlbObject& o) { return o.num_cells; }, document);
+  columns["volume"]["values"] = AddNumbers<double>(
+      objects, [](const GlbObject& o) { return o.info.volume; }, document);
+  return columns;
+}
+
+// Writes the file: its header, the JSON chunk and the binary chunk. Throws UserError where that is
+// more than glTF's 4 GiB.
+void WriteChunks(const Json& json, const std::string& binary, const std::filesystem::path& path) {
+  // The binary is to begin aligned too.
+  constexpr size_t kHeaders = 12 + 8 + 8;  // of the file and of its two chunks
+  std::string text = json.dump();
+  while ((kHeaders + text.size()) % kAlignment != 0) text.push_back(' ');
+  const uint64_t total = kHeaders + text.size() + binary.size();
+  if (total > std::numeric_limits<uint32_t>::max()) {
+    throw UserError(path.string(),
+                    ": binary glTF holds at most 4 GiB and this would take ",
+                    total,
+                    " bytes; leave glb out of formats.");
+  }
+  ByteWriter out(path);
+  for (const uint32_t word :
+       {kMagic, 2u, static_cast<uint32_t>(total), static_cast<uint32_t>(text.size()), kJsonChunk}) {
+    out.Binary(word);
+  }
+  out.Text(text);
+  out.Binary(static_cast<uint32_t>(binary.size()));
+  out.Binary(kBinaryChunk);
+  out.Text(binary);
+  out.Finish();
+}
+
 }  // namespace
 
 GlbFile::GlbFile(const ExportTransform& transform, std::string creator)
     : transform_(transform), creator_(std::move(creator)) {}
 
 void GlbFile::Add(const ObjectInfo& object, const ObjectSurface& surface, const LocalMesh& mesh) {
-  Node& node = nodes_.emplace_back();
-  node.object = object;
-  node.num_cells = object.cells.size();
-  node.object.cells.clear();
-  node.origin = mesh.origin;
-  node.min_position = mesh.min_position;
-  node.max_position = mesh.max_position;
-  node.num_vertices = surface.vertices.size();
-  node.num_indices = 3 * surface.triangles.size();
+  GlbObject& kept = objects_.emplace_back();
+  kept.info = object;
+  kept.num_cells = object.cells.size();
+  kept.info.cells.clear();
+  kept.origin = mesh.origin;
+  kept.box = mesh.box;
+  kept.num_vertices = surface.vertices.size();
+  kept.num_indices = 3 * surface.triangles.size();
   Align('\0', &binary_);
-  node.first_byte = binary_.size();
+  kept.first_byte = binary_.size();
   // 2^24 rows are more than labels have ids.
-  const float row = static_cast<float>(nodes_.size() - 1);
+  const float row = static_cast<float>(objects_.size() - 1);
   for (size_t v = 0; v < surface.vertices.size(); ++v) {
     for (const float x : mesh.positions[v]) AppendBinary(x, &binary_);
     for (const float x : mesh.normals[v]) AppendBinary(x, &binary_);
@@ -120,161 +266,38 @@ void GlbFile::Add(const ObjectInfo& object, const ObjectSurface& surface, const 
 }
 
 void GlbFile::Write(const std::filesystem::path& path) {
-  CHECK(!nodes_.empty());
+  CHECK(!objects_.empty());
   Document document{{}, &binary_};
   Json& json = document.json;
   json["asset"] = {{"version", "2.0"}, {"generator", creator_}};
   json["extensionsUsed"] = {"EXT_mesh_features", "EXT_structural_metadata"};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
-
-  // From the file frame to glTF's, which is y-up: importers that are z-up turn it back.
-  Json root = {{"name", "scene"}, {"children", Json::array({1})}};
-  const bool turned = transform_.up_axis != "y";
-  if (turned) root["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
-  if (transform_.MetersPerUnit() != 1) {
-    root["scale"] = ToJson(Eigen::Vector3d::Constant(transform_.MetersPerUnit()));
-  }
-  root["extras"] = {{"frame", Json::parse(ExportTransformJson(transform_))}};
-  Eigen::AlignedBox3d box;
-  for (const Node& node : nodes_) {
-    box.extend(node.origin + node.min_position.cast<double>());
-    box.extend(node.origin + node.max_position.cast<double>());
-  }
-  // The middle, rounded to the power of ten that the box fits into; a box of no size is as good as
-  // one of any.
-  const double edge = box.sizes().maxCoeff();
-  const double step = edge > 0 ? std::pow(10, std::ceil(std::log10(edge))) : 1;
-  const Eigen::Vector3d middle = step * (box.center() / step).array().round();
-  Json origin = {{"name", "origin"}, {"translation", ToJson(middle)}};
-  json["nodes"] = {root, origin};
-
-  const Json attributes_of_features = {
-      {"featureCount", 1}, {"attribute", 0}, {"propertyTable", 0}, {"label", "object"}};
-  for (const Node& node : nodes_) {
+  const Eigen::Vector3d middle = RoundedMiddle(objects_);
+  json["nodes"] = {RootNode(transform_), {{"name", "origin"}, {"translation", ToJson(middle)}}};
+  for (const GlbObject& object : objects_) {
     const uint64_t index = json["nodes"].size();
     json["nodes"][1]["children"].push_back(index);
-    json["nodes"].push_back({{"name", OneLine(node.object.name)},
-                             {"mesh", index - 2},
-                             {"translation", ToJson((node.origin - middle).eval())},
-                             {"extras",
-                              {{"label", node.object.id},
-                               {"name", OneLine(node.object.name)},
-                               {"confidence", node.object.confidence},
-                               {"cells", node.num_cells},
-                               {"volume", node.object.volume}}}});
-
-    const uint64_t vertex_bytes = node.num_vertices * kVertexBytes;
-    const int vertices = document.AddView(node.first_byte, vertex_bytes);
-    json["bufferViews"][vertices]["byteStride"] = kVertexBytes;
-    json["bufferViews"][vertices]["target"] = kArrayBuffer;
-    const int corners =
-        document.AddView(node.first_byte + vertex_bytes, node.num_indices * sizeof(uint32_t));
-    json["bufferViews"][corners]["target"] = kElementArrayBuffer;
-
-    const auto attribute = [&](uint64_t at, int type, const char* shape) {
-      return document.AddAccessor(vertices, at, type, shape, node.num_vertices);
-    };
-    const int position = attribute(kPositionAt, kFloat, "VEC3");
-    json["accessors"][position]["min"] = ToJson(node.min_position);
-    json["accessors"][position]["max"] = ToJson(node.max_position);
-    const int normal = attribute(kNormalAt, kFloat, "VEC3");
-    const int color = attribute(kColorAt, kUnsignedShort, "VEC4");
-    json["accessors"][color]["normalized"] = true;
-    const int feature = attribute(kFeatureAt, kFloat, "SCALAR");
-    const int confidence = attribute(kConfidenceAt, kFloat, "SCALAR");
-    const int indices = document.AddAccessor(corners, 0, kUnsignedInt, "SCALAR", node.num_indices);
-    const Json features = {{"featureIds", Json::array({attributes_of_features})}};
-    const Json primitive = {{"attributes",
-                             {{"POSITION", position},
-                              {"NORMAL", normal},
-                              {"COLOR_0", color},
-                              {"_FEATURE_ID_0", feature},
-                              {"_CONFIDENCE", confidence}}},
-                            {"indices", indices},
-                            {"material", 0},
-                            {"extensions", {{"EXT_mesh_features", features}}}};
+    json["nodes"].push_back(ObjectNode(object, /*mesh=*/index - 2, middle));
+    const Json primitive = AddPrimitive(object, &document);
     json["meshes"].push_back(
-        {{"name", node.object.file_stem}, {"primitives", Json::array({primitive})}});
+        {{"name", object.info.file_stem}, {"primitives", Json::array({primitive})}});
   }
   const Json material = {{"name", "vertex colours"},
                          {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}}};
   json["materials"] = Json::array({material});
-
-  std::string names;
-  std::string name_offsets;
-  std::string colors;
-  AppendBinary(uint32_t{0}, &name_offsets);
-  for (const Node& node : nodes_) {
-    names += OneLine(node.object.name);
-    AppendBinary(static_cast<uint32_t>(names.size()), &name_offsets);
-    for (const uint8_t channel : node.object.color) AppendBinary(channel, &colors);
-  }
-  const auto number = [](const char* type, const char* description) {
-    return Json{{"type", "SCALAR"}, {"componentType", type}, {"description", description}};
-  };
-  const Json properties = {
-      {"id", number("UINT16", "the label's id")},
-      {"name", {{"type", "STRING"}, {"description", "the label's name"}}},
-      {"color",
-       {{"type", "VEC3"},
-        {"componentType", "UINT8"},
-        {"description", "the label's colour, display values"}}},
-      {"confidence", number("FLOAT64", "mean softmax of the object's class over its cells")},
-      {"cells", number("UINT32", "cells of the foam")},
-      {"volume", number("FLOAT64", "cubic units of the file frame")}};
-  const Json columns = {
-      {"id",
-       {{"values",
-         AddNumbers<uint16_t>(
-             nodes_, [](const Node& n) { return n.object.id; }, &document)}}},
-      {"name",
-       {{"values", document.AddColumn(names)},
-        {"stringOffsets", document.AddColumn(name_offsets)}}},
-      {"color", {{"values", document.AddColumn(colors)}}},
-      {"confidence",
-       {{"values",
-         AddNumbers<double>(
-             nodes_, [](const Node& n) { return n.object.confidence; }, &document)}}},
-      {"cells",
-       {{"values",
-         AddNumbers<uint32_t>(
-             nodes_, [](const Node& n) { return n.num_cells; }, &document)}}},
-      {"volume",
-       {{"values",
-         AddNumbers<double>(
-             nodes_, [](const Node& n) { return n.object.volume; }, &document)}}}};
-  const Json table = {
-      {"name", "objects"}, {"class", "object"}, {"count", nodes_.size()}, {"properties", columns}};
+  const Json table = {{"name", "objects"},
+                      {"class", "object"},
+                      {"count", objects_.size()},
+                      {"properties", AddTableColumns(objects_, &document)}};
   json["extensions"]["EXT_structural_metadata"] = {
       {"schema",
        {{"id", "semantic_foam"},
-        {"classes", {{"object", {{"name", "object"}, {"properties", properties}}}}}}},
+        {"classes", {{"object", {{"name", "object"}, {"properties", TableSchema()}}}}}}},
       {"propertyTables", Json::array({table})}};
   Align('\0', &binary_);
   json["buffers"] = Json::array({{{"byteLength", binary_.size()}}});
-
-  // The binary is to begin aligned too.
-  constexpr size_t kHeaders = 12 + 8 + 8;  // of the file and of its two chunks
-  std::string text = json.dump();
-  while ((kHeaders + text.size()) % kAlignment != 0) text.push_back(' ');
-  const uint64_t total = kHeaders + text.size() + binary_.size();
-  if (total > std::numeric_limits<uint32_t>::max()) {
-    throw UserError(path.string(),
-                    ": binary glTF holds at most 4 GiB and this would take ",
-                    total,
-                    " bytes; leave glb out of --formats.");
-  }
-  ByteWriter out(path);
-  for (const uint32_t word :
-       {kMagic, 2u, static_cast<uint32_t>(total), static_cast<uint32_t>(text.size()), kJsonChunk}) {
-    out.Binary(word);
-  }
-  out.Text(text);
-  out.Binary(static_cast<uint32_t>(binary_.size()));
-  out.Binary(kBinaryChunk);
-  out.Text(binary_);
-  out.Finish();
+  WriteChunks(json, binary_, path);
 }
 
 }  // namespace semfoam

@@ -10,8 +10,25 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace semfoam {
+
+// What GlbFile keeps of an object: what its node, its accessors and its row of the property table
+// say.
+struct GlbObject {
+  // Without its cells.
+  ObjectInfo info;
+  uint64_t num_cells = 0;
+  // Of the vertices, file frame.
+  Eigen::Vector3d origin;
+  // Of the vertices, relative to `origin`.
+  Eigen::AlignedBox3f box;
+  uint64_t num_vertices = 0;
+  uint64_t num_indices = 0;
+  // Of its vertices in the binary chunk; its indices follow.
+  uint64_t first_byte = 0;
+};
 
 // Binary glTF 2.0 of one or more objects. Its nodes:
 //
@@ -41,20 +58,10 @@ class GlbFile {
   void Write(const std::filesystem::path& path);
 
  private:
-  struct Node {
-    ObjectInfo object;  // without cells
-    uint64_t num_cells = 0;
-    Eigen::Vector3d origin;
-    Eigen::Vector3f min_position, max_position;
-    uint64_t num_vertices = 0;
-    uint64_t num_indices = 0;
-    uint64_t first_byte = 0;  // of its vertices in `binary_`; its indices follow
-  };
-
   ExportTransform transform_;
   std::string creator_;
-  std::vector<Node> nodes_;
-  std::string binary_;
+  std::vector<GlbObject> objects_;
+  std::string binary_;  // vertices and indices of objects_, in the order of Add
 };
 
 }  // namespace semfoam

@@ -41,9 +41,10 @@ Json FilesOf(int32_t object_id, const std::vector<WrittenFile>& files) {
 
 Json Triple(const Eigen::Vector3d& x) { return Json::array({x.x(), x.y(), x.z()}); }
 
-Json LeftOut(const LeftOutPieces& left_out) {
-  Json json = {{"pieces", left_out.pieces}, {"cells", left_out.cells}, {"volume", left_out.volume}};
-  if (left_out.pieces > 0) {
+Json LeftOut(const LeftOutComponents& left_out) {
+  Json json = {
+      {"pieces", left_out.components}, {"cells", left_out.cells}, {"volume", left_out.volume}};
+  if (left_out.components > 0) {
     json["largest"] = {{"cells", left_out.largest_cells},
                        {"volume", left_out.largest_volume},
                        {"center", Triple(left_out.largest_center)}};
@@ -80,7 +81,7 @@ void WriteLabelSidecar(const std::filesystem::path& path,
          {"name", object.name},
          {"color", object.color},
          {"cells", object.cells.size()},
-         {"pieces", object.pieces},
+         {"pieces", object.components},
          {"cavities", object.cavities},
          {"genus", object.genus},
          {"volume", object.volume},
@@ -99,7 +100,7 @@ void WriteLabelSidecar(const std::filesystem::path& path,
     left_out.push_back({{"id", label.id},
                         {"name", label.name},
                         {"reason", label.reason},
-                        {"left_out", LeftOut(label.pieces)}});
+                        {"left_out", LeftOut(label.left_out)}});
   }
   if (!left_out.empty()) sidecar["labels_left_out"] = left_out;
   WriteTextFile(path, Text(sidecar, 2) + "\n");

@@ -21,11 +21,8 @@ LocalMesh MakeLocalMesh(const ObjectSurface& surface) {
     mesh.positions.push_back((vertex - mesh.origin).cast<float>());
     CHECK(mesh.positions.back().allFinite()) << surface.object_name;
   }
-  mesh.min_position = mesh.max_position = mesh.positions.front();
-  for (const Eigen::Vector3f& position : mesh.positions) {
-    mesh.min_position = mesh.min_position.cwiseMin(position);
-    mesh.max_position = mesh.max_position.cwiseMax(position);
-  }
+  mesh.box = Eigen::AlignedBox3f(mesh.positions.front());
+  for (const Eigen::Vector3f& position : mesh.positions) mesh.box.extend(position);
 
   std::vector<Eigen::Vector3d> areas(surface.vertices.size(), Eigen::Vector3d::Zero());
   for (const auto& [a, b, c] : surface.triangles) {

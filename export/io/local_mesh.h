@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace semfoam {
 
@@ -18,8 +19,8 @@ struct LocalMesh {
   // Of length 1: the mean of the faces that meet in the vertex, weighted by their areas. Where
   // those have no area, a normal of length 1 all the same.
   std::vector<Eigen::Vector3f> normals;
-  Eigen::Vector3f min_position = Eigen::Vector3f::Zero();
-  Eigen::Vector3f max_position = Eigen::Vector3f::Zero();
+  // Of the positions; without any, the origin alone.
+  Eigen::AlignedBox3f box{Eigen::Vector3f(Eigen::Vector3f::Zero())};
 };
 
 LocalMesh MakeLocalMesh(const ObjectSurface& surface);

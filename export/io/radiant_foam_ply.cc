@@ -95,31 +95,51 @@ void CheckAdjacency(const PlyFile& ply) {
   }
 }
 
-}  // namespace
-
-void WriteRadiantFoamPly(const fs::path& path, const Model& model, const ExportableScene& scene) {
-  const Foam& foam = model.foam;
-  const uint32_t num_sites = scene.NumSites();
-  CHECK_EQ(foam.NumSites(), num_sites);
-  const Similarity& frame = scene.colmap_from_normalized;
-
-  std::vector<Eigen::Vector3f> positions;
-  std::vector<double> errors;
-  std::vector<double> radii;
-  for (uint32_t i = 0; i < num_sites; ++i) {
-    const Eigen::Vector3d exact = frame.Apply(foam.positions[i].cast<double>());
-    positions.push_back(exact.cast<float>());
-    errors.push_back((positions.back().cast<double>() - exact).norm());
-    radii.push_back(frame.scale * scene.radius[i]);
+// The sites in the file's frame.
+std::vector<Eigen::Vector3d> ReadSites(const PlyFile& ply) {
+  std::vector<Eigen::Vector3d> sites(ply.Count("vertex"));
+  for (const auto& [axis, name] : {std::pair(0, "x"), {1, "y"}, {2, "z"}}) {
+    const std::vector<double> values = ply.Values("vertex", name);
+    for (size_t i = 0; i < sites.size(); ++i) sites[i][axis] = values[i];
   }
-  if (num_sites > 0 && Median(errors) > kLargestError * Median(radii)) {
+  for (size_t i = 0; i < sites.size(); ++i) {
+    if (sites[i].allFinite()) continue;
     throw UserError(
-        path.string(),
-        ": cannot be written: the COLMAP model lies so far from its origin that Radiant "
-        "Foam's floats would move the cells; a model moved to its origin (colmap "
-        "model_transformer) would be right.");
+        ply.path().string(), ": site ", i, " has a position that is not finite; is it damaged?");
   }
+  return sites;
+}
 
+// The coefficients of spherical harmonics as Foam::sh has them, [ShStride][sites].
+std::vector<std::vector<double>> ReadSh(const PlyFile& ply, int sh_stride) {
+  std::vector<std::vector<double>> sh;
+  for (const char* name : {"red", "green", "blue"}) {
+    sh.push_back(ply.Values("vertex", name));
+    for (double& value : sh.back()) value = (value / 255 - 0.5) / kShDc;
+  }
+  for (int k = 0; k < sh_stride - 3; ++k) {
+    sh.push_back(ply.Values("vertex", "color_sh_" + std::to_string(k)));
+  }
+  return sh;
+}
+
+// The raw density, normalised frame, of a density per unit of the file.
+float NormalizedRawDensity(double density, double scale, uint32_t site, const fs::path& path) {
+  const double normalized = density * scale;
+  const auto raw = static_cast<float>(RawDensity(std::max(normalized, kLeastDensity)));
+  if (!(normalized >= 0 && std::isfinite(raw))) {
+    throw UserError(path.string(),
+                    ": site ",
+                    site,
+                    " has the density ",
+                    density,
+                    "; finite and not negative would be right.");
+  }
+  return raw;
+}
+
+// One line for each property of the file, up to the end of the header.
+std::string MakeHeader(uint32_t num_sites, int num_rest, size_t num_adjacent) {
   std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_sites) + "\n";
   for (const char* name : {"float x",
@@ -132,10 +152,45 @@ void WriteRadiantFoamPly(const fs::path& path, const Model& model, const Exporta
                            "uint adjacency_offset"}) {
     header += std::string("property ") + name + "\n";
   }
-  const int num_rest = foam.ShStride() - 3;
   for (int k = 0; k < num_rest; ++k) {
     header += "property float color_sh_" + std::to_string(k) + "\n";
   }
+  return header + "element adjacency " + std::to_string(num_adjacent) +
+         "\nproperty uint adjacency\nend_header\n";
+}
+
+// The sites in the COLMAP frame. Throws UserError where floats would move the cells.
+std::vector<Eigen::Vector3f> FloatSites(const Foam& foam,
+                                        const ExportableScene& scene,
+                                        const fs::path& path) {
+  const Similarity& frame = scene.colmap_from_normalized;
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<double> errors;
+  std::vector<double> radii;
+  for (uint32_t i = 0; i < foam.NumSites(); ++i) {
+    const Eigen::Vector3d exact = frame.Apply(foam.positions[i].cast<double>());
+    positions.push_back(exact.cast<float>());
+    errors.push_back((positions.back().cast<double>() - exact).norm());
+    radii.push_back(frame.scale * scene.radius[i]);
+  }
+  if (!positions.empty() && Median(errors) > kLargestError * Median(radii)) {
+    throw UserError(
+        path.string(),
+        ": cannot be written: the COLMAP model lies so far from its origin that Radiant "
+        "Foam's floats would move the cells; a model moved to its origin (colmap "
+        "model_transformer) would be right.");
+  }
+  return positions;
+}
+
+}  // namespace
+
+void WriteRadiantFoamPly(const fs::path& path, const Model& model, const ExportableScene& scene) {
+  const Foam& foam = model.foam;
+  const uint32_t num_sites = scene.NumSites();
+  CHECK_EQ(foam.NumSites(), num_sites);
+  const std::vector<Eigen::Vector3f> positions = FloatSites(foam, scene, path);
+
   std::vector<uint32_t> adjacency;
   std::vector<uint32_t> ends;
   for (uint32_t i = 0; i < num_sites; ++i) {
@@ -144,11 +199,10 @@ void WriteRadiantFoamPly(const fs::path& path, const Model& model, const Exporta
     }
     ends.push_back(static_cast<uint32_t>(adjacency.size()));
   }
-  header += "element adjacency " + std::to_string(adjacency.size()) +
-            "\nproperty uint adjacency\nend_header\n";
 
+  const int num_rest = foam.ShStride() - 3;
   ByteWriter out(path);
-  out.Text(header);
+  out.Text(MakeHeader(num_sites, num_rest, adjacency.size()));
   for (uint32_t i = 0; i < num_sites; ++i) {
     for (const float coordinate : positions[i]) out.Binary(coordinate);
     const float* sh = &foam.sh[static_cast<size_t>(i) * foam.ShStride()];
@@ -156,7 +210,8 @@ void WriteRadiantFoamPly(const fs::path& path, const Model& model, const Exporta
       const double display = std::clamp(0.5 + kShDc * sh[c], 0.0, 1.0);
       out.Binary(static_cast<uint8_t>(std::lround(255 * display)));
     }
-    out.Binary(static_cast<float>(Density<double>(foam.raw_density[i]) / frame.scale));
+    out.Binary(static_cast<float>(Density<double>(foam.raw_density[i]) /
+                                  scene.colmap_from_normalized.scale));
     out.Binary(ends[i]);
     for (int k = 0; k < num_rest; ++k) out.Binary(sh[3 + k]);
   }
@@ -166,58 +221,31 @@ void WriteRadiantFoamPly(const fs::path& path, const Model& model, const Exporta
 
 Model ReadRadiantFoamPly(const fs::path& path) {
   const PlyFile ply(path);
-  const size_t num_sites = ply.Count("vertex");
-  if (num_sites == 0)
+  if (ply.Count("vertex") == 0) {
     throw UserError(path.string(),
                     ": has no sites; an element vertex with one at least would be right.");
+  }
   Model model;
-  Foam& foam = model.foam;
-  foam.sh_degree = DegreeOf(ply);
+  model.foam.sh_degree = DegreeOf(ply);
   CheckAdjacency(ply);
-
-  std::vector<Eigen::Vector3d> sites(num_sites);
-  for (const auto& [axis, name] : {std::pair(0, "x"), {1, "y"}, {2, "z"}}) {
-    const std::vector<double> values = ply.Values("vertex", name);
-    for (size_t i = 0; i < num_sites; ++i) sites[i][axis] = values[i];
+  const std::vector<Eigen::Vector3d> sites = ReadSites(ply);
+  model.world_from_normalized = FrameOfSites(sites);
+  std::vector<Eigen::Vector3f> positions(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) {
+    positions[i] = model.world_from_normalized.Invert(sites[i]).cast<float>();
   }
-  for (size_t i = 0; i < num_sites; ++i) {
-    if (sites[i].allFinite()) continue;
-    throw UserError(
-        path.string(), ": site ", i, " has a position that is not finite; is it damaged?");
-  }
-  const Similarity frame = FrameOfSites(sites);
-  model.world_from_normalized = frame;
-  std::vector<Eigen::Vector3f> positions(num_sites);
-  for (size_t i = 0; i < num_sites; ++i) positions[i] = frame.Invert(sites[i]).cast<float>();
-
   const std::vector<double> density = ply.Values("vertex", "density");
-  std::vector<std::vector<double>> sh;
-  for (const char* name : {"red", "green", "blue"}) {
-    sh.push_back(ply.Values("vertex", name));
-    for (double& value : sh.back()) value = (value / 255 - 0.5) / kShDc;
-  }
-  for (int k = 0; k < foam.ShStride() - 3; ++k) {
-    sh.push_back(ply.Values("vertex", "color_sh_" + std::to_string(k)));
-  }
+  const std::vector<std::vector<double>> sh = ReadSh(ply, model.foam.ShStride());
   for (const uint32_t i : HilbertOrder(positions)) {
-    foam.positions.push_back(positions[i]);
-    const double normalized = density[i] * frame.scale;
-    const auto raw = static_cast<float>(RawDensity(std::max(normalized, kLeastDensity)));
-    if (!(normalized >= 0 && std::isfinite(raw))) {
-      throw UserError(path.string(),
-                      ": site ",
-                      i,
-                      " has the density ",
-                      density[i],
-                      "; finite and not negative would be right.");
-    }
-    foam.raw_density.push_back(raw);
+    model.foam.positions.push_back(positions[i]);
+    model.foam.raw_density.push_back(
+        NormalizedRawDensity(density[i], model.world_from_normalized.scale, i, path));
     for (const std::vector<double>& coefficient : sh) {
       if (!std::isfinite(coefficient[i])) {
         throw UserError(
             path.string(), ": site ", i, " has a colour that is not finite; is it damaged?");
       }
-      foam.sh.push_back(static_cast<float>(coefficient[i]));
+      model.foam.sh.push_back(static_cast<float>(coefficient[i]));
     }
   }
   return model;

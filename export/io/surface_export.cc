@@ -60,7 +60,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   MadeSurface made;
   made.surface = ExtractSurface(scene, object);
   std::string faces, more;
-  if (options.method == "smooth") {
+  if (options.method == SurfaceMethod::kSmooth) {
     const ObjectSurface cells = std::move(made.surface);
     made.surface = ExtractSmoothSurface(scene, object, cells);
     if (const int64_t target = options.target_faces; target > 0) {
@@ -83,18 +83,111 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
                  std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 TopologySummary(topology, object.pieces) + more;
+                 TopologySummary(topology, object.components) + more;
   return made;
 }
+
+// Writes the files of one object after the other, and then those of the scene.
+class SurfaceFiles {
+ public:
+  SurfaceFiles(const ExportableScene& scene,
+               const std::filesystem::path& output_path,
+               const SurfaceExportOptions& options,
+               const std::function<void(const WrittenFile&)>& on_written)
+      : scene_(scene),
+        output_path_(output_path),
+        options_(options),
+        on_written_(on_written),
+        scene_glb_(scene.transform, options.creator) {
+    if (options.usda) {
+      scene_usda_.emplace(output_path / "scene.usda", scene.transform, options.creator);
+    }
+  }
+
+  void WriteObject(const ObjectInfo& object) {
+    const MadeSurface made = MakeSurface(scene_, object, options_);
+    const ObjectSurface& surface = made.surface;
+    const std::string stem = "objects/" + object.file_stem;
+    const auto write = [&](bool wanted, const char* extension, const auto& writer) {
+      if (!wanted) return;
+      writer(output_path_ / (stem + extension), surface);
+      AddWritten(object.id, stem + extension, made.summary, made.warning);
+    };
+    write(options_.om, ".om", WriteOm);
+    write(options_.ply, ".ply", WritePly);
+    write(options_.obj, ".obj", WriteObj);
+    write(options_.obj, ".mtl", WriteMtl);
+    ++num_objects_;
+    if (!options_.glb && !options_.usda) return;
+
+    const LocalMesh mesh = MakeLocalMesh(surface);
+    write(options_.glb, ".glb", [&](const std::filesystem::path& path, const auto&) {
+      GlbFile glb(scene_.transform, options_.creator);
+      glb.Add(object, surface, mesh);
+      glb.Write(path);
+    });
+    if (options_.glb) scene_glb_.Add(object, surface, mesh);
+    if (scene_usda_) AddToStage(object, surface, mesh, stem + ".vdb");
+  }
+
+  // Returns all that was written.
+  std::vector<WrittenFile> WriteScene() {
+    const std::string summary =
+        std::to_string(num_objects_) + (num_objects_ == 1 ? " object" : " objects");
+    if (options_.glb) {
+      scene_glb_.Write(output_path_ / "scene.glb");
+      AddWritten(0, "scene.glb", summary);
+    }
+    if (scene_usda_) {
+      scene_usda_->Finish();
+      AddWritten(0, "scene.usda", summary, usda_warning_);
+    }
+    return std::move(files_);
+  }
+
+ private:
+  // `volume_path` is where the object's volume lies, if it does.
+  void AddToStage(const ObjectInfo& object,
+                  const ObjectSurface& surface,
+                  const LocalMesh& mesh,
+                  const std::string& volume_path) {
+    std::vector<VolumeField> volume_fields;
+    try {
+      volume_fields = ReadVolumeFields(output_path_ / volume_path, options_.source_checksum);
+    } catch (const UserError& error) {
+      // The surfaces are no worse for it.
+      usda_warning_ += usda_warning_.empty() ? "does without " : " ";
+      usda_warning_ += error.what();
+    }
+    scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
+  }
+
+  void AddWritten(int32_t object_id,
+                  const std::string& path,
+                  const std::string& summary,
+                  const std::string& warning = {}) {
+    files_.push_back({object_id, path.substr(path.rfind('.') + 1), path, summary, warning});
+    if (on_written_) on_written_(files_.back());
+  }
+
+  const ExportableScene& scene_;
+  const std::filesystem::path& output_path_;
+  const SurfaceExportOptions& options_;
+  const std::function<void(const WrittenFile&)>& on_written_;
+  GlbFile scene_glb_;
+  std::optional<UsdFile> scene_usda_;
+  std::string usda_warning_;
+  size_t num_objects_ = 0;
+  std::vector<WrittenFile> files_;
+};
 
 }  // namespace
 
 std::string SurfaceExportOptions::Check() const {
-  if (method != "cells" && method != "smooth") return "method must be cells or smooth.";
   if (target_faces != 0 && target_faces < 4) {
     return "target_faces must be at least 4, the faces of a tetrahedron, or 0 for all there are.";
   }
-  if (target_faces != 0 && method != "smooth") {
+  if (target_faces != 0 && method != SurfaceMethod::kSmooth) {
     return "target_faces needs the method smooth; cells are exact and keep all their faces.";
   }
   return "";
@@ -105,67 +198,11 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
                                         const SurfaceExportOptions& options,
                                         const std::function<void(const WrittenFile&)>& on_written) {
   CHECK_EQ(options.Check(), "");
-  std::vector<WrittenFile> files;
   const std::vector<const ObjectInfo*> objects = SelectObjects(scene, options.objects);
-  if (objects.empty()) return files;
-  const auto written = [&](int32_t id,
-                           const std::string& path,
-                           const std::string& summary,
-                           const std::string& warning = {}) {
-    files.push_back({id, path.substr(path.rfind('.') + 1), path, summary, warning});
-    if (on_written) on_written(files.back());
-  };
-  GlbFile scene_glb(scene.transform, options.creator);
-  std::optional<UsdFile> scene_usda;
-  std::string usda_warning;
-  if (options.usda)
-    scene_usda.emplace(output_path / "scene.usda", scene.transform, options.creator);
-
-  for (const ObjectInfo* const one : objects) {
-    const ObjectInfo& object = *one;
-    const MadeSurface made = MakeSurface(scene, object, options);
-    const ObjectSurface& surface = made.surface;
-    const std::string stem = "objects/" + object.file_stem;
-    const auto write = [&](bool wanted, const char* extension, const auto& writer) {
-      if (!wanted) return;
-      writer(output_path / (stem + extension), surface);
-      written(object.id, stem + extension, made.summary, made.warning);
-    };
-    write(options.om, ".om", WriteOm);
-    write(options.ply, ".ply", WritePly);
-    write(options.obj, ".obj", WriteObj);
-    write(options.obj, ".mtl", WriteMtl);
-    if (!options.glb && !options.usda) continue;
-
-    const LocalMesh mesh = MakeLocalMesh(surface);
-    write(options.glb, ".glb", [&](const std::filesystem::path& path, const auto&) {
-      GlbFile glb(scene.transform, options.creator);
-      glb.Add(object, surface, mesh);
-      glb.Write(path);
-    });
-    if (options.glb) scene_glb.Add(object, surface, mesh);
-    if (scene_usda) {
-      std::vector<VolumeField> volume_fields;
-      try {
-        volume_fields = ReadVolumeFields(output_path / (stem + ".vdb"), options.source_checksum);
-      } catch (const UserError& error) {
-        // The surfaces are no worse for it.
-        usda_warning += (usda_warning.empty() ? "does without " : " ") + std::string(error.what());
-      }
-      scene_usda->Add(object, surface, mesh, stem + ".vdb", volume_fields);
-    }
-  }
-  const std::string summary =
-      std::to_string(objects.size()) + (objects.size() == 1 ? " object" : " objects");
-  if (options.glb) {
-    scene_glb.Write(output_path / "scene.glb");
-    written(0, "scene.glb", summary);
-  }
-  if (scene_usda) {
-    scene_usda->Finish();
-    written(0, "scene.usda", summary, usda_warning);
-  }
-  return files;
+  if (objects.empty()) return {};
+  SurfaceFiles files(scene, output_path, options, on_written);
+  for (const ObjectInfo* const object : objects) files.WriteObject(*object);
+  return files.WriteScene();
 }
 
 }  // namespace semfoam

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
 
@@ -12,11 +13,16 @@
 
 namespace semfoam {
 
+enum class SurfaceMethod {
+  kCells,   // the faces between the object's cells and all others, exact (ExtractSurface)
+  kSmooth,  // an iso-surface on the Delaunay tetrahedra, smoothed (ExtractSmoothSurface)
+};
+inline constexpr EnumName<SurfaceMethod> kSurfaceMethodNames[] = {
+    {SurfaceMethod::kCells, "cells"}, {SurfaceMethod::kSmooth, "smooth"}};
+
 struct SurfaceExportOptions {
-  // "cells": the faces between the object's cells and all others, exact (ExtractSurface).
-  // "smooth": an iso-surface on the Delaunay tetrahedra, smoothed (ExtractSmoothSurface).
-  std::string method = "cells";
-  // `smooth` only: at most so many triangles for each object (Decimate); 0 = all there are.
+  SurfaceMethod method = SurfaceMethod::kCells;
+  // kSmooth only: at most so many triangles for each object (Decimate); 0 = all there are.
   int64_t target_faces = 0;
 
   LabelFilter objects;  // the others get no files, and are not in those of the scene

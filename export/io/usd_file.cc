@@ -95,7 +95,8 @@ UsdFile::UsdFile(const std::filesystem::path& path,
   out_.Text(Quoted(ExportTransformJson(transform)) + "\n    }\n");
   out_.Text("    defaultPrim = \"scene\"\n    metersPerUnit = ");
   out_.Number(transform.MetersPerUnit());
-  out_.Text(transform.up_axis == "y" ? "\n    upAxis = \"Y\"\n)\n" : "\n    upAxis = \"Z\"\n)\n");
+  out_.Text(transform.up_axis == UpAxis::kY ? "\n    upAxis = \"Y\"\n)\n"
+                                            : "\n    upAxis = \"Z\"\n)\n");
   out_.Text("\ndef Xform \"scene\" (\n    kind = \"assembly\"\n)\n{\n");
 }
 
@@ -119,9 +120,9 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text(Quoted(object.name) + "]\n\n        def Mesh \"surface\"\n        {\n");
 
   out.Text("            float3[] extent = [");
-  WriteTuple(mesh.min_position, &out);
+  WriteTuple(mesh.box.min(), &out);
   out.Text(", ");
-  WriteTuple(mesh.max_position, &out);
+  WriteTuple(mesh.box.max(), &out);
   out.Text("]\n            int[] faceVertexCounts = ");
   WriteArray(
       num_triangles, [&](size_t) { out.Text("3"); }, &out);

@@ -108,13 +108,13 @@ class VolumeMaker {
   VolumeGrids Make(const Volume& volume, const std::function<void(double)>& progress) const {
     const bool is_scene = volume.object == nullptr;
     LabelGrids wanted;
-    wanted.label = options_.label_grid_type != "int32";
-    wanted.label_int32 = is_scene && options_.label_grid_type != "float";
+    wanted.label = options_.label_grid_type != LabelGridType::kInt32;
+    wanted.label_int32 = is_scene && options_.label_grid_type != LabelGridType::kFloat;
     const CellVoxelizer voxelizer(
         scene_, volume.cells, volume.lattice, volume.box, options_.supersample);
     VoxelLabels labels;
     if (is_scene) {
-      labels.by_cell = labels_.data();
+      labels.by_cell = labels_;
     } else {
       labels.of_all = volume.object->id;
     }

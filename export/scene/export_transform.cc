@@ -16,18 +16,6 @@
 namespace semfoam {
 namespace {
 
-struct LengthUnit {
-  const char* name;
-  double meters;
-};
-constexpr LengthUnit kLengthUnits[] = {{"unknown", 1},
-                                       {"mm", 0.001},
-                                       {"cm", 0.01},
-                                       {"m", 1},
-                                       {"km", 1000},
-                                       {"inch", 0.0254},
-                                       {"foot", 0.3048}};
-
 constexpr double kMaxScale = 1e9;
 // What six digits of a rotation's matrix leave of its orthonormality.
 constexpr double kRotationTolerance = 1e-5;
@@ -37,7 +25,7 @@ constexpr double kMinAgreement = 0.2;
 bool ScaleInRange(double scale) { return scale >= 1 / kMaxScale && scale <= kMaxScale; }
 
 // Throws when the text is anything but finite numbers apart by spaces or commas.
-std::vector<double> ParseNumbers(const std::string& text, const UserError& error) {
+std::vector<double> ParseNumbers(const std::string& text, const FieldError& error) {
   std::string spaced = text;
   std::replace(spaced.begin(), spaced.end(), ',', ' ');
   std::vector<double> numbers;
@@ -56,11 +44,12 @@ std::vector<double> ParseNumbers(const std::string& text, const UserError& error
 }
 
 void SetSimilarity(const std::string& text, ExportTransform* transform) {
-  const UserError error("Failed to parse options - the argument ('",
-                        text,
-                        "') for option '--transform' is invalid; it takes the 12 or 16 numbers, "
-                        "row by row, of a similarity's matrix: a rotation times one scale, and a "
-                        "translation in the last column.");
+  const FieldError error("transform",
+                         " is '",
+                         text,
+                         "'; it must be the 12 or 16 numbers, row by row, of a similarity's "
+                         "matrix: a rotation times one scale, and a translation in the last "
+                         "column.");
   const std::vector<double> numbers = ParseNumbers(text, error);
   if (numbers.size() != 12 && numbers.size() != 16) throw error;
   if (numbers.size() == 16 &&
@@ -90,10 +79,22 @@ void SetSimilarity(const std::string& text, ExportTransform* transform) {
 }  // namespace
 
 double ExportTransform::MetersPerUnit() const {
-  for (const LengthUnit& known : kLengthUnits) {
-    if (unit == known.name) return known.meters;
+  switch (unit) {
+    case LengthUnit::kMillimeter:
+      return 0.001;
+    case LengthUnit::kCentimeter:
+      return 0.01;
+    case LengthUnit::kKilometer:
+      return 1000;
+    case LengthUnit::kInch:
+      return 0.0254;
+    case LengthUnit::kFoot:
+      return 0.3048;
+    case LengthUnit::kMeter:
+    case LengthUnit::kUnknown:
+      return 1;
   }
-  LOG(FATAL) << "no unit of length: " << unit;
+  LOG(FATAL) << "no unit of length: " << static_cast<int>(unit);
 }
 
 Similarity ExportTransform::Unturned(const Similarity& colmap_from_normalized) const {
@@ -102,19 +103,11 @@ Similarity ExportTransform::Unturned(const Similarity& colmap_from_normalized) c
           scale * colmap_from_normalized.translation + rotation.transpose() * translation};
 }
 
-std::vector<std::string> LengthUnits() {
-  std::vector<std::string> names;
-  for (const LengthUnit& unit : kLengthUnits) names.push_back(unit.name);
-  return names;
-}
-
 ExportTransform ParseExportTransform(const ExportTransformOptions& options) {
   ExportTransform transform;
   if (!options.transform.empty()) SetSimilarity(options.transform, &transform);
   if (!ScaleInRange(options.scale)) {
-    throw UserError("Failed to parse options - the argument ('",
-                    options.scale,
-                    "') for option '--scale' is invalid; it takes a number from 1e-9 to 1e9.");
+    throw FieldError("scale", " is ", options.scale, "; it must be from 1e-9 to 1e9.");
   }
   transform.scale *= options.scale;
   transform.translation *= options.scale;
@@ -124,22 +117,24 @@ ExportTransform ParseExportTransform(const ExportTransformOptions& options) {
 }
 
 void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transform) {
-  if (transform->up_axis == "colmap") return;
+  if (transform->up_axis == UpAxis::kColmap) return;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const PhotoRecord& photo : photos) {
     // A camera's y axis points down.
     sum -= photo.cam_from_world_rotation.inverse() * Eigen::Vector3d::UnitY();
   }
   if (photos.empty() || sum.norm() < kMinAgreement * static_cast<double>(photos.size())) {
-    throw UserError("The photos do not tell what is up, so --up_axis ",
-                    transform->up_axis,
-                    " cannot turn it; give the turn with --transform instead.");
+    throw FieldError("up_axis",
+                     " is ",
+                     NameOf(kUpAxisNames, transform->up_axis),
+                     ", but the photos do not tell what is up; give the turn with transform "
+                     "instead.");
   }
   const Eigen::Vector3d up = transform->rotation * sum;
   int axis;
   up.cwiseAbs().maxCoeff(&axis);
   const Eigen::Vector3d from = Eigen::Vector3d::Unit(axis) * (up[axis] > 0 ? 1 : -1);
-  const Eigen::Vector3d to = Eigen::Vector3d::Unit(transform->up_axis == "y" ? 1 : 2);
+  const Eigen::Vector3d to = Eigen::Vector3d::Unit(transform->up_axis == UpAxis::kY ? 1 : 2);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   if (from == -to) {
     turn.diagonal() << 1, -1, -1;
@@ -168,10 +163,10 @@ std::string ExportTransformJson(const ExportTransform& transform) {
   }
   matrix.insert(matrix.end(), {0, 0, 0, 1});
   nlohmann::ordered_json json = {{"file_from_colmap", matrix},
-                                 {"up_axis", transform.up_axis},
-                                 {"unit", transform.unit},
+                                 {"up_axis", NameOf(kUpAxisNames, transform.up_axis)},
+                                 {"unit", NameOf(kLengthUnitNames, transform.unit)},
                                  {"meters_per_unit", transform.MetersPerUnit()}};
-  if (transform.up_axis != "colmap") {
+  if (transform.up_axis != UpAxis::kColmap) {
     json["up_tilt_degrees"] = std::round(100 * transform.up_tilt_degrees) / 100;
   }
   return json.dump();

@@ -3,8 +3,8 @@
 
 #include "export/scene/cell_colors.h"
 #include "export/scene/names.h"
+#include "export/scene/object_components.h"
 #include "export/scene/object_description.h"
-#include "export/scene/object_pieces.h"
 #include "export/scene/unseen_space.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
@@ -50,50 +50,53 @@ std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene&
   return has_camera;
 }
 
-// The connected pieces of the matter of a class in which at least one cell is photographed.
+// The connected components of the matter of a class in which at least one cell is photographed.
 // `object_of_cell` gets `object_index` for each of their cells.
-std::vector<std::vector<uint32_t>> PhotographedPieces(const ExportableScene& scene,
-                                                      const std::vector<uint8_t>& is_matter,
-                                                      const std::vector<uint32_t>& matter_of_class,
-                                                      int32_t class_index,
-                                                      int32_t object_index,
-                                                      std::vector<int32_t>* object_of_cell) {
-  std::vector<std::vector<uint32_t>> pieces;
+std::vector<std::vector<uint32_t>> PhotographedComponents(
+    const ExportableScene& scene,
+    const std::vector<uint8_t>& is_matter,
+    const std::vector<uint32_t>& matter_of_class,
+    int32_t class_index,
+    int32_t object_index,
+    std::vector<int32_t>* object_of_cell) {
+  std::vector<std::vector<uint32_t>> components;
   for (const uint32_t start : matter_of_class) {
     if (!scene.photographed[start] || (*object_of_cell)[start] == object_index) continue;
-    std::vector<uint32_t>& piece = pieces.emplace_back(1, start);
+    std::vector<uint32_t>& component = components.emplace_back(1, start);
     (*object_of_cell)[start] = object_index;
-    for (size_t k = 0; k < piece.size(); ++k) {
-      for (const uint32_t next : scene.delaunay.Neighbors(piece[k])) {
+    for (size_t k = 0; k < component.size(); ++k) {
+      for (const uint32_t next : scene.delaunay.Neighbors(component[k])) {
         if (next >= scene.NumSites() || !is_matter[next] ||
             scene.labels.class_index[next] != class_index ||
             (*object_of_cell)[next] == object_index) {
           continue;
         }
         (*object_of_cell)[next] = object_index;
-        piece.push_back(next);
+        component.push_back(next);
       }
     }
   }
-  return pieces;
+  return components;
 }
 
-// Moves the cells of the large pieces into the object and takes those of the crumbs out of
+// Moves the cells of the large components into the object and takes those of the crumbs out of
 // `object_of_cell`.
-void GatherPieces(const ExportableScene& scene,
-                  const std::vector<std::vector<uint32_t>>& pieces,
-                  float min_piece_share,
-                  ObjectInfo* object,
-                  std::vector<int32_t>* object_of_cell) {
+void GatherComponents(const ExportableScene& scene,
+                      const std::vector<std::vector<uint32_t>>& components,
+                      float min_component_share,
+                      ObjectInfo* object,
+                      std::vector<int32_t>* object_of_cell) {
   size_t largest = 0;
-  for (const std::vector<uint32_t>& piece : pieces) largest = std::max(largest, piece.size());
-  for (const std::vector<uint32_t>& piece : pieces) {
-    if (static_cast<float>(piece.size()) >= min_piece_share * static_cast<float>(largest)) {
-      object->cells.insert(object->cells.end(), piece.begin(), piece.end());
+  for (const std::vector<uint32_t>& component : components) {
+    largest = std::max(largest, component.size());
+  }
+  for (const std::vector<uint32_t>& component : components) {
+    if (static_cast<float>(component.size()) >= min_component_share * static_cast<float>(largest)) {
+      object->cells.insert(object->cells.end(), component.begin(), component.end());
       continue;
     }
-    LeaveOut(scene, piece, &object->left_out);
-    for (const uint32_t cell : piece) (*object_of_cell)[cell] = -1;
+    LeaveOut(scene, component, &object->left_out);
+    for (const uint32_t cell : component) (*object_of_cell)[cell] = -1;
   }
 }
 
@@ -192,27 +195,34 @@ void AddUnseenInsides(const CellStatistics& statistics,
   }
 }
 
-void FindObjects(const Model& model,
-                 const ExportableSceneOptions& options,
-                 const std::vector<double>& face_areas,
-                 ExportableScene* scene) {
-  const CellStatistics& statistics = model.statistics;
+// Whether each cell is matter: solid, and no haze that nearly all rays pass.
+std::vector<uint8_t> FindMatter(const CellStatistics& statistics,
+                                float fewest_looks,
+                                const ExportableScene& scene) {
   const bool knows_rays = !statistics.passed.empty();
-  scene->object_of_cell.assign(scene->NumSites(), -1);
-  std::vector<uint8_t> is_matter(scene->NumSites(), 0);
-  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
-  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+  std::vector<uint8_t> is_matter(scene.NumSites(), 0);
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
     // A site at the place of another one has no cell.
-    if (!scene->labels.solid[i] || scene->delaunay.Neighbors(i).empty()) continue;
-    if (knows_rays && IsSeen(statistics, i, options.fewest_looks) &&
+    if (!scene.labels.solid[i] || scene.delaunay.Neighbors(i).empty()) continue;
+    if (knows_rays && IsSeen(statistics, i, fewest_looks) &&
         statistics.passed[i] > kHazeRatio * statistics.stopped[i]) {
       continue;
     }
     is_matter[i] = 1;
-    const int32_t k = scene->labels.class_index[i];
-    if (k >= 0) matter_of_class[k].push_back(i);
   }
+  return is_matter;
+}
 
+// Makes the objects, by ascending id, of their photographed components of matter.
+void GatherObjects(const Model& model,
+                   const std::vector<uint8_t>& is_matter,
+                   float min_component_share,
+                   ExportableScene* scene) {
+  std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
+  for (uint32_t i = 0; i < scene->NumSites(); ++i) {
+    const int32_t k = scene->labels.class_index[i];
+    if (is_matter[i] && k >= 0) matter_of_class[k].push_back(i);
+  }
   std::vector<int32_t> classes(model.foam.num_classes);
   std::iota(classes.begin(), classes.end(), 0);
   std::sort(classes.begin(), classes.end(), [&](int32_t a, int32_t b) {
@@ -223,12 +233,12 @@ void FindObjects(const Model& model,
     if (label.id == 0) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
-    GatherPieces(
-        *scene,
-        PhotographedPieces(*scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
-        options.pieces.min_cells > 0 ? 0 : options.min_piece_share,
-        &object,
-        &scene->object_of_cell);
+    GatherComponents(*scene,
+                     PhotographedComponents(
+                         *scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
+                     min_component_share,
+                     &object,
+                     &scene->object_of_cell);
     if (object.cells.empty()) {
       scene->labels_without_cells.push_back(label);
       continue;
@@ -239,28 +249,46 @@ void FindObjects(const Model& model,
     object.color = LabelColor(label.id);
     scene->objects.push_back(std::move(object));
   }
+}
 
+// Gives every object the hidden pockets that it encloses.
+void AddCavities(const std::vector<uint8_t>& has_camera, ExportableScene* scene) {
+  CavityFinder finder(*scene, has_camera);
+  for (size_t index = 0; index < scene->objects.size(); ++index) {
+    ObjectInfo& object = scene->objects[index];
+    const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
+    for (const uint32_t cell : hidden) {
+      // Pockets of two objects cannot overlap: each would have to enclose the other, and what
+      // another owns is in the open.
+      CHECK_EQ(scene->object_of_cell[cell], -1);
+      scene->object_of_cell[cell] = static_cast<int32_t>(index);
+    }
+    object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
+  }
+}
+
+// Finds the objects by the rules of MakeExportableScene, and measures them.
+void FindObjects(const Model& model,
+                 const ExportableSceneOptions& options,
+                 const std::vector<double>& face_areas,
+                 ExportableScene* scene) {
+  scene->object_of_cell.assign(scene->NumSites(), -1);
+  GatherObjects(model,
+                FindMatter(model.statistics, options.fewest_looks, *scene),
+                options.components.min_cells > 0 ? 0 : options.min_component_share,
+                scene);
   if (options.fill_hidden_space && !scene->objects.empty()) {
     const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
-    if (knows_rays) {
-      AddUnseenInsides(statistics, options.fewest_looks, has_camera, face_areas, scene);
+    if (!model.statistics.passed.empty()) {
+      AddUnseenInsides(model.statistics, options.fewest_looks, has_camera, face_areas, scene);
     }
-    CavityFinder finder(*scene, has_camera);
-    for (size_t index = 0; index < scene->objects.size(); ++index) {
-      ObjectInfo& object = scene->objects[index];
-      const std::vector<uint32_t> hidden = finder.Find(object.cells, static_cast<int32_t>(index));
-      for (const uint32_t cell : hidden) {
-        // Pockets of two objects cannot overlap: each would have to enclose the other, and what
-        // another owns is in the open.
-        CHECK_EQ(scene->object_of_cell[cell], -1);
-        scene->object_of_cell[cell] = static_cast<int32_t>(index);
-      }
-      object.cells.insert(object.cells.end(), hidden.begin(), hidden.end());
-    }
+    AddCavities(has_camera, scene);
   }
   for (ObjectInfo& object : scene->objects) std::sort(object.cells.begin(), object.cells.end());
-  KeepPieces(options.pieces, scene);
-  if (options.pieces.min_cells == 0 && !options.pieces.keep_fragments) LeaveOutFragments(scene);
+  KeepComponents(options.components, scene);
+  if (options.components.min_cells == 0 && !options.components.keep_fragments) {
+    LeaveOutFragments(scene);
+  }
   ParallelForBlocks(std::ssize(scene->objects), 1, [&](int64_t index, int64_t) {
     DescribeObject(*scene, &scene->objects[index]);
   });

@@ -17,9 +17,9 @@
 
 namespace semfoam {
 
-// Pieces that the rules leave out of an object.
-struct LeftOutPieces {
-  int64_t pieces = 0;
+// Components that the rules leave out of an object.
+struct LeftOutComponents {
+  int64_t components = 0;
   int64_t cells = 0;
   double volume = 0;
   // Of the largest by volume; where there is any.
@@ -47,28 +47,28 @@ struct ObjectInfo {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of their volume, exact
   Eigen::AlignedBox3d bounding_box;                    // of all cells together, corners included
   double confidence = 0;  // mean over the cells of the object's own class
-  int pieces = 0;         // connected
+  int components = 0;     // connected
   // Of the surface of its cells, see surface_topology.h.
-  int64_t cavities = 0;    // closed inner shells
-  int64_t genus = 0;       // tunnels
-  LeftOutPieces left_out;  // see ExportableSceneOptions
+  int64_t cavities = 0;        // closed inner shells
+  int64_t genus = 0;           // tunnels
+  LeftOutComponents left_out;  // see ExportableSceneOptions
   // The photos that show the object, by pixels, most first; empty until somebody has looked.
   std::vector<PhotoObservation> photos;
 };
 
-// A label whose object is left out as a whole, because of PieceOptions.
+// A label whose object is left out as a whole, because of ComponentOptions.
 struct LeftOutLabel {
   int32_t id = 0;
   std::string name;  // as ObjectInfo's
-  LeftOutPieces pieces;
+  LeftOutComponents left_out;
   std::string reason;        // for people: "too few cells in every piece"
   bool is_fragment = false;  // see LeaveOutFragments
 };
 
-// Which connected pieces of an object are kept, once it owns the hidden space inside it.
-struct PieceOptions {
+// Which connected components of an object are kept, once it owns the hidden space inside it.
+struct ComponentOptions {
   // Those with at least so many cells; 0 = crumbs are left out by ExportableSceneOptions'
-  // min_piece_share instead, which does not count otherwise.
+  // min_component_share instead, which does not count otherwise.
   int64_t min_cells = 0;
   int keep_largest = 0;  // of these the largest so many, by volume; 0 = all
   // Objects that are no more than traces of a wrong label (LeaveOutFragments) are kept, too. They
@@ -82,11 +82,11 @@ struct ExportableSceneOptions {
   // A cell is photographed when some training ray gave it at least this rendering weight (0..1).
   // Without statistics in the model every cell counts as photographed.
   float photographed_contribution = 0.05f;
-  // Crumbs: connected pieces of an object with fewer cells than this share of its largest piece are
-  // left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would otherwise decide
-  // an object's box, volume and surface.
-  float min_piece_share = 0.1f;
-  PieceOptions pieces;
+  // Crumbs: connected components of an object with fewer cells than this share of its largest
+  // component are left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would
+  // otherwise decide an object's box, volume and surface.
+  float min_component_share = 0.1f;
+  ComponentOptions components;
   // Let an object own the hidden space inside it (see MakeExportableScene).
   bool fill_hidden_space = true;
   // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it
@@ -147,7 +147,7 @@ struct ExportableScene {
 // - Cells that nearly all of the photos' rays pass are haze, no matter, however dense.
 // - Solid cells that no photo shows (density left over behind a surface) belong to the object only
 //   if they hang together with a photographed cell of it; the others are no object at all.
-// - Crumbs beside the object's large pieces are left out (`min_piece_share`).
+// - Crumbs beside the object's large components are left out (`min_component_share`).
 // - Unseen cells belong to the object where that makes its surface smaller (UnseenInside). So a
 //   trained shell becomes a body, closed also where it stands on something.
 // - A pocket of other cells that the object encloses completely, in which there is neither a
@@ -156,7 +156,7 @@ struct ExportableScene {
 // `fill_hidden_space` switches the last two; the first and the fourth need a model that knows what
 // rays passed and what stopped them. No cell belongs to two objects. The label of id 0 makes none.
 //
-// Then PieceOptions may leave out more, by default fragments (LeaveOutFragments); the rest is
+// Then ComponentOptions may leave out more, by default fragments (LeaveOutFragments); the rest is
 // measured (DescribeObject).
 //
 // The display colour of a cell is CellStatistics::mean_color where the model has statistics, else

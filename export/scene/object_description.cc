@@ -57,7 +57,7 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
   object->confidence = confidence / static_cast<double>(of_own_class);
   const ObjectSurface surface = ExtractSurface(scene, *object);
   const SurfaceTopology topology = TopologyOf(surface.vertices.size(), surface.triangles);
-  object->cavities = NumCavities(topology, object->pieces);
+  object->cavities = NumCavities(topology, object->components);
   object->genus = topology.genus;
   const SurfaceIntegrals integrals = Integrate(scene, surface);
   object->area = integrals.area * scale * scale;

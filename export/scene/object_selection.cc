@@ -53,7 +53,7 @@ LabelFilter FilterObjects(const ExportableScene& scene,
     };
     if (is_in(objects) || (labels_without_object != nullptr && !part.ids.empty())) return "";
     return (part.ids.empty()   ? "which is no object; "
-            : is_in(left_out)  ? "all of whose pieces are left out; "
+            : is_in(left_out)  ? "all of whose components are left out; "
             : is_in(fragments) ? "which is left out as a fragment (keep_fragments); "
                                : "a label without solid cells; ") +
            Listed(scene.objects) + ".";

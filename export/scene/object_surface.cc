@@ -57,6 +57,81 @@ bool Contains(const std::array<uint32_t, 4>& tet, uint32_t cell) {
   return std::find(tet.begin(), tet.end(), cell) != tet.end();
 }
 
+// The tetrahedra with corners inside and outside of the object, ascending: they are the vertices.
+std::vector<uint32_t> BoundaryTets(const ExportableScene& scene,
+                                   const ObjectInfo& object,
+                                   const std::vector<uint8_t>& inside) {
+  std::vector<uint32_t> tets;
+  for (const uint32_t cell : object.cells) {
+    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
+      const auto& corners = scene.delaunay.tets[tet];
+      if (std::any_of(corners.begin(), corners.end(), [&](uint32_t c) { return !inside[c]; })) {
+        tets.push_back(tet);
+      }
+    }
+  }
+  std::sort(tets.begin(), tets.end());
+  tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
+  return tets;
+}
+
+// Adds the circumcentres of surface->vertex_tet, with the mean colour and confidence of the cells
+// inside that meet there.
+void AddVertices(const ExportableScene& scene,
+                 const std::vector<uint8_t>& inside,
+                 ObjectSurface* surface) {
+  for (const uint32_t tet : surface->vertex_tet) {
+    surface->vertices.push_back(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
+    Eigen::Vector3f color = Eigen::Vector3f::Zero();
+    float confidence = 0, weight = 0;
+    int count = 0;
+    for (const uint32_t cell : scene.delaunay.tets[tet]) {
+      if (!inside[cell]) continue;
+      color += scene.color_weight[cell] * scene.display_color[cell];
+      weight += scene.color_weight[cell];
+      confidence += scene.labels.confidence[cell];
+      ++count;
+    }
+    surface->vertex_color.push_back(ToColor8(color / weight));
+    surface->vertex_confidence.push_back(confidence / static_cast<float>(count));
+  }
+}
+
+// Adds the polygons between the object's cells and all others, cut into triangles.
+void AddFaces(const ExportableScene& scene,
+              const ObjectInfo& object,
+              const std::vector<uint8_t>& inside,
+              ObjectSurface* surface) {
+  const Delaunay& delaunay = scene.delaunay;
+  const std::vector<uint32_t>& tets = surface->vertex_tet;
+  const auto vertex_of = [&](uint32_t tet) {
+    return static_cast<uint32_t>(std::lower_bound(tets.begin(), tets.end(), tet) - tets.begin());
+  };
+  std::vector<uint32_t> ring;
+  for (const uint32_t i : object.cells) {
+    const Color8 color = ToColor8(scene.display_color[i]);
+    for (const uint32_t j : delaunay.Neighbors(i)) {
+      if (inside[j]) continue;
+      const auto around = scene.tets_of_cells.Of(i);
+      const auto first = std::find_if(around.begin(), around.end(), [&](uint32_t tet) {
+        return Contains(delaunay.tets[tet], j);
+      });
+      CHECK(first != around.end());
+      RingAroundEdge(delaunay, i, j, *first, &ring);
+      const uint32_t apex = vertex_of(ring[0]);
+      uint32_t last = vertex_of(ring[1]);
+      for (size_t k = 2; k < ring.size(); ++k) {
+        const uint32_t next = vertex_of(ring[k]);
+        surface->triangles.push_back({apex, last, next});
+        surface->triangle_cells.push_back({i, j});
+        surface->face_color.push_back(color);
+        surface->face_confidence.push_back(scene.labels.confidence[i]);
+        last = next;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Color8 ToColor8(const Eigen::Vector3f& display) {
@@ -85,68 +160,14 @@ void ShowVerticesOnFaces(ObjectSurface* surface) {
 }
 
 ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& object) {
-  const Delaunay& delaunay = scene.delaunay;
-  std::vector<uint8_t> inside(delaunay.num_cells, 0);
+  std::vector<uint8_t> inside(scene.delaunay.num_cells, 0);
   for (const uint32_t cell : object.cells) inside[cell] = 1;
-
   ObjectSurface surface;
   surface.object_id = object.id;
   surface.object_name = object.name;
-  // Tetrahedra with a corner outside are the vertices, numbered as the tetrahedra are.
-  for (const uint32_t cell : object.cells) {
-    for (const uint32_t tet : scene.tets_of_cells.Of(cell)) {
-      const auto& corners = delaunay.tets[tet];
-      if (std::any_of(corners.begin(), corners.end(), [&](uint32_t c) { return !inside[c]; })) {
-        surface.vertex_tet.push_back(tet);
-      }
-    }
-  }
-  auto& tets = surface.vertex_tet;
-  std::sort(tets.begin(), tets.end());
-  tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
-  const auto vertex_of = [&](uint32_t tet) {
-    return static_cast<uint32_t>(std::lower_bound(tets.begin(), tets.end(), tet) - tets.begin());
-  };
-
-  for (const uint32_t tet : tets) {
-    surface.vertices.push_back(scene.FileFromNormalized(scene.voronoi_vertices[tet]));
-    Eigen::Vector3f color = Eigen::Vector3f::Zero();
-    float confidence = 0, weight = 0;
-    int count = 0;
-    for (const uint32_t cell : delaunay.tets[tet]) {
-      if (!inside[cell]) continue;
-      color += scene.color_weight[cell] * scene.display_color[cell];
-      weight += scene.color_weight[cell];
-      confidence += scene.labels.confidence[cell];
-      ++count;
-    }
-    surface.vertex_color.push_back(ToColor8(color / weight));
-    surface.vertex_confidence.push_back(confidence / static_cast<float>(count));
-  }
-
-  std::vector<uint32_t> ring;
-  for (const uint32_t i : object.cells) {
-    const Color8 color = ToColor8(scene.display_color[i]);
-    for (const uint32_t j : delaunay.Neighbors(i)) {
-      if (inside[j]) continue;
-      const auto around = scene.tets_of_cells.Of(i);
-      const auto first = std::find_if(around.begin(), around.end(), [&](uint32_t tet) {
-        return Contains(delaunay.tets[tet], j);
-      });
-      CHECK(first != around.end());
-      RingAroundEdge(delaunay, i, j, *first, &ring);
-      const uint32_t apex = vertex_of(ring[0]);
-      uint32_t last = vertex_of(ring[1]);
-      for (size_t k = 2; k < ring.size(); ++k) {
-        const uint32_t next = vertex_of(ring[k]);
-        surface.triangles.push_back({apex, last, next});
-        surface.triangle_cells.push_back({i, j});
-        surface.face_color.push_back(color);
-        surface.face_confidence.push_back(scene.labels.confidence[i]);
-        last = next;
-      }
-    }
-  }
+  surface.vertex_tet = BoundaryTets(scene, object, inside);
+  AddVertices(scene, inside, &surface);
+  AddFaces(scene, object, inside, &surface);
   return surface;
 }
 

@@ -40,13 +40,13 @@ SurfaceTopology TopologyOf(size_t num_vertices,
   return {shells, shells - euler / 2};
 }
 
-int64_t NumCavities(const SurfaceTopology& topology, int64_t pieces) {
-  CHECK_GE(topology.shells, pieces);
-  return topology.shells - pieces;
+int64_t NumCavities(const SurfaceTopology& topology, int64_t components) {
+  CHECK_GE(topology.shells, components);
+  return topology.shells - components;
 }
 
-std::string TopologySummary(const SurfaceTopology& topology, int64_t pieces) {
-  const int64_t cavities = NumCavities(topology, pieces);
+std::string TopologySummary(const SurfaceTopology& topology, int64_t components) {
+  const int64_t cavities = NumCavities(topology, components);
   return std::to_string(topology.shells) + (topology.shells == 1 ? " shell, " : " shells, ") +
          (cavities == 0 ? "no cavities"
                         : std::to_string(cavities) + " of them " +

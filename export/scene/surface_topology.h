@@ -22,12 +22,12 @@ SurfaceTopology TopologyOf(size_t num_vertices,
                            const std::vector<std::array<uint32_t, 3>>& triangles);
 
 // The shells that are walls of inner cavities, where the surface is the whole boundary of a body of
-// so many connected pieces. Every shell has one piece, or the outside, or a cavity on either side,
-// and these form a tree whose links are the shells: so there are as many shells as pieces and
-// cavities together.
-int64_t NumCavities(const SurfaceTopology& topology, int64_t pieces);
+// so many connected components. Every shell has one component, or the outside, or a cavity on
+// either side, and these form a tree whose links are the shells: so there are as many shells as
+// components and cavities together.
+int64_t NumCavities(const SurfaceTopology& topology, int64_t components);
 
 // "9 shells, 8 of them cavities, genus 1"; "1 shell, no cavities, genus 0".
-std::string TopologySummary(const SurfaceTopology& topology, int64_t pieces);
+std::string TopologySummary(const SurfaceTopology& topology, int64_t components);
 
 }  // namespace semfoam

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include <openvdb/math/Proximity.h>
 #include <openvdb/tools/Prune.h>
@@ -153,6 +155,61 @@ double DistanceToBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& poin
   return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
+// A block with triangles near it, or with voxels of the object, or both.
+struct BandBlock {
+  // PackBlock of the block.
+  uint64_t key;
+  std::span<const Near> near;
+  // Null where the object holds none of the block.
+  const VoxelBlock* cells;
+};
+
+// Joins the triangles near blocks and the object's voxels, both by ascending block. The result
+// refers to both.
+std::vector<BandBlock> JoinBlocks(std::span<const Near> near, std::span<const VoxelBlock> voxels) {
+  std::vector<BandBlock> joined;
+  for (size_t n = 0, k = 0; n < near.size() || k < voxels.size();) {
+    const uint64_t of_near = n < near.size() ? near[n].block : UINT64_MAX;
+    const uint64_t of_voxels = k < voxels.size() ? PackBlock(voxels[k].origin / 8) : UINT64_MAX;
+    BandBlock block = {std::min(of_near, of_voxels), {}, nullptr};
+    const size_t first = n;
+    while (n < near.size() && near[n].block == block.key) ++n;
+    block.near = near.subspan(first, n - first);
+    if (of_voxels == block.key) block.cells = &voxels[k++];
+    joined.push_back(block);
+  }
+  return joined;
+}
+
+// The voxels of a block of the level set of what is in the object and in the box, index space.
+std::unique_ptr<Leaf> MakeLeaf(const BandBlock& block,
+                               const std::vector<Triangle>& triangles,
+                               const Eigen::AlignedBox3d& index_box,
+                               double voxel_size) {
+  const float background = static_cast<float>(kHalfWidth * voxel_size);
+  const Eigen::Vector3i origin = 8 * UnpackBlock(block.key);
+  std::array<double, 512> distances;
+  distances.fill(kHalfWidth);
+  for (const Near& near : block.near) {
+    LowerDistances(triangles[near.triangle], origin, &distances);
+  }
+  auto leaf = std::make_unique<Leaf>(
+      openvdb::Coord(origin.x(), origin.y(), origin.z()), background, /*active=*/false);
+  for (int voxel = 0; voxel < 512; ++voxel) {
+    const bool inside = block.cells != nullptr && block.cells->cells[voxel] != kNoCell;
+    const double to_surface = inside ? -distances[voxel] : distances[voxel];
+    const Eigen::Vector3d point =
+        (origin + Eigen::Vector3i(voxel >> 6, voxel >> 3 & 7, voxel & 7)).cast<double>();
+    const double distance = std::max(to_surface, DistanceToBox(index_box, point));
+    if (distance <= -kHalfWidth) {
+      leaf->setValueOnly(voxel, -background);
+    } else if (distance < kHalfWidth) {
+      leaf->setValueOn(voxel, static_cast<float>(distance * voxel_size));
+    }
+  }
+  return leaf;
+}
+
 }  // namespace
 
 openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
@@ -161,8 +218,8 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const Eigen::AlignedBox3d& box,
                                             double voxel_size) {
   InitializeOpenVdb();
-  const float background = static_cast<float>(kHalfWidth * voxel_size);
-  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(background);
+  openvdb::FloatGrid::Ptr grid =
+      openvdb::FloatGrid::create(static_cast<float>(kHalfWidth * voxel_size));
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   if (box.isEmpty()) return grid;
   const auto to_index = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
@@ -179,49 +236,11 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
   const std::vector<Near> near = NearBlocks(triangles);
   const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, object.cells, lattice, region);
 
-  // The blocks with triangles near them, those with voxels of the object, or both.
-  struct Work {
-    uint64_t key;
-    size_t first_near, last_near;
-    const VoxelBlock* cells;  // null: the object holds none of the block
-  };
-  std::vector<Work> all;
-  for (size_t n = 0, k = 0; n < near.size() || k < blocks.size();) {
-    const uint64_t of_near = n < near.size() ? near[n].block : UINT64_MAX;
-    const uint64_t of_cells = k < blocks.size() ? PackBlock(blocks[k].origin / 8) : UINT64_MAX;
-    Work work = {std::min(of_near, of_cells), n, n, nullptr};
-    while (n < near.size() && near[n].block == work.key) ++n;
-    work.last_near = n;
-    if (of_cells == work.key) work.cells = &blocks[k++];
-    all.push_back(work);
-  }
-
-  std::vector<std::unique_ptr<Leaf>> leaves(all.size());
-  ParallelForBlocks(std::ssize(all), kLeavesPerTask, [&](int64_t begin, int64_t end) {
-    std::array<double, 512> distances;
+  const std::vector<BandBlock> band = JoinBlocks(near, blocks);
+  std::vector<std::unique_ptr<Leaf>> leaves(band.size());
+  ParallelForBlocks(std::ssize(band), kLeavesPerTask, [&](int64_t begin, int64_t end) {
     for (int64_t k = begin; k < end; ++k) {
-      const Work& work = all[k];
-      const Eigen::Vector3i origin = 8 * UnpackBlock(work.key);
-      distances.fill(kHalfWidth);
-      for (size_t n = work.first_near; n < work.last_near; ++n) {
-        LowerDistances(triangles[near[n].triangle], origin, &distances);
-      }
-      auto leaf = std::make_unique<Leaf>(
-          openvdb::Coord(origin.x(), origin.y(), origin.z()), background, /*active=*/false);
-      for (int voxel = 0; voxel < 512; ++voxel) {
-        const bool inside = work.cells != nullptr && work.cells->cells[voxel] != kNoCell;
-        const double to_surface = inside ? -distances[voxel] : distances[voxel];
-        const Eigen::Vector3d point =
-            (origin + Eigen::Vector3i(voxel >> 6, voxel >> 3 & 7, voxel & 7)).cast<double>();
-        // What is in the object and in the box.
-        const double distance = std::max(to_surface, DistanceToBox(index_box, point));
-        if (distance <= -kHalfWidth) {
-          leaf->setValueOnly(voxel, -background);
-        } else if (distance < kHalfWidth) {
-          leaf->setValueOn(voxel, static_cast<float>(distance * voxel_size));
-        }
-      }
-      leaves[k] = std::move(leaf);
+      leaves[k] = MakeLeaf(band[k], triangles, index_box, voxel_size);
     }
   });
   for (std::unique_ptr<Leaf>& leaf : leaves) grid->tree().addLeaf(leaf.release());

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -29,10 +30,10 @@ struct CellValues {
 
 // The labels that cells give to voxels.
 struct VoxelLabels {
-  const int32_t* by_cell = nullptr;  // null: `of_all` is that of every cell
+  std::span<const int32_t> by_cell;  // empty: `of_all` is that of every cell
   int32_t of_all = 0;
 
-  int32_t Of(uint32_t cell) const { return by_cell == nullptr ? of_all : by_cell[cell]; }
+  int32_t Of(uint32_t cell) const { return by_cell.empty() ? of_all : by_cell[cell]; }
 };
 
 // In which types labels are wanted.

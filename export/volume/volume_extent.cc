@@ -32,7 +32,6 @@ Eigen::AlignedBox3d RobustBox(const ExportableScene& scene,
                               double margin) {
   Eigen::AlignedBox3d box;
   if (cells.empty()) return box;
-  Eigen::Vector3d low, high;
   std::vector<double> values(cells.size());
   const size_t rank = static_cast<size_t>(q * static_cast<double>(values.size() - 1));
   for (int a = 0; a < 3; ++a) {
@@ -40,10 +39,10 @@ Eigen::AlignedBox3d RobustBox(const ExportableScene& scene,
     std::sort(values.begin(), values.end());
     const double from = values[rank];
     const double to = values[values.size() - 1 - rank];
-    low[a] = std::max(values.front(), from - fence * (to - from)) - margin;
-    high[a] = std::min(values.back(), to + fence * (to - from)) + margin;
+    box.min()[a] = std::max(values.front(), from - fence * (to - from)) - margin;
+    box.max()[a] = std::min(values.back(), to + fence * (to - from)) + margin;
   }
-  return {low, high};
+  return box;
 }
 
 double MedianRadius(const ExportableScene& scene, const std::vector<uint32_t>& cells) {

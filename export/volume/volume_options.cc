@@ -44,9 +44,6 @@ std::string VolumeExportOptions::Check() const {
   if (supersample < 1 || supersample > kMaxSupersample) {
     return "supersample must be 1.." + std::to_string(kMaxSupersample) + ".";
   }
-  if (label_grid_type != "float" && label_grid_type != "int32" && label_grid_type != "both") {
-    return "label_grid_type must be float, int32 or both.";
-  }
   std::set<std::string> names;
   for (const std::string* name : {&grid_names.density,
                                   &grid_names.color,

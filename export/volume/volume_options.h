@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "export/scene/label_choice.h"
 
 #include <cstdint>
@@ -20,6 +21,17 @@ struct GridNames {
   std::string confidence = "confidence";
   std::string surface = "surface";
 };
+
+// In which grids the files hold labels. Integers stand apart because readers that know only float
+// grids (Python's pyopenvdb, Unreal) refuse a whole file for one grid of them.
+enum class LabelGridType {
+  kFloat,  // a grid of its own in each file
+  kInt32,  // in scene_labels_int32.vdb and nowhere else
+  kBoth,
+};
+inline constexpr EnumName<LabelGridType> kLabelGridTypeNames[] = {{LabelGridType::kFloat, "float"},
+                                                                  {LabelGridType::kInt32, "int32"},
+                                                                  {LabelGridType::kBoth, "both"}};
 
 struct VolumeExportOptions {
   // Edge of a voxel in world units, for the scene and all objects; 0 = so that the longest edge of
@@ -47,10 +59,7 @@ struct VolumeExportOptions {
   float min_optical_depth = 0.05f;
 
   GridNames grid_names;
-  // "float": a grid of its own in each file. "int32": in scene_labels_int32.vdb and nowhere else.
-  // "both". Integers stand apart because readers that know only float grids (Python's pyopenvdb,
-  // Unreal) refuse a whole file for one grid of them.
-  std::string label_grid_type = "float";
+  LabelGridType label_grid_type = LabelGridType::kFloat;
 
   // Save density, color and confidence with 16 bits on disk; labels, int32 and distances stay
   // exact.

@@ -107,6 +107,35 @@ void SetVoxel(openvdb::Index voxel, const Value& value, Leaf* leaf) {
   if (leaf != nullptr) leaf->setValueOn(voxel, value);
 }
 
+// Makes the wanted leaves of a block of samples. Returns how many voxels are active.
+int64_t FillLeaves(const SampleBlock& samples,
+                   const LabelGrids& wanted,
+                   VoxelReducer* reduce,
+                   BlockLeaves* leaves) {
+  MakeLeaf(samples, &leaves->density);
+  MakeLeaf(samples, &leaves->color);
+  MakeLeaf(samples, &leaves->confidence);
+  if (wanted.label) MakeLeaf(samples, &leaves->label);
+  if (wanted.label_int32) MakeLeaf(samples, &leaves->label_int32);
+  int64_t num_voxels = 0;
+  VoxelValues voxel;
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      for (int z = 0; z < 8; ++z) {
+        if (!(*reduce)(samples, x, y, z, &voxel)) continue;
+        const openvdb::Index at = 64 * x + 8 * y + z;
+        SetVoxel(at, voxel.values.density, leaves->density.get());
+        SetVoxel(at, voxel.values.color, leaves->color.get());
+        SetVoxel(at, voxel.values.confidence, leaves->confidence.get());
+        SetVoxel(at, static_cast<float>(voxel.label), leaves->label.get());
+        SetVoxel(at, voxel.label, leaves->label_int32.get());
+        ++num_voxels;
+      }
+    }
+  }
+  return num_voxels;
+}
+
 // Moves the leaves that `leaf_of` takes out of each block into a grid.
 template <typename Grid, typename LeafOf>
 typename Grid::Ptr GridOf(std::vector<BlockLeaves>* blocks, const LeafOf& leaf_of) {
@@ -135,29 +164,9 @@ VoxelGrids MakeVoxelGrids(const CellVoxelizer& voxelizer,
   ParallelForBlocks(num_blocks, kBlocksPerTask, [&](int64_t begin, int64_t end) {
     SampleBlock samples;
     VoxelReducer reduce(values, labels);
-    VoxelValues voxel;
     for (int64_t k = begin; k < end; ++k) {
       if (!voxelizer.Fill(k, &samples)) continue;
-      BlockLeaves& leaves = blocks[k];
-      MakeLeaf(samples, &leaves.density);
-      MakeLeaf(samples, &leaves.color);
-      MakeLeaf(samples, &leaves.confidence);
-      if (wanted.label) MakeLeaf(samples, &leaves.label);
-      if (wanted.label_int32) MakeLeaf(samples, &leaves.label_int32);
-      for (int x = 0; x < 8; ++x) {
-        for (int y = 0; y < 8; ++y) {
-          for (int z = 0; z < 8; ++z) {
-            if (!reduce(samples, x, y, z, &voxel)) continue;
-            const openvdb::Index at = 64 * x + 8 * y + z;
-            SetVoxel(at, voxel.values.density, leaves.density.get());
-            SetVoxel(at, voxel.values.color, leaves.color.get());
-            SetVoxel(at, voxel.values.confidence, leaves.confidence.get());
-            SetVoxel(at, static_cast<float>(voxel.label), leaves.label.get());
-            SetVoxel(at, voxel.label, leaves.label_int32.get());
-            ++voxels[begin / kBlocksPerTask];
-          }
-        }
-      }
+      voxels[begin / kBlocksPerTask] += FillLeaves(samples, wanted, &reduce, &blocks[k]);
     }
     if (progress == nullptr) return;
     const std::lock_guard<std::mutex> lock(mutex);

@@ -50,6 +50,16 @@ IndexBox SamplesIn(const Eigen::AlignedBox3d& box, const VoxelLattice& lattice, 
   return result;
 }
 
+// The blocks, of block_edge^3 samples, that hold samples of the range.
+IndexBox BlocksOf(const IndexBox& samples, int block_edge) {
+  IndexBox blocks = samples;
+  for (int a = 0; a < 3; ++a) {
+    blocks.low[a] = FloorDivide(blocks.low[a], block_edge);
+    blocks.high[a] = FloorDivide(blocks.high[a], block_edge);
+  }
+  return blocks;
+}
+
 void ListHalfSpaces(const ExportableScene& scene,
                     uint32_t cell,
                     double reach,
@@ -215,7 +225,6 @@ CellVoxelizer::CellVoxelizer(const ExportableScene& scene,
   CHECK_GE(samples, 1);
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   if (box.isEmpty()) return;
-  const int edge = BlockEdge();
   const IndexBox voxels = SamplesIn(box, lattice, 8);
   if (voxels.IsEmpty()) return;
   // All samples of the voxels whose centres lie in the box, and a box around them.
@@ -225,35 +234,39 @@ CellVoxelizer::CellVoxelizer(const ExportableScene& scene,
       Eigen::Vector3d::Constant(0.5 * (lattice.voxel_size - lattice_.voxel_size));
   const Eigen::AlignedBox3d wide(box.min() - margin, box.max() + margin);
   reach_ = wide.diagonal().norm() + kFarRadius;
+  FindTouches(wide, limits);
+  for (size_t k = 0; k < touches_.size(); ++k) {
+    if (k == 0 || touches_[k].block != touches_[k - 1].block) starts_.push_back(k);
+  }
+  starts_.push_back(touches_.size());
+}
 
-  const int64_t count = static_cast<int64_t>(cells.size());
-  boxes_.resize(cells.size());
+void CellVoxelizer::FindTouches(const Eigen::AlignedBox3d& box, const IndexBox& limits) {
+  const int edge = BlockEdge();
+  const int64_t count = std::ssize(cells_);
+  boxes_.resize(cells_.size());
   std::vector<std::vector<Touch>> parts((count + kCellsPerTask - 1) / kCellsPerTask);
   ParallelForBlocks(count, kCellsPerTask, [&](int64_t begin, int64_t end) {
     std::vector<Touch>& touches = parts[begin / kCellsPerTask];
     std::vector<HalfSpace> half_spaces;
     BlockSearch search(lattice_, edge);
     for (int64_t k = begin; k < end; ++k) {
-      const uint32_t cell = cells[k];
-      if (scene.delaunay.Neighbors(cell).empty()) continue;
-      const Eigen::AlignedBox3d around = CellBox(scene, cell, wide);
+      const uint32_t cell = cells_[k];
+      if (scene_.delaunay.Neighbors(cell).empty()) continue;
+      const Eigen::AlignedBox3d around = CellBox(scene_, cell, box);
       if (around.isEmpty()) continue;
       boxes_[k] = SamplesIn(around, lattice_, edge);
       boxes_[k].low = boxes_[k].low.cwiseMax(limits.low);
       boxes_[k].high = boxes_[k].high.cwiseMin(limits.high);
       if (boxes_[k].IsEmpty()) continue;
-      IndexBox blocks = boxes_[k];
-      for (int a = 0; a < 3; ++a) {
-        blocks.low[a] = FloorDivide(blocks.low[a], edge);
-        blocks.high[a] = FloorDivide(blocks.high[a], edge);
-      }
+      const IndexBox blocks = BlocksOf(boxes_[k], edge);
       if (blocks.low == blocks.high) {
         touches.push_back({PackBlock(blocks.low), static_cast<uint32_t>(k)});
         continue;
       }
-      ListHalfSpaces(scene, cell, reach_, &half_spaces);
+      ListHalfSpaces(scene_, cell, reach_, &half_spaces);
       search.Run(
-          scene.cell_positions[cell].cast<double>(), half_spaces, blocks, [&](uint64_t block) {
+          scene_.cell_positions[cell].cast<double>(), half_spaces, blocks, [&](uint64_t block) {
             touches.push_back({block, static_cast<uint32_t>(k)});
           });
     }
@@ -264,10 +277,6 @@ CellVoxelizer::CellVoxelizer(const ExportableScene& scene,
   std::sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) {
     return a.block != b.block ? a.block < b.block : a.cell < b.cell;
   });
-  for (size_t k = 0; k < touches_.size(); ++k) {
-    if (k == 0 || touches_[k].block != touches_[k - 1].block) starts_.push_back(k);
-  }
-  starts_.push_back(touches_.size());
 }
 
 bool CellVoxelizer::Fill(int64_t index, SampleBlock* block) const {

@@ -86,6 +86,9 @@ class CellVoxelizer {
   };
 
   int BlockEdge() const { return 8 * samples_; }
+  // Fills boxes_ and touches_: which blocks each cell may touch, as far as it lies in `box`
+  // (normalised frame) and its samples in `limits`.
+  void FindTouches(const Eigen::AlignedBox3d& box, const IndexBox& limits);
 
   const ExportableScene& scene_;
   const std::vector<uint32_t>& cells_;

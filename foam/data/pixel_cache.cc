@@ -50,9 +50,10 @@ PixelCache::PixelCache(const TrainingViews& views, DrawingPlan plan)
                   sizeof(least),
                   "%.3g",
                   std::ceil(static_cast<double>(LeastBytes(plan_)) / 1e6) / 1e3);
-    throw UserError("--image_cache_gb: is too little for the pixels of two iterations; ",
-                    least,
-                    " or more would be right.");
+    throw FieldError("image_cache_gb",
+                     " is too little for the pixels of two iterations; ",
+                     least,
+                     " or more would be right.");
   }
   kept_order_.resize(plan_.kept.size());
   std::iota(kept_order_.begin(), kept_order_.end(), 0);

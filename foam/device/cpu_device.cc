@@ -68,7 +68,7 @@ class CpuTrainingDevice final : public TrainingDevice {
  public:
   explicit CpuTrainingDevice(TrainingState* state) : state_(*state) {}
 
-  DeviceKind Kind() const override { return DeviceKind::kCores; }
+  DeviceKind Kind() const override { return DeviceKind::kCpu; }
 
   void Download() override {}
 

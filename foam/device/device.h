@@ -6,28 +6,33 @@
 #include <optional>
 #include <string>
 
-// Where rays are cast and foams trained: on the CPU, or on a GPU
-// (foam/device/cuda/, in programs built with SEMFOAM_CUDA). Chosen once for the process, as the
-// number of threads is. What works there is made by device_factory.h.
-
 namespace semfoam {
 
-// "cpu"; "cuda:N", the N-th GPU; "auto": the first GPU that is there, else the CPU. Until it is
-// called the CPU are in use. Throws UserError, one sentence, where there is no such device or
-// this program knows none of its kind. Not while anything made for a device is there.
-void UseDevice(const std::string& device);
+// Names the device that casts rays and trains foams: the CPU, or one GPU (foam/device/cuda/,
+// experimental, in programs built with SEMFOAM_CUDA). A value, passed to what renders
+// (ViewRenderer) and trains (TrainingHooks); device_factory.h makes what works there.
+class Device {
+ public:
+  // The CPU.
+  Device() = default;
 
-// The number of the GPU in use; nothing: the CPU.
-std::optional<int> CudaDeviceInUse();
+  // Finds the device called `name`: "cpu"; "cuda:N", the GPU of that number from 0 on; "auto", the
+  // first GPU that CUDA can use, else the CPU. Throws FieldError for the field "device", one
+  // sentence, where there is no such device or this program was built without CUDA.
+  static Device Find(const std::string& name);
 
-// The kind of the device in use.
-DeviceKind DeviceKindInUse();
+  // The same on a machine with so many GPUs; nothing: in a program built without CUDA.
+  static Device Find(const std::string& name, std::optional<int> num_gpus);
 
-// The device in use, in words: "2 threads", "cuda:0 (its name, its memory)".
-std::string DeviceInWords();
+  // The number of the GPU; nothing: the CPU.
+  std::optional<int> gpu() const { return gpu_; }
+  DeviceKind kind() const { return gpu_ ? DeviceKind::kGpu : DeviceKind::kCpu; }
 
-// What `device` is where there are so many GPUs (nothing: in a program built without CUDA): the
-// number of a GPU, or nothing for the CPU. Throws UserError as UseDevice does.
-std::optional<int> FindCudaDevice(const std::string& device, std::optional<int> num_cuda_devices);
+  // For the log: "2 threads" (NumThreads), "cuda:0 (its name, its memory)".
+  std::string Description() const;
+
+ private:
+  std::optional<int> gpu_;
+};
 
 }  // namespace semfoam

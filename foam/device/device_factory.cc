@@ -5,23 +5,24 @@
 
 #ifdef SEMFOAM_HAS_CUDA
 #include "foam/device/cuda/cuda_device.h"
-#include "foam/device/device.h"
 #endif
 
 namespace semfoam {
 
-std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state) {
+std::unique_ptr<TrainingDevice> MakeTrainingDevice([[maybe_unused]] const Device& device,
+                                                   TrainingState* state) {
 #ifdef SEMFOAM_HAS_CUDA
-  if (const auto gpu = CudaDeviceInUse()) return MakeCudaTrainingDevice(*gpu, state);
+  if (const auto gpu = device.gpu()) return MakeCudaTrainingDevice(*gpu, state);
 #endif
   return MakeCpuTrainingDevice(state);
 }
 
-std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
+std::unique_ptr<RayCaster> MakeRayCaster([[maybe_unused]] const Device& device,
+                                         const WalkGeometry<float>& geometry,
                                          const CellShading<float>& shading,
                                          const ClassifierView<float>& classifier) {
 #ifdef SEMFOAM_HAS_CUDA
-  if (const auto gpu = CudaDeviceInUse()) {
+  if (const auto gpu = device.gpu()) {
     return MakeCudaRayCaster(*gpu, geometry, shading, classifier);
   }
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
 #include "foam/optim/training_device.h"
 #include "foam/render/ray_caster.h"
 #include "foam/render/ray_loss.h"
@@ -9,16 +10,17 @@
 
 #include <memory>
 
-// What casts rays and trains foams, on the device in use (device.h).
-
 namespace semfoam {
 
-// Ready to train the foam in `state`, which must outlive it; takes over state and topology with
-// Upload() and UploadTopology().
-std::unique_ptr<TrainingDevice> MakeTrainingDevice(TrainingState* state);
+// Makes what trains the foam in `state` on `device`. `state` must outlive it; Upload() and
+// UploadTopology() copy state and topology there. Throws UserError where the device has too little
+// memory.
+std::unique_ptr<TrainingDevice> MakeTrainingDevice(const Device& device, TrainingState* state);
 
-// Ready to show a foam. What the three refer to must outlive the caster and stay as it is.
-std::unique_ptr<RayCaster> MakeRayCaster(const WalkGeometry<float>& geometry,
+// Makes what casts rays through a foam on `device`, to render it. What the three refer to must
+// outlive the caster and stay as it is. Throws UserError where the device has too little memory.
+std::unique_ptr<RayCaster> MakeRayCaster(const Device& device,
+                                         const WalkGeometry<float>& geometry,
                                          const CellShading<float>& shading,
                                          const ClassifierView<float>& classifier);
 

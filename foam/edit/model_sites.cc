@@ -4,7 +4,7 @@
 #include "foam/geometry/delaunay.h"
 #include "foam/model/spherical_harmonics.h"
 #include "foam/optim/optimizer.h"
-#include "foam/util/gather.h"
+#include "foam/util/array_rows.h"
 
 #include <algorithm>
 
@@ -67,7 +67,7 @@ void RaiseShDegree(int sh_degree, Foam* foam) {
   CHECK_GE(sh_degree, foam->sh_degree);
   const size_t stride = foam->ShStride();
   foam->sh_degree = sh_degree;
-  foam->sh = WithStride(foam->sh, stride, stride, foam->ShStride());
+  foam->sh = ResizeRows(foam->sh, stride, stride, foam->ShStride());
 }
 
 void MakeEmpty(uint32_t site, Model* model) {

@@ -9,20 +9,24 @@
 
 namespace semfoam {
 
-// What every real cell is, read off the foam's parameters.
+// Class and solidity of every cell, guards apart.
 struct CellLabels {
-  std::vector<int32_t>
-      class_index;  // [N] argmax of the classifier on the cell's own identity; -1 without semantics
-  std::vector<float> confidence;  // [N] softmax of that class, 0..1; 0 without semantics
-  std::vector<uint8_t>
-      solid;  // [N] 1 where density * cell radius >= the threshold: matter, not air
+  // [N] Argmax of the classifier on the cell's own identity; -1 without semantics.
+  std::vector<int32_t> class_index;
+  // [N] Softmax of that class, 0 to 1; 0 without semantics.
+  std::vector<float> confidence;
+  // [N] 1 where density * cell radius is at least the threshold: matter, not air.
+  std::vector<uint8_t> solid;
 };
 
-// Solid: density times cell radius, both of the normalised frame, at least this. A cell alone need
-// not be opaque (here some 20 % across): a trained surface is several cells thick. With 0.5 thin
-// things fell apart and shells leaked (export/README.md).
+// Threshold of density times cell radius, both in the normalised frame, from which on a cell is
+// solid. A single cell need not be opaque (at this value it is so by some 20 %), as a trained
+// surface is several cells thick. With 0.5 thin things fell apart and shells leaked
+// (export/README.md).
 inline constexpr float kSolidOpticalDepth = 0.1f;
 
+// Computes the labels of all cells. `delaunay` is the triangulation of the foam's sites and the
+// guards.
 CellLabels LabelCells(const Foam& foam,
                       const Delaunay& delaunay,
                       float solid_optical_depth = kSolidOpticalDepth);

@@ -11,11 +11,11 @@
 
 namespace semfoam {
 
-// The class of what no mask has labelled.
+// The class index of pixels that no mask labels.
 inline constexpr int32_t kUnlabelled = -1;
 
-// The one linear layer from identity to classes (Semantic Foam, section 3): logits[k] = weight[k] .
-// identity + bias[k]. `weight` is [num_classes][kIdentityDim].
+// Computes the logit of class k by the linear layer from identity to classes (Semantic Foam,
+// section 3): logits[k] = weight[k] . identity + bias[k]. `weight` is [num_classes][kIdentityDim].
 template <typename T>
 SEMFOAM_HOST_DEVICE T ClassLogit(const T* weight, const T* bias, int k, const T* identity) {
   T sum = bias[k];
@@ -23,7 +23,7 @@ SEMFOAM_HOST_DEVICE T ClassLogit(const T* weight, const T* bias, int k, const T*
   return sum;
 }
 
-// Of all classes: `logits` [num_classes].
+// Computes the logits of all classes: `logits` [num_classes].
 template <typename T>
 SEMFOAM_HOST_DEVICE void ClassLogits(
     const T* weight, const T* bias, int num_classes, const T* identity, T* logits) {
@@ -43,7 +43,8 @@ struct MostLikelyClass {
   float confidence = 0;  // softmax of that class
 };
 
-// The largest logit (ties: the lowest index) and its softmax. `logits` must not be empty.
+// Returns the class of the largest logit (ties: the lowest index) and its softmax. `logits` must
+// not be empty.
 inline MostLikelyClass ArgmaxSoftmax(std::span<const float> logits) {
   const auto best = std::max_element(logits.begin(), logits.end());
   float sum = 0;
@@ -51,7 +52,7 @@ inline MostLikelyClass ArgmaxSoftmax(std::span<const float> logits) {
   return {static_cast<int32_t>(best - logits.begin()), 1 / sum};
 }
 
-// The same of an identity, where there is no room for the logits of all classes.
+// Returns the same for an identity, without room for the logits of all classes.
 template <typename T>
 SEMFOAM_HOST_DEVICE MostLikelyClass
 FindMostLikelyClass(const T* weight, const T* bias, int num_classes, const T* identity) {

@@ -37,18 +37,21 @@ struct Foam {
   int ShStride() const { return 3 * NumShCoefficients(sh_degree); }
 };
 
-// What the training photos say of each cell; measured after training (foam/view/cell_statistics.h),
-// carried in the model for the exports.
+// Statistics of each cell over the rays of the training photos. Measured after training
+// (foam/view/cell_statistics.h) and stored in the model for the exports.
 struct CellStatistics {
-  std::vector<float> contribution;  // [N] largest rendering weight over all sampled training rays,
-                                    // 0..1; 0 = never seen
-  std::vector<Eigen::Vector3f>
-      mean_color;  // [N] weight-averaged visible colour, display values (sRGB / 255) in 0..1
+  // [N], 0 to 1: the largest rendering weight over all sampled rays; 0: never seen.
+  std::vector<float> contribution;
+  // [N], display values (sRGB / 255), 0 to 1: the weight-averaged visible colour.
+  std::vector<Eigen::Vector3f> mean_color;
 
-  // What rays say of emptiness. A ray looks at its surface where its transmittance falls through
-  // 1/2; what it passes before is empty. Sums over the sampled rays, [N], empty where not measured:
-  std::vector<float> passed;   // twice what is left above 1/2 behind the cell
-  std::vector<float> stopped;  // twice what the cell takes below 1/2
+  // Evidence of empty space. A ray sees its surface where its transmittance falls through 1/2; what
+  // it passes before is empty. Sums over the sampled rays, [N], or empty where not measured.
+  //
+  // Twice the part of the transmittance behind the cell that is above 1/2.
+  std::vector<float> passed;
+  // Twice the part of the transmittance below 1/2 that the cell takes away.
+  std::vector<float> stopped;
 };
 
 }  // namespace semfoam

@@ -1,42 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <bit>
+#include "foam/model/model.h"
+#include "foam/util/checksummed_file.h"
+#include "foam/util/error.h"
+#include "foam/util/input_file.h"
+#include "foam/util/json_file.h"
+#include "foam/util/photo_name.h"
+
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <set>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
 
-#define XXH_INLINE_ALL
-#include "foam/model/model.h"
-#include "foam/util/error.h"
-#include "foam/util/input_file.h"
-#include "foam/util/json_file.h"
-#include "foam/util/output_file.h"
-#include "foam/util/photo_name.h"
-
-#include <xxhash.h>
-
 namespace semfoam {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file is written as memory lies");
 static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float), "positions are written as they lie");
 
 using Json = nlohmann::json;
 
-constexpr char kMagic[8] = {'S', 'E', 'M', 'F', 'O', 'A', 'M', '\n'};
-constexpr uint32_t kVersion = 1;
-constexpr size_t kPreambleBytes = 24;  // magic, version, reserved, header length
-constexpr size_t kAlignment = 64;
-constexpr size_t kHashBytes = 8;
+constexpr ChecksummedFormat kFormat = {
+    .magic = {'S', 'E', 'M', 'F', 'O', 'A', 'M', '\n'}, .version = 1, .alignment = 64};
 constexpr int kMaxClasses = 65536;
 constexpr int kMaxPhotoSide = 1'000'000;
-
-size_t AlignUp(size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
 
 // One float array of the model: its name in the file, where it lies in memory, and the shape that
 // the rest of the model implies.
@@ -109,18 +101,6 @@ Json Header(const Model& model) {
   return header;
 }
 
-template <typename T>
-void Append(std::string* bytes, const T& value) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-template <typename T>
-T Read(const std::string& bytes, size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(value));
-  return value;
-}
-
 // A whole number of the header: get<int>() would make one of 1e300, and of 2^32 as well.
 template <typename T>
 T Whole(const Json& json, const std::string& key, int64_t low, int64_t high) {
@@ -131,14 +111,6 @@ T Whole(const Json& json, const std::string& key, int64_t low, int64_t high) {
 
 Eigen::Vector3d VectorFromJson(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
-}
-
-Json ParseHeaderText(const std::filesystem::path& path, std::string_view text) {
-  try {
-    return ParseJson(path, text);
-  } catch (const UserError&) {  // it speaks of a JSON file, which this is not
-    throw std::string("its header is not as it was written");
-  }
 }
 
 // Fills everything but the arrays. Throws Json::exception or std::string (what is wrong) where the
@@ -190,51 +162,91 @@ void ParseHeader(const Json& header, Model* model) {
   model->options = header.at("options").get<std::map<std::string, std::string>>();
 }
 
+// What a file holds between its preamble and its checksum.
+struct Content {
+  std::string bytes;  // the header, then the arrays
+  size_t header_bytes = 0;
+  uint64_t file_bytes = 0;  // of the whole file
+
+  std::string_view HeaderText() const { return std::string_view(bytes).substr(0, header_bytes); }
+};
+
+// Reads and verifies a file. Throws UserError where it is no foam model, of another version or
+// damaged.
+Content ReadContent(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  ChecksummedReader file(path, "a foam model such as foam_trainer's scene.foam", kFormat);
+  if (file.size() < ChecksummedFormat::kPreambleBytes + ChecksummedFormat::kChecksumBytes ||
+      !file.HasMagic()) {
+    throw UserError(name, ": this is not a foam model; foam_trainer writes one named scene.foam.");
+  }
+  if (file.version() != kFormat.version) {
+    throw UserError(name,
+                    ": it has format version ",
+                    file.version(),
+                    ", and this program reads version ",
+                    kFormat.version,
+                    "; use the program version that wrote it.");
+  }
+  Content content;
+  content.file_bytes = file.size();
+  content.bytes.resize(file.left() - ChecksummedFormat::kChecksumBytes);
+  if (!file.Read(content.bytes.data(), content.bytes.size()) || !file.ChecksumMatches()) {
+    throw UserError(name, ": it is damaged or cut (its checksum does not match); copy it again.");
+  }
+  if (file.header_bytes() > content.bytes.size()) {
+    throw UserError(name, ": it is damaged (its header is longer than the file); train it again.");
+  }
+  content.header_bytes = file.header_bytes();
+  return content;
+}
+
 // Copies one array of the file to `out`, whose length the header has set; the table, whose offsets
-// count from `base`, must agree with it and lie in the file.
-void ReadArray(const std::string& bytes,
-               size_t base,
+// count from the end of the header, must agree with it and lie in the file.
+void ReadArray(const Content& content,
                const Json& table,
                const std::string& name,
                size_t num_values,
                float* out) {
   const Json& entry = table.at(name);
-  const auto file_size = static_cast<int64_t>(bytes.size());
-  const auto offset = base + Whole<size_t>(entry, "offset", 0, file_size);
+  const auto file_size = static_cast<int64_t>(content.file_bytes);
+  const auto offset = content.header_bytes + Whole<size_t>(entry, "offset", 0, file_size);
   size_t in_file = 1;
   for (const Json& extent : entry.at("shape")) {
     const auto length = JsonInteger(extent, 0, file_size);
     if (!length) throw "array '" + name + "' is larger than the file";
     in_file *= static_cast<size_t>(*length);
-    if (in_file > bytes.size()) throw "array '" + name + "' is larger than the file";
+    if (in_file > content.file_bytes) throw "array '" + name + "' is larger than the file";
   }
   if (entry.at("type") != "float32" || in_file != num_values) {
     throw "array '" + name + "' has another size than the header says";
   }
-  const size_t payload = bytes.size() - kHashBytes;
-  if (offset > payload || num_values * sizeof(float) > payload - offset) {
+  const size_t end = content.bytes.size();
+  if (offset > end || num_values * sizeof(float) > end - offset) {
     throw "array '" + name + "' reaches beyond the end of the file";
   }
-  std::memcpy(out, bytes.data() + offset, num_values * sizeof(float));
+  std::memcpy(out, content.bytes.data() + offset, num_values * sizeof(float));
   for (size_t i = 0; i < num_values; ++i) {
     if (!std::isfinite(out[i])) throw "array '" + name + "' holds a number that is not finite";
   }
 }
 
-void ReadArrays(const std::string& bytes, size_t base, const Json& header, Model* model) {
+void ReadArrays(const Content& content, const Json& header, Model* model) {
   const Json& table = header.at("arrays");
   // Bounded before anything is allocated: every site has at least its 12 bytes of position in the
   // file.
-  const auto most = static_cast<int64_t>(bytes.size() / sizeof(Eigen::Vector3f));
+  const auto most = static_cast<int64_t>(content.file_bytes / sizeof(Eigen::Vector3f));
   const auto n = Whole<size_t>(header, "sites", 0, most);
   const auto read = [&](const std::string& name, size_t length, auto* out) {
-    if (length > bytes.size() / sizeof(float)) throw "array '" + name + "' is larger than the file";
+    if (length > content.file_bytes / sizeof(float)) {
+      throw "array '" + name + "' is larger than the file";
+    }
     out->resize(length);
-    ReadArray(bytes, base, table, name, length, out->data());
+    ReadArray(content, table, name, length, out->data());
   };
   const auto read_vectors = [&](const std::string& name, std::vector<Eigen::Vector3f>* out) {
     out->resize(n);
-    ReadArray(bytes, base, table, name, 3 * n, reinterpret_cast<float*>(out->data()));
+    ReadArray(content, table, name, 3 * n, reinterpret_cast<float*>(out->data()));
   };
   Foam& foam = model->foam;
   read_vectors("positions", &foam.positions);
@@ -271,72 +283,31 @@ void WriteModel(const std::filesystem::path& path, const Model& model) {
     CHECK_EQ(array.values.size(), length) << array.name;
     header["arrays"][array.name] = {
         {"type", "float32"}, {"shape", array.shape}, {"offset", offset}};
-    offset = AlignUp(offset + length * sizeof(float));
+    offset = kFormat.Aligned(offset + length * sizeof(float));
   }
-  std::string text;
-  try {
-    text = header.dump(1);
-  } catch (const Json::exception&) {
-    throw UserError(
-        path.string(),
-        ": cannot be written because a photo's or label's name is not UTF-8; rename it.");
-  }
-  text.resize(AlignUp(kPreambleBytes + text.size()) - kPreambleBytes, ' ');
-
-  std::string bytes;
-  bytes.reserve(kPreambleBytes + text.size() + offset + kHashBytes);
-  bytes.append(kMagic, sizeof(kMagic));
-  Append(&bytes, kVersion);
-  Append(&bytes, uint32_t{0});
-  Append(&bytes, static_cast<uint64_t>(text.size()));
-  bytes += text;
-  for (const ArrayView& array : arrays) {
-    bytes.append(reinterpret_cast<const char*>(array.values.data()), array.values.size_bytes());
-    bytes.resize(AlignUp(bytes.size()), '\0');
-  }
-  Append(&bytes, static_cast<uint64_t>(XXH64(bytes.data(), bytes.size(), 0)));
-  WriteTextFile(path, bytes);
+  ChecksummedWriter file(path, kFormat, HeaderText(path, header, "a photo's or label"));
+  for (const ArrayView& array : arrays) file.Write(std::as_bytes(array.values));
+  file.WriteChecksum();
+  file.Commit();
 }
 
 Model ReadModel(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  const std::string bytes = ReadFileBytes(path, "a foam model such as foam_trainer's scene.foam");
-  if (bytes.size() < kPreambleBytes + kHashBytes ||
-      std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
-    throw UserError(file, ": this is not a foam model; foam_trainer writes one named scene.foam.");
-  }
-  const uint32_t version = Read<uint32_t>(bytes, 8);
-  if (version != kVersion) {
-    throw UserError(file,
-                    ": it has format version ",
-                    version,
-                    ", and this program reads version ",
-                    kVersion,
-                    "; use the program version that wrote it.");
-  }
-  const size_t hashed = bytes.size() - kHashBytes;
-  if (XXH64(bytes.data(), hashed, 0) != Read<uint64_t>(bytes, hashed)) {
-    throw UserError(file, ": it is damaged or cut (its checksum does not match); copy it again.");
-  }
-  const uint64_t header_bytes = Read<uint64_t>(bytes, 16);
-  if (header_bytes > hashed - kPreambleBytes) {
-    throw UserError(file, ": it is damaged (its header is longer than the file); train it again.");
-  }
+  const Content content = ReadContent(path);
   Model model;
   try {
-    const Json header =
-        ParseHeaderText(path, std::string_view(bytes).substr(kPreambleBytes, header_bytes));
-    ParseHeader(header, &model);
-    ReadArrays(bytes, kPreambleBytes + header_bytes, header, &model);
+    const std::optional<Json> header = ParseHeaderText(content.HeaderText());
+    if (!header) throw std::string("its header is not as it was written");
+    ParseHeader(*header, &model);
+    ReadArrays(content, *header, &model);
   } catch (const Json::exception& error) {
     // Behind the library's name for the fault.
     const std::string reason = error.what();
-    throw UserError(file,
+    throw UserError(path.string(),
                     ": its header is damaged (",
                     reason.substr(reason.find("] ") + 2),
                     "); train it again.");
   } catch (const std::string& reason) {
-    throw UserError(file, ": it is damaged (", reason, "); train it again.");
+    throw UserError(path.string(), ": it is damaged (", reason, "); train it again.");
   }
   return model;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/model/sh_degree.h"
 
-#include "foam/util/gather.h"
+#include "foam/util/array_rows.h"
 
 #include <algorithm>
 
@@ -13,7 +13,7 @@ LargePageVector<float> ShOfDegree(const Foam& foam, int degree) {
   CHECK_GE(degree, 0);
   CHECK_LE(degree, 3);
   const size_t old_stride = foam.ShStride(), stride = 3 * NumShCoefficients(degree);
-  return WithStride(foam.sh, old_stride, std::min(old_stride, stride), stride);
+  return ResizeRows(foam.sh, old_stride, std::min(old_stride, stride), stride);
 }
 
 void ChangeShDegree(int degree, Foam* foam) {

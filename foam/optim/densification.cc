@@ -3,7 +3,7 @@
 
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
-#include "foam/util/gather.h"
+#include "foam/util/array_rows.h"
 #include "foam/util/random_vectors.h"
 
 #include <algorithm>

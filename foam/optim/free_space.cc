@@ -285,50 +285,15 @@ void FreeSpace::BuildGrid() {
     high = high.cwiseMax((cone.apex.array() + cone.radius).matrix());
   }
   voxel_size_ = (high - low_).maxCoeff() / kGridSide;
-  // The voxels that each cone can touch, and one more on each side.
-  struct Range {
-    Eigen::Array3i low, high;
-  };
-  std::vector<Range> ranges;
-  ranges.reserve(cones_.size());
-  for (const ClearCone& cone : cones_) {
-    const Eigen::Array3f apex = cone.apex - low_;
-    ranges.push_back(
-        {(((apex - cone.radius) / voxel_size_).floor().cast<int>() - 1).max(0),
-         (((apex + cone.radius) / voxel_size_).floor().cast<int>() + 1).min(kGridSide - 1)});
-  }
+  std::vector<VoxelRange> near;
+  near.reserve(cones_.size());
+  for (const ClearCone& cone : cones_) near.push_back(VoxelsNear(cone));
   constexpr int kRows = kGridSide * kGridSide;
   is_clear_.assign(kRows * kGridSide, 0);
   std::vector<std::vector<uint32_t>> candidates(kRows * kGridSide);
   ParallelForBlocks(kRows, 4, [&](int64_t begin, int64_t end) {
     for (auto row = static_cast<int>(begin); row < end; ++row) {
-      const int y = row % kGridSide, z = row / kGridSide;
-      std::vector<uint32_t> of_row[kGridSide];
-      for (uint32_t k = 0; k < cones_.size(); ++k) {
-        const Range& range = ranges[k];
-        if (y < range.low.y() || y > range.high.y() || z < range.low.z() || z > range.high.z()) {
-          continue;
-        }
-        for (int x = range.low.x(); x <= range.high.x(); ++x) {
-          uint8_t& is_clear = is_clear_[row * kGridSide + x];
-          if (is_clear) continue;
-          const Eigen::Vector3f center =
-              low_ + voxel_size_ * (Eigen::Array3f(x, y, z) + 0.5f).matrix();
-          // Half a diagonal, and some for the rounding of the voxel that a point is in.
-          const float ball_radius = 0.5f * std::sqrt(3.f) * voxel_size_ * 1.001f;
-          const Overlap overlap = OverlapWithBall(cones_[k], center, ball_radius);
-          if (overlap == Overlap::kPart) of_row[x].push_back(k);
-          is_clear = overlap == Overlap::kWhole;
-        }
-      }
-      for (int x = 0; x < kGridSide; ++x) {
-        if (is_clear_[row * kGridSide + x]) continue;
-        const std::vector<uint32_t>& all = of_row[x];
-        const size_t count = std::min(all.size(), kMostCandidates);
-        std::vector<uint32_t>& kept = candidates[row * kGridSide + x];
-        kept.reserve(count);
-        for (size_t i = 0; i < count; ++i) kept.push_back(all[i * all.size() / count]);
-      }
+      BuildRow(row % kGridSide, row / kGridSide, near, &candidates[row * kGridSide]);
     }
   });
   begins_.assign(1, 0);
@@ -336,6 +301,42 @@ void FreeSpace::BuildGrid() {
   for (const std::vector<uint32_t>& of_voxel : candidates) {
     candidates_.insert(candidates_.end(), of_voxel.begin(), of_voxel.end());
     begins_.push_back(static_cast<uint32_t>(candidates_.size()));
+  }
+}
+
+FreeSpace::VoxelRange FreeSpace::VoxelsNear(const ClearCone& cone) const {
+  const Eigen::Array3f apex = cone.apex - low_;
+  return {(((apex - cone.radius) / voxel_size_).floor().cast<int>() - 1).max(0),
+          (((apex + cone.radius) / voxel_size_).floor().cast<int>() + 1).min(kGridSide - 1)};
+}
+
+void FreeSpace::BuildRow(int y,
+                         int z,
+                         const std::vector<VoxelRange>& near,
+                         std::vector<uint32_t>* candidates) {
+  uint8_t* const is_clear = &is_clear_[(z * kGridSide + y) * kGridSide];
+  std::vector<uint32_t> touching[kGridSide];
+  for (uint32_t k = 0; k < cones_.size(); ++k) {
+    const VoxelRange& range = near[k];
+    if (y < range.low.y() || y > range.high.y() || z < range.low.z() || z > range.high.z()) {
+      continue;
+    }
+    for (int x = range.low.x(); x <= range.high.x(); ++x) {
+      if (is_clear[x]) continue;
+      const Eigen::Vector3f center = low_ + voxel_size_ * (Eigen::Array3f(x, y, z) + 0.5f).matrix();
+      // Half a diagonal, and some for the rounding of the voxel that a point is in.
+      const float ball_radius = 0.5f * std::sqrt(3.f) * voxel_size_ * 1.001f;
+      const Overlap overlap = OverlapWithBall(cones_[k], center, ball_radius);
+      if (overlap == Overlap::kPart) touching[x].push_back(k);
+      is_clear[x] = overlap == Overlap::kWhole;
+    }
+  }
+  for (int x = 0; x < kGridSide; ++x) {
+    if (is_clear[x]) continue;
+    const std::vector<uint32_t>& all = touching[x];
+    const size_t count = std::min(all.size(), kMostCandidates);
+    candidates[x].reserve(count);
+    for (size_t i = 0; i < count; ++i) candidates[x].push_back(all[i * all.size() / count]);
   }
 }
 

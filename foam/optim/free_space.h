@@ -61,9 +61,22 @@ class FreeSpace {
   int64_t num_seed_tests() const { return num_seed_tests_; }
 
  private:
-  // A box of kGridSide^3 voxels around all cones, each with the cones that may hold a part of it,
-  // but with an even choice of kMostCandidates of them where they are more.
+  // The voxels from `low` to `high`, both included.
+  struct VoxelRange {
+    Eigen::Array3i low, high;
+  };
+
+  // Lays a box of kGridSide^3 voxels around all cones and finds for each the cones that may hold a
+  // part of it, but with an even choice of kMostCandidates of them where they are more.
   void BuildGrid();
+  // Returns the voxels that the cone can touch, and one more on each side.
+  VoxelRange VoxelsNear(const ClearCone& cone) const;
+  // Does for the voxels (0..kGridSide - 1, y, z) what BuildGrid does for all. `near`: of each cone.
+  // `candidates`: [kGridSide] lists of cones.
+  void BuildRow(int y,
+                int z,
+                const std::vector<VoxelRange>& near,
+                std::vector<uint32_t>* candidates);
 
   static constexpr int kGridSide = 32;
   static constexpr size_t kMostCandidates = 1024;

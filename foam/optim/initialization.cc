@@ -37,34 +37,36 @@ void RobustBox(const std::vector<Eigen::Vector3f>& points,
   }
 }
 
-}  // namespace
+struct Site {
+  Eigen::Vector3f position;
+  // Display values, 0..1.
+  Eigen::Vector3f color;
+  double density;
+};
 
-Foam InitialFoam(const std::vector<SeedPoint>& seeds,
-                 const std::vector<Eigen::Vector3d>& camera_centers,
-                 const InitializationOptions& options) {
-  struct Site {
-    Eigen::Vector3f position;
-    Eigen::Vector3f color;
-    double density;
-  };
+// Returns `most` of the indices [0, count), drawn at random, ascending; all where these are no
+// more.
+std::vector<uint32_t> DrawSeeds(size_t count, size_t most, uint64_t seed) {
+  std::vector<uint32_t> kept(count);
+  std::iota(kept.begin(), kept.end(), 0u);
+  if (count <= most) return kept;
+  const auto key = [&](uint32_t i) { return CounterRandom(seed, kThinPurpose, i).Next(); };
+  std::nth_element(kept.begin(), kept.begin() + most, kept.end(), [&](uint32_t a, uint32_t b) {
+    return key(a) < key(b);
+  });
+  kept.resize(most);
+  std::sort(kept.begin(), kept.end());
+  return kept;
+}
+
+// Returns the sites at the points, and in the space around the points and cameras.
+std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
+                               const std::vector<Eigen::Vector3d>& camera_centers,
+                               const InitializationOptions& options) {
   const Eigen::Vector3f grey = Eigen::Vector3f::Constant(0.5f);
   std::vector<Site> sites;
-
-  std::vector<uint32_t> kept(seeds.size());
-  std::iota(kept.begin(), kept.end(), 0u);
-  if (kept.size() > options.max_seed_sites) {
-    const auto key = [&](uint32_t i) {
-      return CounterRandom(options.seed, kThinPurpose, i).Next();
-    };
-    std::nth_element(kept.begin(),
-                     kept.begin() + options.max_seed_sites,
-                     kept.end(),
-                     [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
-    kept.resize(options.max_seed_sites);
-    std::sort(kept.begin(), kept.end());
-  }
   std::vector<Eigen::Vector3f> extent;
-  for (const uint32_t i : kept) {
+  for (const uint32_t i : DrawSeeds(seeds.size(), options.max_seed_sites, options.seed)) {
     if (!(seeds[i].position.norm() <= kFarRadius)) continue;
     sites.push_back({seeds[i].position, seeds[i].color, kSeedDensity});
     extent.push_back(seeds[i].position);
@@ -94,15 +96,43 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
     if (!direction.allFinite()) continue;
     sites.push_back({(radius * 0.999 * direction).cast<float>(), grey, kScatteredDensity});
   }
+  return sites;
+}
 
-  std::vector<Eigen::Vector3f> positions(sites.size());
-  for (size_t i = 0; i < sites.size(); ++i) positions[i] = sites[i].position;
+// Draws identities and classifier: Xavier for the features, +-1/sqrt(16) for the classifier
+// (Semantic Foam's initialisation).
+void InitializeSemantics(uint64_t seed, Foam* foam) {
+  const size_t n = foam->NumSites();
+  const double bound = std::sqrt(6.0 / (n + kIdentityDim));
+  for (size_t i = 0; i < n; ++i) {
+    CounterRandom random(seed, kIdentityPurpose, i);
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam->identity.push_back(static_cast<float>(bound * (2 * random.Uniform() - 1)));
+    }
+  }
+  for (int k = 0; k < foam->num_classes; ++k) {
+    CounterRandom random(seed, kClassifierPurpose, k);
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam->classifier_weight.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
+    }
+    foam->classifier_bias.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
+  }
+}
+
+}  // namespace
+
+Foam InitialFoam(const std::vector<SeedPoint>& seeds,
+                 const std::vector<Eigen::Vector3d>& camera_centers,
+                 const InitializationOptions& options) {
+  const std::vector<Site> sites = InitialSites(seeds, camera_centers, options);
+  const size_t n = sites.size();
+  std::vector<Eigen::Vector3f> positions(n);
+  for (size_t i = 0; i < n; ++i) positions[i] = sites[i].position;
   const std::vector<uint32_t> order = HilbertOrder(positions);
 
   Foam foam;
   foam.sh_degree = options.sh_degree;
   foam.num_classes = options.num_classes;
-  const size_t n = sites.size();
   foam.sh.assign(n * foam.ShStride(), 0.f);
   for (size_t k = 0; k < n; ++k) {
     const Site& site = sites[order[k]];
@@ -112,23 +142,7 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
       foam.sh[k * foam.ShStride() + c] = (site.color[c] - 0.5f) / static_cast<float>(kShDc);
     }
   }
-  if (foam.HasSemantics()) {
-    // Xavier for the features, +-1/sqrt(16) for the classifier (Semantic Foam's initialisation).
-    const double bound = std::sqrt(6.0 / (n + kIdentityDim));
-    for (size_t i = 0; i < n; ++i) {
-      CounterRandom random(options.seed, kIdentityPurpose, i);
-      for (int c = 0; c < kIdentityDim; ++c) {
-        foam.identity.push_back(static_cast<float>(bound * (2 * random.Uniform() - 1)));
-      }
-    }
-    for (int k = 0; k < foam.num_classes; ++k) {
-      CounterRandom random(options.seed, kClassifierPurpose, k);
-      for (int c = 0; c < kIdentityDim; ++c) {
-        foam.classifier_weight.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
-      }
-      foam.classifier_bias.push_back(static_cast<float>(0.5 * random.Uniform() - 0.25));
-    }
-  }
+  if (foam.HasSemantics()) InitializeSemantics(options.seed, &foam);
   return foam;
 }
 

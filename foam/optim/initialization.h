@@ -4,22 +4,35 @@
 #include "foam/data/training_views.h"
 #include "foam/model/foam.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
+
+#include <Eigen/Core>
+
+// The foam that training starts from.
 
 namespace semfoam {
 
 struct InitializationOptions {
-  size_t max_seed_sites = 40'000;  // SfM points beyond this are thinned, at random
-  size_t num_scattered = 4'000;    // sites that fill the space around cameras and points
-  size_t num_far =
-      2'000;  // sites in the shell beyond, log-uniform radius up to kFarRadius: the far background
+  // Maximum number of sites at SfM points; more points are thinned at random.
+  size_t max_seed_sites = 40'000;
+  // Number of sites scattered in the space around cameras and points.
+  size_t num_scattered = 4'000;
+  // Number of sites in the shell beyond, of log-uniform radius up to kFarRadius: the far
+  // background.
+  size_t num_far = 2'000;
+  // Degree of the spherical harmonics, 0..3.
   int sh_degree = 2;
+  // Number of classes; 0: no semantics.
   int num_classes = 0;
+  // Seed of all random numbers.
   uint64_t seed = 0;
 };
 
-// The foam that training starts from: a site at every SfM point, in its colour; empty sites around;
-// in Hilbert order. Works without points too. `camera_centers` in the normalised frame.
+// Returns a foam with a site at every SfM point, in its colour, and empty sites around these, in
+// Hilbert order. `camera_centers` as `seeds` in the normalised frame. Works without points too.
+// Points and random places beyond kFarRadius are left out.
 Foam InitialFoam(const std::vector<SeedPoint>& seeds,
                  const std::vector<Eigen::Vector3d>& camera_centers,
                  const InitializationOptions& options);

@@ -4,7 +4,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/activation.h"
 #include "foam/render/update_loops.h"
-#include "foam/util/gather.h"
+#include "foam/util/array_rows.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -21,6 +21,43 @@ namespace {
 AdamCorrection CorrectionAt(uint32_t step) {
   const std::vector<AdamCorrection>& corrections = AdamCorrections();
   return corrections[std::min<size_t>(step, corrections.size() - 1)];
+}
+
+// One number for each parameter of a cell.
+using CellRow = std::array<float, ParameterRow::kMaxSize>;
+
+// Returns the learning rate of each parameter.
+CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& rates) {
+  CellRow rate = {};
+  std::fill_n(rate.begin(), row.position, rates.identity);
+  std::fill_n(rate.begin() + row.position, 3, rates.position);
+  rate[row.density] = rates.density;
+  std::fill_n(rate.begin() + row.sh, 3, rates.sh_dc);
+  std::fill_n(rate.begin() + row.sh + 3, sh_stride - 3, rates.sh_rest);
+  return rate;
+}
+
+// Adds a row of changes to all parameters of a cell but its identity. The site moves in units of
+// the cell's `radius`, within kFarRadius. Unless `is_clear`, `density` becomes that of the new raw
+// density.
+void AddChange(const ParameterRow& row,
+               const float* change,
+               int64_t site,
+               bool is_clear,
+               float radius,
+               Foam* foam,
+               float* density) {
+  Eigen::Vector3f& position = foam->positions[site];
+  position += radius * Eigen::Vector3f(change + row.position);
+  const float distance = position.norm();
+  if (distance > kFarRadius) position *= kFarRadius / distance;
+  if (!is_clear) {
+    float& raw = foam->raw_density[site];
+    raw = std::max(raw + change[row.density], kLowestRawDensity);
+    *density = Density(raw);
+  }
+  const int sh_stride = foam->ShStride();
+  AddTo(change + row.sh, sh_stride, &foam->sh[site * sh_stride]);
 }
 
 }  // namespace
@@ -59,21 +96,14 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
   CHECK_EQ(steps_.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
   CHECK_EQ(radius.size(), num_sites);
-  const int sh_stride = foam->ShStride();
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
   batch->gradients.Group(num_sites);
 
-  alignas(64) std::array<float, ParameterRow::kMaxSize> rate = {};
-  std::fill_n(rate.begin(), row_.position, rates.identity);
-  std::fill_n(rate.begin() + row_.position, 3, rates.position);
-  rate[row_.density] = rates.density;
-  std::fill_n(rate.begin() + row_.sh, 3, rates.sh_dc);
-  std::fill_n(rate.begin() + row_.sh + 3, sh_stride - 3, rates.sh_rest);
-
+  alignas(64) const CellRow rate = RowOfRates(row_, foam->ShStride(), rates);
   std::atomic<int64_t> not_finite = 0;
   ParallelForBlocks(num_sites, 256, [&](int64_t begin, int64_t end) {
-    alignas(64) std::array<float, ParameterRow::kMaxSize> gradient, change;
+    alignas(64) CellRow gradient, change;
     for (int64_t i = begin; i < end; ++i) {
       const auto records = batch->gradients.Of(i);
       if (records.empty() && !has_tv) continue;
@@ -99,16 +129,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (!records.empty()) {
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
-        Eigen::Vector3f& position = foam->positions[i];
-        position += radius[i] * Eigen::Vector3f(&change[row_.position]);
-        const float distance = position.norm();
-        if (distance > kFarRadius) position *= kFarRadius / distance;
-        if (!is_clear[i]) {
-          float& raw = foam->raw_density[i];
-          raw = std::max(raw + change[row_.density], kLowestRawDensity);
-          (*density)[i] = Density(raw);
-        }
-        AddTo(&change[row_.sh], sh_stride, &foam->sh[i * sh_stride]);
+        AddChange(row_, change.data(), i, is_clear[i], radius[i], foam, &(*density)[i]);
       }
       if (foam->HasSemantics()) {
         AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
@@ -167,8 +188,8 @@ void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
 void FoamOptimizer::ChangeShDegree(int degree) {
   const ParameterRow row(degree, row_.position > 0);
   const int kept = row_.sh + 3 * NumShCoefficients(std::min(sh_degree_, degree));
-  first_ = WithStride(first_, stride_, kept, row.size);
-  second_ = WithStride(second_, stride_, kept, row.size);
+  first_ = ResizeRows(first_, stride_, kept, row.size);
+  second_ = ResizeRows(second_, stride_, kept, row.size);
   sh_degree_ = degree;
   row_ = row;
   stride_ = row.size;

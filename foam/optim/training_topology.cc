@@ -21,7 +21,7 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
                                    const FreeSpace& free_space,
                                    bool with_areas) {
   const std::vector<Eigen::Vector3f> cells = WithGuardSites(sites);
-  // The old topology goes before the new one comes, and tetrahedra are only needed for areas.
+  // The old topology is freed before the new one is made, and tetrahedra are only needed for areas.
   delaunay_ = {};
   tv_weights_ = {};
   triangulated_ = sites;

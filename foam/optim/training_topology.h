@@ -11,39 +11,48 @@
 
 #include <Eigen/Core>
 
+// What follows from the positions of the sites in training: which cells are neighbours, where their
+// faces are, and what each cell's place allows it to do. Positions and lengths are those of the
+// normalised frame.
+
 namespace semfoam {
 
-// Adjacency, face planes and everything else derived from the positions of the sites in training.
-// Both lag behind the sites, because triangulating is expensive and moving planes costs something:
-// delaunay() belongs to the positions at the last Triangulate(), geometry() to those at the last
-// Follow().
+// Holds the adjacency of N sites, which Triangulate() computes, and the planes of their faces,
+// which Follow() computes. Both may lag behind the sites: triangulating takes some 5 us a site, and
+// moving planes costs something too. Guard sites (guard_sites.h) are added here.
+//
+// An object is a function of the arguments of the last Triangulate() and the last Follow(): calling
+// these again with triangulated_sites() and the first N positions of geometry() gives the same
+// bytes.
 class TrainingTopology {
  public:
-  // Triangulates `sites` and computes all members. `with_areas`: also tv_weights().
+  // Triangulates `sites` [N] and computes everything below; planes are those of `sites`.
+  // `with_areas`: also tv_weights(). Frees the old topology first.
   void Triangulate(const std::vector<Eigen::Vector3f>& sites,
                    const FreeSpace& free_space,
                    bool with_areas);
 
-  // Recomputes the face planes from `sites`; the adjacency stays.
+  // Recomputes the face planes from `sites` [N]; everything else stays.
   void Follow(const std::vector<Eigen::Vector3f>& sites) {
     Refresh(WithGuardSites(sites), &geometry_);
   }
 
-  // Returns the cell that contains `origin` (normalised frame), searching from cell `from`.
+  // Returns the cell that contains `origin` by the current planes, a guard's included, searching
+  // from cell `from`; an index out of range starts at the last cell.
   uint32_t CellAt(const Eigen::Vector3d& origin, uint32_t from) const;
 
-  // Without its tetrahedra.
+  // Returns the adjacency of the sites and guards at the last Triangulate(), without tetrahedra.
   const Delaunay& delaunay() const { return delaunay_; }
+  // Returns positions and face planes at the last Follow().
   const WalkGeometry<float>& geometry() const { return geometry_; }
-  // [N] Whether the cell lies in free space and is kept transparent.
+  // Returns [N] whether the cell lies in free space and must stay transparent.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }
-  // [N] Radius of the cell, bounded; steps of a site are proportional to it.
+  // Returns [N] the cell's radius, clamped to [5e-4, 0.1]: a site's steps are proportional to it.
   const std::vector<float>& radius() const { return radius_; }
-  // Weight per directed edge (foam/render/total_variation.h); empty without areas.
+  // Returns the weight of the total variation per directed edge of delaunay()
+  // (foam/render/total_variation.h); empty without areas.
   const std::vector<float>& tv_weights() const { return tv_weights_; }
-
-  // [N] Positions at the last Triangulate(). Together with the positions in geometry() they
-  // reproduce this object bit for bit: Triangulate() with these, then Follow() with those.
+  // Returns [N] the positions at the last Triangulate().
   const std::vector<Eigen::Vector3f>& triangulated_sites() const { return triangulated_; }
 
  private:

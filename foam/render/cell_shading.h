@@ -9,16 +9,21 @@
 
 namespace semfoam {
 
-// Activated densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
+// The arrays that rays read of a foam: its densities after the activation, its SH colours,
+// identities and classifier.
+
+// Computes the activated densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
 std::vector<float> CellDensities(const Foam& foam);
 
-// A foam and its densities as rays see them. Borrowed.
+// Returns views of a foam and of its densities (CellDensities), which must outlive them.
 inline CellShading<float> ShadingOf(const Foam& foam, const std::vector<float>& density) {
   return {foam.sh_degree,
           density.data(),
           foam.sh.data(),
           foam.HasSemantics() ? foam.identity.data() : nullptr};
 }
+
+// Returns a view of a foam's classifier, which must outlive it.
 inline ClassifierView<float> ClassifierOf(const Foam& foam) {
   return {foam.num_classes, foam.classifier_weight.data(), foam.classifier_bias.data()};
 }

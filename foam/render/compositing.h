@@ -97,9 +97,11 @@ SEMFOAM_HOST_DEVICE ShadedSegment<T> AddSegment(
 // Derivatives of the loss by the quantities accumulated along a ray.
 template <typename T>
 struct RayGradient {
-  T color[3] = {};   // by the premultiplied colour
-  T opacity = T(0);  // by 1 - transmittance; holds the background's share: -(background . gradient
-                     // of the composited colour)
+  // By the premultiplied colour.
+  T color[3] = {};
+  // By 1 - transmittance. Includes the background's share: -(background . gradient of the
+  // composited colour).
+  T opacity = T(0);
   T quantile_depth[kNumQuantiles] = {};
   T identity[kIdentityDim] = {};
 };

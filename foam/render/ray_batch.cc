@@ -4,6 +4,7 @@
 #include "foam/util/parallel.h"
 
 #include <algorithm>
+#include <span>
 
 namespace semfoam {
 namespace {
@@ -38,6 +39,17 @@ size_t Turn(size_t i, size_t n) {
   return i % num_groups * kRaysInFlight + i / num_groups;
 }
 
+// What the rays of a batch have in common.
+struct Batch {
+  const WalkGeometry<float>& geometry;
+  const CellShading<float>& shading;
+  const ClassifierView<float>& classifier;
+  const RayLossWeights& weights;
+  const float cutoff_tau;
+  const std::vector<BatchRay>& rays;
+};
+
+// Sums over the rays of a block.
 struct BlockSums {
   RayLossTerms<double> loss;
   std::vector<float> weight_gradient;
@@ -45,7 +57,102 @@ struct BlockSums {
   int64_t step_limit_hits = 0;
   int64_t num_segments = 0;
   int64_t clamped_segments = 0;
+
+  void Clear(int num_classes) {
+    loss = {};
+    weight_gradient.assign(num_classes * kIdentityDim, 0.f);
+    bias_gradient.assign(num_classes, 0.f);
+    step_limit_hits = num_segments = clamped_segments = 0;
+  }
+
+  void AddCounts(const RayTrace& trace) {
+    step_limit_hits += trace.hit_step_limit;
+    num_segments += trace.num_segments;
+    clamped_segments += trace.clamped.size();
+  }
 };
+
+// Sets a trace's input.
+void SetInput(const BatchRay& ray, RayTrace* trace) {
+  trace->origin = ray.origin;
+  trace->direction = ray.direction;
+  trace->start_cell = ray.start_cell;
+  std::copy_n(ray.quantile_tau, kNumQuantiles, trace->quantile_tau);
+}
+
+// Adds the terms of a ray's loss and the classifier's gradient to `sums`, the latter times
+// `per_ray`. Returns the derivatives by the quantities accumulated along the ray, times `per_ray`.
+RayGradient<float> DifferentiateLoss(const Batch& batch,
+                                     const RayComposite<float>& composite,
+                                     const RayTarget& target,
+                                     float per_ray,
+                                     ClassLoss* class_loss,
+                                     BlockSums* sums) {
+  // The classes are many, so they have vector code of their own.
+  RayLossTerms<float> loss = RayLoss(composite, target, {}, (float*)nullptr);
+  RayGradient<float> gradient =
+      RayLossGradient(composite, target, {}, batch.weights, (float*)nullptr);
+  if (batch.classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+    loss.identity = class_loss->Add(composite.identity,
+                                    target.class_index,
+                                    static_cast<float>(batch.weights.identity),
+                                    per_ray,
+                                    gradient.identity,
+                                    sums->weight_gradient.data(),
+                                    sums->bias_gradient.data());
+  }
+  sums->loss += loss;
+  ScaleGradient(per_ray, &gradient);
+  return gradient;
+}
+
+// Casts the rays [begin, end) forward and backward. `outputs` has the rays of the whole batch.
+void CastBlock(const Batch& batch,
+               int64_t begin,
+               int64_t end,
+               std::vector<GradientRecord>* records,
+               LargePageVector<RayOutput>* outputs,
+               BlockSums* sums) {
+  const int num_coefficients = NumShCoefficients(batch.shading.sh_degree);
+  const ParameterRow row(batch.shading.sh_degree, batch.shading.identity != nullptr);
+  const float per_ray = 1.f / batch.rays.size();
+  const float* const identity =
+      batch.weights.identity_to_density > 0 ? batch.shading.identity : nullptr;
+  records->clear();
+  sums->Clear(batch.classifier.num_classes);
+  ClassLoss class_loss(batch.classifier);
+
+  const std::span<RayTrace> traces = ThreadTraces(end - begin);
+  for (int64_t i = begin; i < end; ++i) {
+    SetInput(batch.rays[i], &traces[Turn(i - begin, end - begin)]);
+  }
+  TraceRays(batch.geometry, batch.shading, batch.cutoff_tau, traces);
+  for (int64_t i = begin; i < end; ++i) {
+    const RayTrace& trace = traces[Turn(i - begin, end - begin)];
+    sums->AddCounts(trace);
+    RayGradient<float> gradient =
+        DifferentiateLoss(batch, trace.composite, batch.rays[i].target, per_ray, &class_loss, sums);
+    (*outputs)[i].Set(row, gradient, trace.sh_basis, num_coefficients);
+    for (float& g : gradient.identity) g *= static_cast<float>(batch.weights.identity_to_density);
+    BackpropagateRay(
+        trace, gradient, batch.geometry.num_sites, static_cast<uint32_t>(i), records, identity);
+  }
+}
+
+// Adds a block's sums to the means over a batch of `num_rays`.
+void AddBlock(const BlockSums& sums, size_t num_rays, BatchResult* result) {
+  BatchTotals& totals = result->totals;
+  totals.mean_loss += sums.loss / static_cast<double>(num_rays);
+  for (size_t k = 0; k < sums.weight_gradient.size(); ++k) {
+    result->classifier_weight_gradient[k] += sums.weight_gradient[k];
+  }
+  for (size_t k = 0; k < sums.bias_gradient.size(); ++k) {
+    result->classifier_bias_gradient[k] += sums.bias_gradient[k];
+  }
+  totals.step_limit_hits += sums.step_limit_hits;
+  totals.num_segments += sums.num_segments;
+  totals.clamped_segments += sums.clamped_segments;
+}
 
 }  // namespace
 
@@ -61,110 +168,35 @@ void CastBatch(const WalkGeometry<float>& geometry,
                float cutoff_tau,
                const std::vector<BatchRay>& rays,
                BatchResult* result) {
+  const Batch batch{geometry, shading, classifier, weights, cutoff_tau, rays};
   const int64_t block_size = BlockSize(rays.size());
   const size_t num_blocks = (rays.size() + block_size - 1) / block_size;
   const int num_classes = classifier.num_classes;
-  const int num_coefficients = NumShCoefficients(shading.sh_degree);
-  const ParameterRow row(shading.sh_degree, shading.identity != nullptr);
-  const float per_ray = 1.f / rays.size();
   const int64_t blocks_at_once = BlocksAtOnce(num_classes);
   std::vector<BlockSums> sums(std::min<size_t>(num_blocks, blocks_at_once));
   auto& blocks = result->gradients.blocks();
   blocks.resize(num_blocks);
   result->rays.resize(rays.size());
-
-  // Casts the rays of one block.
-  const auto cast = [&](int64_t begin, int64_t end) {
-    const size_t block = begin / block_size;
-    std::vector<GradientRecord>& records = blocks[block];
-    records.clear();
-    BlockSums& sum = sums[block % sums.size()];
-    sum.loss = {};
-    sum.step_limit_hits = sum.num_segments = sum.clamped_segments = 0;
-    sum.weight_gradient.assign(num_classes * kIdentityDim, 0.f);
-    sum.bias_gradient.assign(num_classes, 0.f);
-    ClassLoss class_loss(classifier);
-    const std::span<RayTrace> traces = ThreadTraces(end - begin);
-    for (int64_t i = begin; i < end; ++i) {
-      RayTrace& trace = traces[Turn(i - begin, end - begin)];
-      trace.origin = rays[i].origin;
-      trace.direction = rays[i].direction;
-      trace.start_cell = rays[i].start_cell;
-      std::copy_n(rays[i].quantile_tau, kNumQuantiles, trace.quantile_tau);
-    }
-    TraceRays(geometry, shading, cutoff_tau, traces);
-    for (int64_t i = begin; i < end; ++i) {
-      const RayTrace& trace = traces[Turn(i - begin, end - begin)];
-      const RayTarget& target = rays[i].target;
-      sum.step_limit_hits += trace.hit_step_limit;
-      sum.num_segments += trace.num_segments;
-      sum.clamped_segments += trace.clamped.size();
-
-      // The classes are many, so they have vector code of their own.
-      const RayLossTerms<float> loss = RayLoss(trace.composite, target, {}, (float*)nullptr);
-      sum.loss.color += loss.color;
-      sum.loss.opacity += loss.opacity;
-      sum.loss.quantile += loss.quantile;
-      RayGradient<float> gradient =
-          RayLossGradient(trace.composite, target, {}, weights, (float*)nullptr);
-      if (num_classes > 0 && target.class_index != kUnlabelled) {
-        sum.loss.identity += class_loss.Add(trace.composite.identity,
-                                            target.class_index,
-                                            static_cast<float>(weights.identity),
-                                            per_ray,
-                                            gradient.identity,
-                                            sum.weight_gradient.data(),
-                                            sum.bias_gradient.data());
-      }
-      for (float& g : gradient.color) g *= per_ray;
-      gradient.opacity *= per_ray;
-      for (float& g : gradient.quantile_depth) g *= per_ray;
-      for (float& g : gradient.identity) g *= per_ray;
-      float* const out = result->rays[i].parameters;
-      std::copy_n(gradient.identity, row.position, out);
-      for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
-      std::fill(out + row.position, out + row.sh, 0.f);
-      for (int k = 0; k < num_coefficients; ++k) {
-        for (int c = 0; c < 3; ++c) {
-          out[row.sh + 3 * k + c] = gradient.color[c] * trace.sh_basis[k];
-        }
-      }
-      std::fill(out + row.sh + 3 * num_coefficients, out + row.size, 0.f);
-      BackpropagateRay(trace,
-                       gradient,
-                       geometry.num_sites,
-                       static_cast<uint32_t>(i),
-                       &records,
-                       weights.identity_to_density > 0 ? shading.identity : nullptr);
-    }
-  };
-
-  BatchTotals& totals = result->totals;
-  totals = {};
+  result->totals = {};
   result->classifier_weight_gradient.assign(num_classes * kIdentityDim, 0.f);
   result->classifier_bias_gradient.assign(num_classes, 0.f);
+
   const auto num_rays = static_cast<int64_t>(rays.size());
   const int64_t rays_at_once = block_size * blocks_at_once;
   for (int64_t first = 0; first < num_rays; first += rays_at_once) {
     const int64_t count = std::min(rays_at_once, num_rays - first);
-    ParallelForBlocks(
-        count, block_size, [&](int64_t begin, int64_t end) { cast(first + begin, first + end); });
+    ParallelForBlocks(count, block_size, [&](int64_t begin, int64_t end) {
+      const size_t block = (first + begin) / block_size;
+      CastBlock(batch,
+                first + begin,
+                first + end,
+                &blocks[block],
+                &result->rays,
+                &sums[block % sums.size()]);
+    });
     // In block order, so that the sums are the same however many blocks are cast at a time.
     for (int64_t block = 0; block < (count + block_size - 1) / block_size; ++block) {
-      const BlockSums& sum = sums[block];
-      totals.mean_loss.color += sum.loss.color / rays.size();
-      totals.mean_loss.opacity += sum.loss.opacity / rays.size();
-      totals.mean_loss.quantile += sum.loss.quantile / rays.size();
-      totals.mean_loss.identity += sum.loss.identity / rays.size();
-      for (size_t k = 0; k < sum.weight_gradient.size(); ++k) {
-        result->classifier_weight_gradient[k] += sum.weight_gradient[k];
-      }
-      for (size_t k = 0; k < sum.bias_gradient.size(); ++k) {
-        result->classifier_bias_gradient[k] += sum.bias_gradient[k];
-      }
-      totals.step_limit_hits += sum.step_limit_hits;
-      totals.num_segments += sum.num_segments;
-      totals.clamped_segments += sum.clamped_segments;
+      AddBlock(sums[block], rays.size(), result);
     }
   }
 }

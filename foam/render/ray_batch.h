@@ -5,23 +5,30 @@
 #include "foam/render/gradient_sum.h"
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_tracer.h"
+#include "foam/util/host_device.h"
+#include "foam/util/large_pages.h"
 
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace semfoam {
 
-// One ray of a batch: where it starts and what it should show.
+// One ray of a batch, in the normalised frame, and what it should show.
 struct BatchRay {
   Eigen::Vector3f origin;
+  // Unit length.
   Eigen::Vector3f direction;
+  // The cell nearest to the origin.
   uint32_t start_cell = 0;
-  float quantile_tau[kNumQuantiles] = {};  // -ln(q), ascending
+  // Optical depths of the depth quantiles, -ln(q), ascending.
+  float quantile_tau[kNumQuantiles] = {};
   RayTarget target;
 };
 
-// The parameters of a cell in one row, as gradients and moments hold them: identity (only with
-// semantics), position, raw density, SH; then zeros, up to a multiple of four.
+// The order of a cell's parameters in one row, as gradients and moments hold them: identity (only
+// with semantics), position, raw density, SH; then zeros, up to a multiple of four.
 struct ParameterRow {
   static constexpr int kMaxSize = kIdentityDim + 4 + 3 * kMaxShCoefficients;
 
@@ -31,42 +38,72 @@ struct ParameterRow {
         sh(position + 4),
         size((sh + 3 * NumShCoefficients(sh_degree) + 3) / 4 * 4) {}
 
-  int position;  // where it begins; the identity begins at 0
+  // Where each begins; the identity begins at 0.
+  int position;
   int density;
   int sh;
+  // Of the row.
   int size;
 };
+
+// Multiplies the derivatives by everything that a ray accumulates.
+SEMFOAM_HOST_DEVICE inline void ScaleGradient(float factor, RayGradient<float>* gradient) {
+  for (float& g : gradient->color) g *= factor;
+  gradient->opacity *= factor;
+  for (float& g : gradient->quantile_depth) g *= factor;
+  for (float& g : gradient->identity) g *= factor;
+}
 
 // The part of a ray's gradient that all its cells share (see CellContribution): the derivatives of
 // the loss by the identity and the SH coefficients of a cell of weight 1, as a ParameterRow with
 // zeros in place of position and density.
 struct RayOutput {
   alignas(64) float parameters[(ParameterRow::kMaxSize + 15) / 16 * 16];
+
+  // Writes row.size values. `sh_basis` has `num_coefficients` values, of the ray's direction.
+  SEMFOAM_HOST_DEVICE void Set(const ParameterRow& row,
+                               const RayGradient<float>& gradient,
+                               const float* sh_basis,
+                               int num_coefficients) {
+    for (int k = 0; k < row.position; ++k) parameters[k] = gradient.identity[k];
+    for (int k = row.position; k < row.sh; ++k) parameters[k] = 0;
+    for (int k = 0; k < num_coefficients; ++k) {
+      for (int c = 0; c < 3; ++c) {
+        parameters[row.sh + 3 * k + c] = gradient.color[c] * sh_basis[k];
+      }
+    }
+    for (int k = row.sh + 3 * num_coefficients; k < row.size; ++k) parameters[k] = 0;
+  }
 };
 
-// A batch in numbers.
+// Totals of a batch.
 struct BatchTotals {
-  RayLossTerms<double> mean_loss;  // unweighted terms, mean over the batch
+  // Unweighted terms, mean over the batch.
+  RayLossTerms<double> mean_loss;
   int64_t step_limit_hits = 0;
-  int64_t num_segments = 0;      // cells walked through
-  int64_t clamped_segments = 0;  // of these, left before they were entered (see Walk)
+  // Number of cells walked through.
+  int64_t num_segments = 0;
+  // Number of these that a ray left before it entered them (see Walk).
+  int64_t clamped_segments = 0;
 };
 
-// What casting a batch leaves behind. Reused from batch to batch.
+// The result of casting a batch. Reused from batch to batch.
 struct BatchResult {
-  GradientSum gradients;  // not grouped yet
+  // Not grouped yet.
+  GradientSum gradients;
   // [batch size]
   LargePageVector<RayOutput> rays;
-  std::vector<float> classifier_weight_gradient;  // [K][kIdentityDim], mean over the batch
-  std::vector<float> classifier_bias_gradient;    // [K]
+  // [K][kIdentityDim] and [K], means over the batch.
+  std::vector<float> classifier_weight_gradient;
+  std::vector<float> classifier_bias_gradient;
   BatchTotals totals;
 };
 
-// Memory that CastBatch takes for the gradients of so many classes, in bytes.
+// Returns the memory that CastBatch takes for the gradients of so many classes, in bytes.
 int64_t ClassGradientBytes(int num_classes);
 
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,
-// with each term weighted. `cutoff_tau`: rays stop at this optical depth. The result does not
+// each term weighted by `weights`. Rays stop at the optical depth `cutoff_tau`. The result does not
 // depend on the number of threads.
 void CastBatch(const WalkGeometry<float>& geometry,
                const CellShading<float>& shading,

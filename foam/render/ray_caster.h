@@ -12,30 +12,36 @@ namespace semfoam {
 // Rays stop where this share of the light is left, in training and in rendering alike.
 inline constexpr double kTransmittanceCutoff = 1e-3;
 
-// A ray to be shown, in the normalised frame.
+// A ray to be rendered, in the normalised frame.
 struct RayQuery {
   Eigen::Vector3f origin;
-  Eigen::Vector3f direction;  // unit length
-  uint32_t start_cell = 0;    // the cell nearest to the origin
+  // Unit length.
+  Eigen::Vector3f direction;
+  // The cell nearest to the origin.
+  uint32_t start_cell = 0;
 };
 
-// What the foam looks like along it.
+// A foam rendered along one ray.
 struct RenderedRay {
-  Eigen::Vector3f color;     // display values over a white background, not clipped above
-  float opacity = 0;         // 1 - transmittance
-  float distance = 0;        // where transmittance falls to 0.5; 0 = it never does
-  int32_t class_index = -1;  // argmax of the classifier on the rendered identity; -1 where opacity
-                             // < 0.5 or without semantics
-  float confidence = 0;      // softmax of that class; 0 where class_index is -1
+  // Display values over a white background, not clipped above.
+  Eigen::Vector3f color;
+  // 1 - transmittance
+  float opacity = 0;
+  // Distance at which the transmittance falls to 0.5; 0 where it does not.
+  float distance = 0;
+  // Argmax of the classifier on the rendered identity; -1 where opacity < 0.5 or without semantics.
+  int32_t class_index = -1;
+  // Softmax of that class; 0 where class_index is -1.
+  float confidence = 0;
 };
 
-// Shows a foam, on the CPU or on a GPU. Thread-safe.
+// Renders rays through a foam, on the CPU or on a GPU. Thread-safe.
 class RayCaster {
  public:
   virtual ~RayCaster() = default;
 
-  // Rays stop at kTransmittanceCutoff. The same bytes on any number of threads. CHECKs that no ray
-  // hits the step limit.
+  // Renders all rays. They stop at kTransmittanceCutoff. The same bytes on any number of threads.
+  // CHECKs that no ray hits the step limit.
   virtual std::vector<RenderedRay> Render(std::span<const RayQuery> rays) const = 0;
 };
 

@@ -13,37 +13,55 @@ namespace semfoam {
 // Weights of the terms of one ray's loss.
 struct RayLossWeights {
   double color = 1;
-  double opacity = 0.1;    // pulls opacity to 1: photos show something everywhere
-  double quantile = 1e-4;  // pulls the two depth quantiles together: matter in thin layers
-  double identity = 1;     // cross-entropy, divided by ln(max(K, 2))
-  // The share of the derivative of the identity term that flows through the rendering weights into
-  // densities and positions. 0: into identities and the classifier alone, the paper's way.
+  // Pulls the opacity to 1: photos show something everywhere.
+  double opacity = 0.1;
+  // Pulls the two depth quantiles together, so that matter lies in thin layers.
+  double quantile = 1e-4;
+  // Of the cross-entropy, which is divided by ln(max(K, 2)).
+  double identity = 1;
+  // Share of the derivative of the identity term that flows through the rendering weights into
+  // densities and positions. 0, as in the paper: it flows into identities and the classifier only.
   double identity_to_density = 0;
 };
 
-// What a ray should have shown.
+// What a ray should show.
 struct RayTarget {
+  // Display values, in [0, 1].
   float color[3];
   int32_t class_index = kUnlabelled;
 };
 
-// The terms of one ray's loss, unweighted.
+// The terms of one ray's loss, unweighted; or sums of them.
 template <typename T>
 struct RayLossTerms {
-  T color = T(
-      0);  // mean over channels of SmoothL1 (beta 1) between the colour over white and the photo's
-  T opacity = T(0);   // (1 - opacity)^2
-  T quantile = T(0);  // |depth_0 - depth_1|, 0 unless the ray reaches both
-  T identity =
-      T(0);  // cross-entropy of the rendered identity's class / ln(max(K, 2)); 0 where unlabelled
+  // Mean over channels of SmoothL1 (beta 1) between the colour over white and the photo's.
+  T color = T(0);
+  // (1 - opacity)^2
+  T opacity = T(0);
+  // |depth_0 - depth_1|; 0 unless the ray reaches both quantiles.
+  T quantile = T(0);
+  // Cross-entropy of the class of the rendered identity / ln(max(K, 2)); 0 where unlabelled.
+  T identity = T(0);
 
   SEMFOAM_HOST_DEVICE T Total(const RayLossWeights& w) const {
     return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
            T(w.identity) * identity;
   }
+
+  template <typename U>
+  SEMFOAM_HOST_DEVICE RayLossTerms& operator+=(const RayLossTerms<U>& other) {
+    color += other.color;
+    opacity += other.opacity;
+    quantile += other.quantile;
+    identity += other.identity;
+    return *this;
+  }
+  SEMFOAM_HOST_DEVICE RayLossTerms operator/(T divisor) const {
+    return {color / divisor, opacity / divisor, quantile / divisor, identity / divisor};
+  }
 };
 
-// The classifier as the loss sees it. num_classes = 0: no semantics.
+// The parameters of the classifier. Borrowed. num_classes = 0: no semantics.
 template <typename T>
 struct ClassifierView {
   int num_classes = 0;
@@ -51,7 +69,8 @@ struct ClassifierView {
   const T* bias = nullptr;    // [num_classes]
 };
 
-// Log of the sum of exp(logits), shifted by the largest one, so that logits of 1e4 are no trouble.
+// Returns the log of the sum of exp(logits), `count` > 0 of them. Subtracts the largest one first,
+// so that logits of 1e4 do not overflow.
 template <typename T>
 SEMFOAM_HOST_DEVICE T LogSumExp(const T* logits, int count) {
   using std::exp;
@@ -65,12 +84,14 @@ SEMFOAM_HOST_DEVICE T LogSumExp(const T* logits, int count) {
   return largest + log(sum);
 }
 
+// Returns ln(max(K, 2)), the cross-entropy of guessing, by which the cross-entropy of any number of
+// classes K is divided.
 SEMFOAM_HOST_DEVICE inline double ClassNormalization(int num_classes) {
   return std::log(std::max(num_classes, 2));
 }
 
-// The cross-entropy of an identity [kIdentityDim] against a class, divided by ln(max(K, 2)).
-// Afterwards `logits` [num_classes] holds the identity's.
+// Returns the cross-entropy of an identity [kIdentityDim] against a class, divided by
+// ClassNormalization. Writes the identity's logits to `logits` [num_classes].
 template <typename T>
 SEMFOAM_HOST_DEVICE T ClassEntropy(const T* identity,
                                    int32_t class_index,
@@ -82,8 +103,8 @@ SEMFOAM_HOST_DEVICE T ClassEntropy(const T* identity,
 }
 
 // Adds `weight` times the derivative of ClassEntropy by the identity to `gradient` [kIdentityDim].
-// `logits` must be as ClassEntropy left it; it is overwritten with `weight` times the derivative by
-// the logits.
+// `logits` must be as ClassEntropy left it; overwrites it with `weight` times the derivative by the
+// logits.
 template <typename T>
 SEMFOAM_HOST_DEVICE void AddClassEntropyGradient(int32_t class_index,
                                                  const ClassifierView<T>& classifier,
@@ -102,9 +123,9 @@ SEMFOAM_HOST_DEVICE void AddClassEntropyGradient(int32_t class_index,
   }
 }
 
-// ClassEntropy where there is no room for the logits of all classes, which are computed twice
-// instead. Adds `weight` times its derivative by the identity to `gradient` [kIdentityDim], and
-// leaves the log of the sum of exp(logits).
+// Returns the same as ClassEntropy without room for the logits of all classes: computes them twice
+// instead. Adds `weight` times the derivative by the identity to `gradient` [kIdentityDim], and
+// writes the log of the sum of exp(logits) to `log_sum`.
 template <typename T>
 SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
                                       int32_t class_index,
@@ -139,8 +160,8 @@ SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
   return (*log_sum - own) / T(ClassNormalization(count));
 }
 
-// All terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the ray's
-// class logits if the ray is labelled.
+// Returns all terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the
+// ray's class logits if the ray is labelled.
 template <typename T>
 SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
                                             const RayTarget& target,
@@ -165,9 +186,10 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   return loss;
 }
 
-// The hand-written derivative of RayLoss(...).Total(weights) by the quantities accumulated along
-// the ray. `logits` must be as RayLoss left it; it is overwritten with the derivative of the loss
-// by the logits. Kinks: at equal quantile depths the derivative is 0.
+// Returns the derivative of RayLoss(...).Total(weights) by the quantities accumulated along the
+// ray, written out by hand. `logits` must be as RayLoss left it; overwrites it with the derivative
+// of the loss by the logits. At equal quantile depths, where the loss has a kink, the derivative is
+// 0.
 template <typename T>
 SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
                                                    const RayTarget& target,

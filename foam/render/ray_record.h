@@ -12,70 +12,83 @@
 
 #include <Eigen/Core>
 
-// One ray, forward and backward: the walk's segments are recorded as they are shaded, and the
-// backward pass runs over that record. In float and double on the CPU, where it is the
-// reference for the fast path (ray_tracer.h), and in float on a GPU, which has a record
-// of its own kind (foam/device/cuda/segment_pool.h).
+// Casts one ray forward and backward: TraceRay records the walk's segments as it shades them, and
+// BackpropagateRay runs over that record. In float and double on the CPU, where it is the reference
+// for the fast path (ray_tracer.h), and in float on a GPU, which has its own kind of record
+// (foam/device/cuda/segment_pool.h).
 
 namespace semfoam {
 
 inline constexpr int kMaxShCoefficients = 16;
 
-// What cells look like, as arrays indexed by cell. Borrowed.
+// Densities, colours and identities of all cells. Borrowed; indexed by cell.
 template <typename Real>
 struct CellShading {
   int sh_degree = 0;
-  const Real* density = nullptr;   // [num_cells] activated; guards 0
-  const Real* sh = nullptr;        // [num_sites][(sh_degree + 1)^2][3]
-  const Real* identity = nullptr;  // [num_sites][kIdentityDim], or null without semantics
+  // [num_cells], after the activation; 0 for the guards.
+  const Real* density = nullptr;
+  // [num_sites][(sh_degree + 1)^2][3]
+  const Real* sh = nullptr;
+  // [num_sites][kIdentityDim]; null without semantics.
+  const Real* identity = nullptr;
 };
 
+// The part of a ray inside one cell.
 template <typename Real>
 struct RecordedSegment {
   uint32_t cell;
-  uint32_t next;   // the cell behind the exit face
-  int32_t shaded;  // index into RayRecord::shaded, -1 where the cell is transparent or the segment
-                   // has no length
-  bool clamped;    // the exit face has no say in t_out (see Walk)
+  // The cell behind the exit face.
+  uint32_t next;
+  // Index among the ray's shaded segments; -1 where the cell is transparent or the segment has no
+  // length.
+  int32_t shaded;
+  // Whether t_out is the distance of the entry instead of the exit face's (see Walk).
+  bool clamped;
+  // Distance from the origin at which the ray leaves the cell.
   Real t_out;
 };
 
-// A ray and the quantities accumulated along it.
+// A ray in the normalised frame, and the quantities accumulated along it.
 template <typename Real>
 struct RayInProgress {
+  // `direction` has unit length.
   Eigen::Matrix<Real, 3, 1> origin;
   Eigen::Matrix<Real, 3, 1> direction;
+  // The SH basis functions in the ray's direction.
   Real sh_basis[kMaxShCoefficients];
   RayComposite<Real> composite;
+  // Whether the walk was cut off after as many steps as there are cells.
   bool hit_step_limit = false;
 };
 
-// And all else that the backward pass needs to know of it. Reused from ray to ray, so that nothing
-// is allocated in the long run.
+// A ray and its segments, as the backward pass needs them. Reused from ray to ray, so that memory
+// is allocated only while the arrays still grow.
 template <typename Real>
 struct RayRecord : RayInProgress<Real> {
   std::vector<RecordedSegment<Real>> segments;
   std::vector<ShadedSegment<Real>> shaded;
 
-  // What TraceRay asks of a record.
+  // For TraceRay.
   void Clear() {
     segments.clear();
     shaded.clear();
   }
   int NumShaded() const { return static_cast<int>(shaded.size()); }
-  // `appearance` is null where the segment is not shaded. False: there is no more room.
+  // Appends a segment. `appearance` is null where it is not shaded. Returns false where there is no
+  // more room.
   bool Add(const RecordedSegment<Real>& segment, const ShadedSegment<Real>* appearance) {
     segments.push_back(segment);
     if (appearance != nullptr) shaded.push_back(*appearance);
     return true;
   }
 
-  // What BackpropagateRay asks of it: its segments, from the far end.
+  // For BackpropagateRay: the segments from the far end.
   struct Backwards {
     const RayRecord& record;
     size_t n;
 
-    // The next segment, and what is seen of it if it is shaded. False: there is none.
+    // Reads the next segment, and its appearance if it is shaded. Returns false where there is
+    // none.
     bool Next(RecordedSegment<Real>* segment, ShadedSegment<Real>* appearance) {
       if (n == 0) return false;
       *segment = record.segments[--n];
@@ -86,7 +99,7 @@ struct RayRecord : RayInProgress<Real> {
   Backwards FromTheEnd() const { return {*this, segments.size()}; }
 };
 
-// A record of a ray that no backward pass will come for.
+// A record for TraceRay without a backward pass: it only counts the shaded segments.
 template <typename Real>
 struct RayWithoutRecord : RayInProgress<Real> {
   int num_shaded = 0;
@@ -101,8 +114,8 @@ struct RayWithoutRecord : RayInProgress<Real> {
 };
 
 // Walks and shades one ray from `start`, the cell nearest to the origin. Stops behind the segment
-// at which the optical depth passes `cutoff_tau`, or where the record has no more room. The caller
-// sets record->origin, direction, and composite = {} with the quantile_tau that are wanted, before.
+// at which the optical depth passes `cutoff_tau`, or where the record has no more room. Before, the
+// caller sets record->origin, direction, and composite = {} with the quantile_tau that it requests.
 template <typename Real, typename Record>
 SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& geometry,
                                   const CellShading<Real>& shading,
@@ -143,25 +156,27 @@ SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& ge
   record->hit_step_limit = !Walk<Real>(geometry, record->origin, record->direction, start, visit);
 }
 
-// What one ray says to one cell. Colour and identity gradients are outer products with per-ray
-// vectors, so the weight is all that is needed: dL/dsh[k][c] = weight * gradient.color[c] *
-// sh_basis[k] where bit c of color_mask is set (the channel is not clamped at black), dL/df =
-// weight * gradient.identity; the former for k = 0 only and the latter not at all where the weight
-// is negligible.
+// One ray's part of one cell's gradient. The gradients of colour and identity are outer products
+// with vectors that all cells of the ray share, so the weight is enough: dL/dsh[k][c] = weight *
+// gradient.color[c] * sh_basis[k] where bit c of color_mask is set (the channel is not clamped at
+// black), dL/df = weight * gradient.identity. Where the weight is negligible (kNegligibleWeight),
+// the former holds for k = 0 only and the latter is 0.
 template <typename Real>
 struct CellContribution {
   uint32_t cell;
   uint32_t color_mask;
   Real weight;
-  Real density;  // dL/dsigma, before the activation
+  // dL/dsigma, by the activated density.
+  Real density;
+  // dL/dposition
   Eigen::Matrix<Real, 3, 1> position;
 };
 
-// Runs the backward pass and calls emit(CellContribution) for every real cell on the ray that has
-// any gradient, from the far end to the near one: for the cell behind a segment after that segment
-// was read from the record, not before. With `identity`, the cells' as in CellShading,
-// gradient.identity flows through the segments' weights into densities and positions as the
-// colour's does; without, it is cut there.
+// Runs the backward pass and calls emit(CellContribution) for every cell on the ray, guards apart,
+// that has a gradient, from the far end to the near one: for the cell behind a segment after that
+// segment was read from the record, not before. With `identity` (all cells', as in CellShading)
+// gradient.identity flows through the segments' weights into densities and positions, as the
+// gradient of the colour does; without it, it stops at the weights.
 template <typename Real, typename Record, typename Emit>
 SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Real>>& geometry,
                                           const Record& record,

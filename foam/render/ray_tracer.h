@@ -14,11 +14,10 @@
 
 #include <Eigen/Core>
 
-// The fast path: what walk.h and ray_record.h do ray by ray, with vector instructions and several
-// rays in flight. The instruction set is chosen when the program runs (Highway); the templates in
-// those two headers are the reference that this is held against. The walk takes the very same steps
-// as the reference in float, bit for bit, on every instruction set; weights and colours agree to
-// rounding.
+// Traces rays and backpropagates through them as walk.h and ray_record.h do, but with vector
+// instructions and several rays in flight. The instruction set is chosen when the program runs
+// (Highway). The templates in those two headers are the reference: the walk takes the same steps as
+// they do in float, bit for bit, on every instruction set; weights and colours agree to rounding.
 
 namespace semfoam {
 
@@ -29,7 +28,8 @@ inline constexpr int kRaysInFlight = 8;
 // Input and result of tracing one ray. Reused from ray to ray, so that memory is allocated only
 // while the arrays still grow. Segment k is the part of the ray inside its k-th cell.
 struct RayTrace {
-  // Input. `direction` has unit length; `start_cell` is the cell nearest to the origin.
+  // Input, in the normalised frame. `direction` has unit length; `start_cell` is the cell nearest
+  // to the origin.
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   Eigen::Vector3f direction = Eigen::Vector3f::UnitX();
   uint32_t start_cell = 0;
@@ -41,25 +41,34 @@ struct RayTrace {
   RayComposite<float> composite;
   bool hit_step_limit = false;
   int num_segments = 0;
+  // The SH basis functions in the ray's direction.
   float sh_basis[kMaxShCoefficients];
 
+  // The site of a segment's cell.
   struct Site {
     float x, y, z;
-    float density;  // 0 where the cell is transparent or the segment has no length
+    // 0 where the cell is transparent or the segment has no length.
+    float density;
   };
   struct Segment {
     uint32_t cell;
+    // Distance from the origin at which the ray leaves the cell.
     float t_out;
-    float tau_in;         // optical depth of all segments before this one
-    float optical_depth;  // of this one
+    // Optical depth of all segments before this one.
+    float tau_in;
+    // Of this one.
+    float optical_depth;
   };
-  // Sites and segments have one more entry than there are segments: the cell behind the last face.
+  // [num_segments + 1]: the last entry is the cell behind the last face. Here and below, vectors
+  // may be longer.
   LargePageVector<Site> sites;
   LargePageVector<Segment> segments;
-  std::vector<uint32_t>
-      clamped;  // segments whose exit face has no say in t_out (see Walk), ascending
+  // Indices of the segments whose t_out is the distance of their entry (see Walk), ascending.
+  std::vector<uint32_t> clamped;
+  // [num_segments], as is all that follows.
   LargePageVector<float> weight;
-  LargePageVector<float> transmittance;  // behind the segment
+  // Behind the segment.
+  LargePageVector<float> transmittance;
   LargePageVector<float> color[3];
 };
 
@@ -67,15 +76,15 @@ struct RayTrace {
 // that earlier rays needed. Valid until the thread's next call.
 std::span<RayTrace> ThreadTraces(size_t count);
 
-// Walks and shades rays, each until the optical depth passes `cutoff_tau` or the foam ends.
+// Walks and shades rays, each until its optical depth passes `cutoff_tau` or it leaves the foam.
 void TraceRays(const WalkGeometry<float>& geometry,
                const CellShading<float>& shading,
                float cutoff_tau,
                std::span<RayTrace> rays);
 
 // Backpropagates through a traced ray: appends a record for every cell on it, guards apart, with a
-// non-zero gradient. `ray_index` is stored in the records. `identity` as in the reference: null
-// stops gradient.identity at the weights.
+// non-zero gradient. Stores `ray_index` in the records. `identity` as in the reference: null stops
+// gradient.identity at the weights.
 void BackpropagateRay(const RayTrace& ray,
                       const RayGradient<float>& gradient,
                       uint32_t num_sites,
@@ -83,12 +92,13 @@ void BackpropagateRay(const RayTrace& ray,
                       std::vector<GradientRecord>* records,
                       const float* identity = nullptr);
 
-// Cross-entropy with the classifier transposed and padded for vector instructions.
+// Computes the cross-entropy of many classes with vector instructions. Keeps the classifier
+// transposed and padded.
 class ClassLoss {
  public:
   explicit ClassLoss(const ClassifierView<float>& classifier);
 
-  // The cross-entropy of a rendered identity [kIdentityDim] against a class, divided by
+  // Returns the cross-entropy of a rendered identity [kIdentityDim] against a class, divided by
   // ln(max(K, 2)), as in RayLoss. Adds `weight` times its derivative by the identity to
   // `identity_gradient`, and `scale * weight` times its derivatives by the classifier's parameters
   // to `weight_gradient` [K][kIdentityDim] and `bias_gradient` [K].
@@ -108,15 +118,17 @@ class ClassLoss {
   LargePageVector<float> logits_;      // [padded_classes_], scratch
 };
 
-// The walk alone, for measuring it.
+// A ray to be walked without shading, for measuring the walk.
 struct WalkQuery {
   Eigen::Vector3f origin;
   Eigen::Vector3f direction;
   uint32_t start_cell;
 };
 struct WalkResult {
-  uint32_t steps;  // cells left again
-  float t_exit;    // distance at which the last of them was left
+  // Number of cells that the ray left again.
+  uint32_t steps;
+  // Distance at which it left the last of them.
+  float t_exit;
 };
 // Walks every ray to its end, `rays_in_flight` (1, 2, 4 or 8) at a time.
 void WalkRays(const WalkGeometry<float>& geometry,
@@ -124,12 +136,12 @@ void WalkRays(const WalkGeometry<float>& geometry,
               int rays_in_flight,
               std::span<WalkResult> results);
 
-// The instruction sets that this program knows and this machine has, best first: "AVX-512", "AVX2",
-// "SSE4", or what else Highway calls them. The first is used.
+// Returns the names of the instruction sets for which this program has code and that this CPU has,
+// best first: "AVX-512", "AVX2", "SSE4", or Highway's name of another. The first is used.
 std::vector<std::string> SimdTargets();
 
-// For tests and benchmarks: from now on uses this one of SimdTargets(); "" = the best. Not while
-// rays are being traced.
+// Uses this one of SimdTargets() from now on; "": the best. For tests and benchmarks. Must not be
+// called while rays are traced.
 void UseSimdTarget(const std::string& name);
 
 }  // namespace semfoam

@@ -10,18 +10,21 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace semfoam {
 
-// The file of a checkpoint: a state that a run can go on from. What is in it, and what that means,
-// is its writer's business; this is how it gets onto the disk and back, whole or not at all.
+class ChecksummedReader;
+
+// The file of a checkpoint: a state that a run can go on from. The caller decides what is in it;
+// this writes and reads it, whole or not at all.
 //
-// Little-endian: 8 bytes magic "SEMFCKP\n", u32 version, u32 reserved (0), u64 length of the JSON
-// header; the header, {"arrays": [{"name", "bytes"}, ...], "texts": {group: {name: text}}}; an
-// XXH64 of all that; then the bytes of each array, each followed by their XXH64; at the end 8 bytes
-// "SEMFEND\n" and the u64 length of the whole file. Magic and version stay where they are in every
-// version of the format.
+// A checksummed file (foam/util/checksummed_file.h), little-endian: 8 bytes magic "SEMFCKP\n", u32
+// version, u32 reserved (0), u64 length of the JSON header; the header, {"arrays": [{"name",
+// "bytes"}, ...], "texts": {group: {name: text}}}; an XXH64 of all that; then the bytes of each
+// array, each followed by their XXH64; at the end 8 bytes "SEMFEND\n" and the u64 length of the
+// whole file.
 inline constexpr uint32_t kCheckpointVersion = 1;
 
 // Texts by name, in groups. Numbers are texts too (foam/util/number_text.h), so that NaN and
@@ -71,12 +74,18 @@ class Checkpoint {
   [[noreturn]] void ThrowDamaged(const std::string& what) const;
 
  private:
-  [[noreturn]] void ThrowNoCheckpoint() const;
-
   struct Bytes {
     std::unique_ptr<std::byte[]> data;
     size_t size = 0;
   };
+  // Names of the arrays and their lengths in bytes, in the file's order.
+  using ArrayTable = std::vector<std::pair<std::string, uint64_t>>;
+
+  // Reads the header into texts_, and returns the arrays that come behind it. Checks their lengths
+  // against the file's.
+  ArrayTable ReadHeader(ChecksummedReader* file);
+  void ReadArray(const std::string& name, uint64_t count, ChecksummedReader* file);
+  [[noreturn]] void ThrowNoCheckpoint() const;
 
   std::filesystem::path path_;
   CheckpointTexts texts_;

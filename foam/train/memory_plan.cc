@@ -89,8 +89,9 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   plan.sites = Sites(options, num_seeds);
   const int64_t identity = num_classes > 0 ? kIdentityDim : 0;
   const int64_t parameters = 4 + 3 * NumShCoefficients(options.sh_degree) + identity;
-  // Every parameter with two moments; the count of its cell's steps, what densification gathers,
-  // the activated density, the radius, whether it must stay clear, where it was triangulated.
+  // Every parameter with two moments; the count of its cell's steps, what densification
+  // accumulates, the activated density, the radius, whether it must stay clear, where it was
+  // triangulated.
   const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 4 + 1 + 12;
   // The gradient of the total variation stays; its weights go with the old neighbours, and come
   // with the new ones when CGAL's triangulation is gone, which is larger.
@@ -140,12 +141,11 @@ void RequireMemory(const TrainingOptions& options,
       std::max<int64_t>(0, RoundedDown(static_cast<int64_t>(0.99 * left / of_sites * plan.sites))));
   if (smaller.Check().empty() &&
       PlanMemory(smaller, num_classes, num_seeds, photo_bytes).Total() <= available) {
-    throw UserError(problem, "--FoamTraining.final_sites ", smaller.final_sites, " would fit.");
+    throw UserError(problem, "final_sites ", smaller.final_sites, " would fit.");
   }
   throw UserError(problem,
-                  plan.batch > plan.photos
-                      ? "a smaller --FoamTraining.rays_per_iteration would be right."
-                      : "a smaller --image_cache_gb would be right.");
+                  plan.batch > plan.photos ? "a smaller rays_per_iteration would be right."
+                                           : "a smaller image_cache_gb would be right.");
 }
 
 }  // namespace semfoam

@@ -4,15 +4,11 @@
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
 #include "foam/train/trainer_internal.h"
-#include "foam/train/training_evaluation.h"
-#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
-#include "foam/util/parallel.h"
 #include "foam/view/cell_statistics.h"
 #include "foam/view/view_renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -33,15 +29,18 @@ Trainer::Trainer(const TrainingViews& views,
                  const TrainingHooks& hooks)
     : views_(views),
       options_(options),
-      views_to_train_on_(ViewsToTrainOn(views)),
-      free_space_(views, seeds),
       schedule_(options),
-      device_(hooks.make_device ? hooks.make_device(&state_) : MakeTrainingDevice(&state_)) {
-  ChooseViews();
-  if (pixels_.size() == 0) {
+      pixels_(views, options),
+      device_(hooks.make_device ? hooks.make_device(&state_)
+                                : MakeTrainingDevice(hooks.device, &state_)),
+      camera_cells_(views, device_.get()),
+      topology_(views, seeds, options, schedule_, &camera_cells_, &state_, device_.get()),
+      sh_degree_(options, schedule_, camera_cells_, &pixels_, &state_, device_.get()),
+      evaluator_(views, schedule_, pixels_, camera_cells_, state_, device_.get()) {
+  if (pixels_.IsEmpty()) {
     throw UserError(
         "There is no photo to train on: all are held out or missing; hold out fewer "
-        "(--test_every).");
+        "(test_every).");
   }
 }
 
@@ -59,186 +58,91 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   state_.foam = InitialFoam(seeds, centers, initialization);
   state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
   state_.densification.Reset(state_.foam.NumSites());
-  start_cells_.assign(views_.NumViews(), 0);
-  MakeCache();
+  OpenPixelCache();
   device_->Upload();
-  Retriangulate();
+  topology_.Triangulate(log_.iteration());
 }
 
-// Where the views do not fit into memory.
-void Trainer::MakeCache() {
-  if (views_.HoldsPixels()) return;
-  DrawingPlan plan;
-  plan.seed = options_.random_seed;
-  plan.num_tiles = NumTiles(options_.rays_per_iteration);
-  plan.ranges.resize(2);
-  plan.ranges[kAllButProbes] = pixels_;
-  plan.ranges[kAllViews] = PixelRange(views_, views_to_train_on_);
-  plan.first_iteration = progress_.iteration;
-  plan.may_grow = options_.seconds > 0;
-  plan.kept = ProbePixels();
-  num_probes_kept_ = plan.kept.size();
-  const std::vector<ViewPixel> held_out = EvaluationPixels(views_);
-  plan.kept.insert(plan.kept.end(), held_out.begin(), held_out.end());
-  if (probe_pixels_.size() > 0) {
-    plan.ranges_at = [this](int64_t iteration) { return RangesAt(iteration); };
-  } else {
-    plan.ranges_at = [](int64_t) { return std::vector<int>{kAllViews}; };
-  }
-  cache_ = std::make_unique<PixelCache>(views_, std::move(plan));
+void Trainer::OpenPixelCache() {
+  pixels_.OpenCache(log_.iteration(),
+                    [this](int64_t iteration) { return sh_degree_.ProbeUseAt(iteration); });
 }
 
-std::vector<uint32_t> Trainer::StartCellsWith(const std::vector<int>& views) const {
-  std::vector<Eigen::Vector3d> origins;
-  std::vector<uint32_t> cells;
-  for (const int view : views) {
-    origins.push_back(views_.Origin(view));
-    cells.push_back(start_cells_[view]);
+TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
+  const TrainingHooks::Save save = [this](CheckpointContents* contents) { Save(contents); };
+  ReadPixels(hooks);
+  while (true) {
+    Iterate();
+    log_.EndIteration(rays_.size());
+    sh_degree_.Update(log_.iteration());
+    topology_.Update(log_.iteration());
+    schedule_.FitToSeconds(views_, log_.iteration(), log_.Seconds(), evaluator_.seconds());
+    if (const auto quality = evaluator_.EvaluateIfDue(log_.iteration())) log_.SetQuality(*quality);
+    if (log_.iteration() >= schedule_.num_iterations()) break;
+    if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
+    if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
   }
-  device_->StartCells(origins, &cells);
-  std::vector<uint32_t> result = start_cells_;
-  for (size_t i = 0; i < views.size(); ++i) result[views[i]] = cells[i];
-  return result;
+  log_.Report(schedule_, state_.foam, hooks.report);
+  return Finish(hooks.device);
 }
 
-void Trainer::DrawBatch() {
-  start_cells_ = StartCellsWith(views_to_train_on_);
-  const PixelValue* values = nullptr;
-  if (cache_) {
-    values = cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
+void Trainer::ReadPixels(const TrainingHooks& hooks) {
+  PixelCache::Report report;
+  if (hooks.report) {
+    report = [&](int done, int total) { log_.ReportReading(done, total, hooks.report); };
   }
-  summary_.nonfinite_pixels += DrawRays(views_,
-                                        pixels_,
-                                        values,
-                                        start_cells_,
-                                        options_.rays_per_iteration,
-                                        options_.random_seed,
-                                        progress_.iteration,
-                                        &rays_);
+  const double begin = log_.Seconds();
+  pixels_.Read(log_.iteration(), schedule_.num_iterations(), std::move(report));
+  log_.SetSecondsReading(log_.Seconds() - begin);
 }
 
 void Trainer::Iterate() {
-  DrawBatch();
+  const int64_t iteration = log_.iteration();
+  const std::vector<uint32_t>& start_cells = camera_cells_.Update(pixels_.training_views());
+  summary_.nonfinite_pixels +=
+      pixels_.Draw(iteration, schedule_.num_iterations(), start_cells, &rays_);
   if (rays_.empty()) return;
-  const RayLossWeights weights{1,
-                               options_.opacity_weight,
-                               options_.quantile_weight * std::min(2 * RunFraction(), 1.0),
-                               options_.identity_weight,
-                               options_.identity_to_density};
-  const bool has_tv = state_.foam.HasSemantics() && options_.tv_weight > 0 &&
-                      progress_.iteration % kTvInterval == 0;
+  const RayLossWeights weights{
+      1,
+      options_.opacity_weight,
+      options_.quantile_weight * std::min(2 * schedule_.RunFraction(iteration), 1.0),
+      options_.identity_weight,
+      options_.identity_to_density};
+  const bool has_tv =
+      state_.foam.HasSemantics() && options_.tv_weight > 0 && iteration % kTvInterval == 0;
   const TrainingStepResult result =
       device_->Step({rays_,
                      weights,
                      static_cast<float>(-std::log(options_.transmittance_cutoff)),
                      has_tv ? options_.tv_weight * kTvInterval : 0,
-                     schedule_.Rates(progress_.iteration)});
-  batch_ = result.batch;
-  if (has_tv) {
-    tv_sum_ += result.tv_loss;
-    ++tv_count_;
-  }
-  guard_.Watch(progress_.iteration, rays_, batch_, result.tv_loss, result.skipped_updates);
+                     schedule_.Rates(iteration)});
+  guard_.Watch(iteration, rays_, result.batch, result.tv_loss, result.skipped_updates);
+  topology_.Observe(result.batch);
+  log_.AddLoss(result.batch.mean_loss);
+  if (has_tv) log_.AddTvLoss(result.tv_loss);
   summary_.nonfinite_gradients += result.skipped_updates;
-  summary_.step_limit_hits += batch_.step_limit_hits;
-  summary_.segments += batch_.num_segments;
-  loss_sum_.color += batch_.mean_loss.color;
-  loss_sum_.opacity += batch_.mean_loss.opacity;
-  loss_sum_.quantile += batch_.mean_loss.quantile;
-  loss_sum_.identity += batch_.mean_loss.identity;
-  ++loss_count_;
+  summary_.step_limit_hits += result.batch.step_limit_hits;
 }
 
-void Trainer::EvaluateIfDue() {
-  if (RunFraction() * kNumEvaluations < evaluations_ + 1) return;
-  ++evaluations_;
-  const auto begin = std::chrono::steady_clock::now();
-  std::function<const PixelValue*(size_t k)> value_of;
-  if (cache_) value_of = [this](size_t k) { return &cache_->Kept(num_probes_kept_ + k); };
-  std::vector<int> held_out;
-  for (int view = 0; view < views_.NumViews(); ++view) {
-    if (views_.IsHeldOut(view)) held_out.push_back(view);
-  }
-  const HeldOutQuality quality =
-      EvaluateHeldOut(views_, value_of, StartCellsWith(held_out), state_.foam, device_.get());
-  progress_.held_out_psnr = quality.psnr;
-  progress_.held_out_miou = quality.miou;
-  seconds_evaluating_ += SecondsSince(begin);
-}
-
-void Trainer::Report(const TrainingHooks& hooks) {
-  progress_.num_iterations = schedule_.num_iterations();
-  progress_.sites = state_.foam.NumSites();
-  progress_.seconds = SecondsSince(begin_);
-  const double done = RunFraction();
-  const double learning = progress_.seconds - seconds_reading_;
-  progress_.seconds_left = done > 0 ? learning * (1 - done) / done : NAN;
-  if (loss_count_ > 0) {
-    progress_.color_loss = loss_sum_.color / loss_count_;
-    progress_.opacity_loss = loss_sum_.opacity / loss_count_;
-    progress_.quantile_loss = loss_sum_.quantile / loss_count_;
-    progress_.identity_loss = state_.foam.HasSemantics() ? loss_sum_.identity / loss_count_ : NAN;
-    loss_sum_ = {};
-    loss_count_ = 0;
-  }
-  if (tv_count_ > 0) {
-    progress_.tv_loss = tv_sum_ / tv_count_;
-    tv_sum_ = 0;
-    tv_count_ = 0;
-  }
-  last_report_ = progress_.seconds;
-  summary_.log.push_back(progress_);
-  if (hooks.report) hooks.report(progress_);
-}
-
-TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
-  const TrainingHooks::Save save = [this](CheckpointContents* contents) { Save(contents); };
-  if (cache_ && hooks.report) {
-    cache_->SetReport([&](int done, int total) {
-      TrainingProgress reading = progress_;
-      reading.photos_read = done;
-      reading.photos_to_read = total;
-      reading.seconds = SecondsSince(begin_);
-      hooks.report(reading);
-    });
-  }
-  if (cache_) {
-    // Not counted in what an iteration takes.
-    const double begin = SecondsSince(begin_);
-    cache_->Drawn(progress_.iteration, RangeInCache(), schedule_.num_iterations());
-    seconds_reading_ = SecondsSince(begin_) - begin;
-  }
-  while (true) {
-    Iterate();
-    ++progress_.iteration;
-    progress_.rays += rays_.size();
-    ChooseShDegreeIfDue();
-    UpdateTopology();
-    schedule_.FitToSeconds(views_, progress_.iteration, SecondsSince(begin_), seconds_evaluating_);
-    EvaluateIfDue();
-    if (progress_.iteration >= schedule_.num_iterations()) break;
-    if (SecondsSince(begin_) - last_report_ > 1) Report(hooks);
-    if (hooks.between_iterations) hooks.between_iterations(progress_.iteration, save);
-  }
-  Report(hooks);
-  if (progress_.rays == 0) {
+TrainingSummary Trainer::Finish(const Device& device) {
+  if (log_.rays() == 0) {
     throw UserError(
         "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
   }
-  guard_.Finish(progress_.iteration);
-  summary_.triangulation_lag = TriangulationLag(state_.foam.NumSites());
+  guard_.Finish(log_.iteration());
+  topology_.Summarize(&summary_);
+  topology_.Abandon();
   summary_.late_rays = schedule_.late_rays();
   summary_.unstable_iterations = guard_.unstable_iterations();
   summary_.explained_contrast = guard_.explained_contrast();
-  // One that is still under way is of no use any more.
-  pending_.reset();
+  summary_.last = log_.progress();
+  summary_.log = log_.reports();
   device_->Download();
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
-  summary_.statistics =
-      MeasureCells(summary_.foam, ViewRenderer(summary_.foam), views_, StatisticsStride(views_));
-  summary_.last = progress_;
+  summary_.statistics = MeasureCells(
+      summary_.foam, ViewRenderer(summary_.foam, device), views_, StatisticsStride(views_));
   return std::move(summary_);
 }
 
@@ -281,9 +185,11 @@ TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,
                           const TrainingOptions& options,
-                          const std::function<void(const TrainingProgress&)>& report) {
+                          const std::function<void(const TrainingProgress&)>& report,
+                          const Device& device) {
   TrainingHooks hooks;
   hooks.report = report;
+  hooks.device = device;
   return TrainFoam(views, seeds, num_classes, options, std::move(hooks));
 }
 

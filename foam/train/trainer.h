@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/data/training_views.h"
+#include "foam/device/device.h"
 #include "foam/model/foam.h"
 #include "foam/train/checkpoint.h"
 #include "foam/train/training_options.h"
@@ -73,7 +74,10 @@ struct TrainingHooks {
   // with any number of threads. Seconds go on from those of the checkpoint.
   std::unique_ptr<const Checkpoint> resume_from;
 
-  // Where to train; empty: on the device in use (MakeTrainingDevice).
+  // Where to train, and to render what is measured of the trained foam.
+  Device device;
+
+  // Makes what trains in place of `device`, for tests; empty: MakeTrainingDevice.
   std::function<std::unique_ptr<TrainingDevice>(TrainingState*)> make_device;
 };
 
@@ -94,11 +98,12 @@ TrainingSummary TrainFoam(const TrainingViews& views,
                           int num_classes,
                           const TrainingOptions& options,
                           TrainingHooks hooks);
-// With a report alone.
+// Trains on `device`, without a checkpoint.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,
                           const TrainingOptions& options,
-                          const std::function<void(const TrainingProgress&)>& report);
+                          const std::function<void(const TrainingProgress&)>& report,
+                          const Device& device = {});
 
 }  // namespace semfoam

@@ -3,9 +3,10 @@
 
 #include "foam/image/metrics.h"
 #include "foam/train/training_rays.h"
-#include "foam/train/training_schedule.h"
+#include "foam/util/elapsed_time.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include <glog/logging.h>
 
@@ -30,41 +31,49 @@ double SquaredError(const std::vector<BatchRay>& rays, const std::vector<Rendere
   return error;
 }
 
-std::vector<ViewPixel> EvaluationPixels(const TrainingViews& views) {
-  const int stride = EvaluationStride(views);
-  std::vector<ViewPixel> pixels;
-  for (int view = 0; view < views.NumViews(); ++view) {
-    if (!views.IsHeldOut(view)) continue;
-    for (int y = 0; y < views.Height(view); y += stride) {
-      for (int x = 0; x < views.Width(view); x += stride) pixels.push_back({view, x, y});
-    }
-  }
-  return pixels;
+HeldOutEvaluator::HeldOutEvaluator(const TrainingViews& views,
+                                   const TrainingSchedule& schedule,
+                                   const TrainingPixels& pixels,
+                                   const CameraCells& camera_cells,
+                                   const TrainingState& state,
+                                   TrainingDevice* device)
+    : views_(views),
+      schedule_(schedule),
+      pixels_(pixels),
+      camera_cells_(camera_cells),
+      state_(state),
+      device_(device) {}
+
+std::optional<HeldOutQuality> HeldOutEvaluator::EvaluateIfDue(int64_t iteration) {
+  if (schedule_.RunFraction(iteration) * kNumEvaluations < num_evaluations_ + 1) return {};
+  ++num_evaluations_;
+  const auto begin = std::chrono::steady_clock::now();
+  const HeldOutQuality quality = Evaluate();
+  seconds_ += SecondsSince(begin);
+  return quality;
 }
 
-HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
-                               const std::function<const PixelValue*(size_t k)>& value_of,
-                               const std::vector<uint32_t>& start_cells,
-                               const Foam& foam,
-                               TrainingDevice* device) {
+HeldOutQuality HeldOutEvaluator::Evaluate() const {
   double sum = 0;
   int count = 0;
   LabelAgreement agreement;
-  const std::vector<ViewPixel> pixels = EvaluationPixels(views);
+  const std::vector<uint32_t> start_cells =
+      camera_cells_.Find(SelectViews(views_, /*held_out=*/true));
+  const std::vector<ViewPixel> pixels = pixels_.HeldOutPixels();
   for (size_t k = 0; k < pixels.size();) {
     const int view = pixels[k].view;
     std::vector<BatchRay> rays;
     for (; k < pixels.size() && pixels[k].view == view; ++k) {
-      const PixelValue* const value = value_of ? value_of(k) : nullptr;
-      if (const auto ray = PixelAsRay(views, pixels[k], value, start_cells[view]))
+      const PixelValue* const value = pixels_.HeldOutValue(k);
+      if (const auto ray = PixelAsRay(views_, pixels[k], value, start_cells[view]))
         rays.push_back(*ray);
     }
     if (rays.empty()) continue;
-    const std::vector<RenderedRay> rendered = device->Render(rays, foam.sh_degree);
+    const std::vector<RenderedRay> rendered = device_->Render(rays, state_.foam.sh_degree);
     const double error = SquaredError(rays, rendered) / (3.0 * rays.size());
     sum += -10 * std::log10(std::max(error, 1e-12));
     ++count;
-    if (!foam.HasSemantics()) continue;
+    if (!state_.foam.HasSemantics()) continue;
     for (size_t i = 0; i < rays.size(); ++i) {
       agreement.Add(rays[i].target.class_index, rendered[i].class_index);
     }

@@ -1,40 +1,71 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/data/pixel_range.h"
 #include "foam/data/training_views.h"
-#include "foam/model/foam.h"
 #include "foam/optim/training_device.h"
 #include "foam/render/ray_batch.h"
 #include "foam/render/ray_caster.h"
+#include "foam/train/camera_cells.h"
+#include "foam/train/training_pixels.h"
+#include "foam/train/training_schedule.h"
 
 #include <cmath>
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <vector>
+
+// How well a foam in training shows photos.
 
 namespace semfoam {
 
-// Sum over the rays of the squared difference between the colour that each shows, at most white,
-// and its target's.
+// Returns the sum over the rays of the squared difference between the colour that each shows, at
+// most white, and its target's. `rendered` [rays] belongs to `rays`.
 double SquaredError(const std::vector<BatchRay>& rays, const std::vector<RenderedRay>& rendered);
 
-// NaN = not known.
+// The quality of held-out views. NaN = not known.
 struct HeldOutQuality {
-  double psnr = NAN;  // dB, mean over the views
-  double miou = NAN;  // see LabelAgreement: against the views' classes
+  // Peak signal-to-noise ratio in dB, mean over the views.
+  double psnr = NAN;
+  // Mean intersection over union (LabelAgreement) of rendered and photographed classes.
+  double miou = NAN;
 };
 
-// A grid over the held-out views (EvaluationStride), view by view.
-std::vector<ViewPixel> EvaluationPixels(const TrainingViews& views);
+// Evaluates the held-out views kNumEvaluations times over the run.
+class HeldOutEvaluator {
+ public:
+  // All arguments must outlive this.
+  HeldOutEvaluator(const TrainingViews& views,
+                   const TrainingSchedule& schedule,
+                   const TrainingPixels& pixels,
+                   const CameraCells& camera_cells,
+                   const TrainingState& state,
+                   TrainingDevice* device);
 
-// Over the EvaluationPixels. `value_of(k)` is what the photo stores of the k-th of them, for views
-// that do not hold their pixels; empty for others. `start_cells` per view: where its camera is.
-// Of `foam` only its SH degree and whether it has classes are asked; what it shows is `device`'s.
-HeldOutQuality EvaluateHeldOut(const TrainingViews& views,
-                               const std::function<const PixelValue*(size_t k)>& value_of,
-                               const std::vector<uint32_t>& start_cells,
-                               const Foam& foam,
-                               TrainingDevice* device);
+  // Renders TrainingPixels::HeldOutPixels() on the device and returns their quality, if an
+  // evaluation is due after so many iterations. Of the host's state it reads sizes alone.
+  std::optional<HeldOutQuality> EvaluateIfDue(int64_t iteration);
+
+  // Returns the seconds that all evaluations have taken.
+  double seconds() const { return seconds_; }
+
+  // Describes the numbers (checkpoint_state.h).
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    archive->Number("evaluations", &num_evaluations_);
+    archive->Number("seconds_evaluating", &seconds_);
+  }
+
+ private:
+  HeldOutQuality Evaluate() const;
+
+  const TrainingViews& views_;
+  const TrainingSchedule& schedule_;
+  const TrainingPixels& pixels_;
+  const CameraCells& camera_cells_;
+  const TrainingState& state_;
+  TrainingDevice* const device_;
+  int num_evaluations_ = 0;
+  double seconds_ = 0;
+};
 
 }  // namespace semfoam

@@ -10,24 +10,30 @@
 namespace semfoam {
 namespace {
 
-constexpr int64_t kWindow = 50;  // iterations
+// Iterations of a window.
+constexpr int64_t kWindow = 50;
+// Windows in a row that a loss may not be above its bound.
 constexpr int kLostWindows = 4;
-constexpr double kLargestShare = 0.01;  // of rays that hit the step limit, of updates per ray
+// Of rays that hit the step limit, and of skipped updates per ray.
+constexpr double kLargestShare = 0.01;
+// The bound of the colour loss in losses of a flat colour, and its least value.
 constexpr double kFlatColorFactor = 1.25;
 constexpr double kFlatColorFactorAtEnd = 1.05;
 constexpr double kLeastColorBound = 0.02;
 constexpr double kIdentityBound = 2;
-constexpr double kFalling = 0.8;  // of the loss of the window before
+// A loss is falling if it is less than this share of the loss of the window before.
+constexpr double kFalling = 0.8;
 // Below this the photos have no contrast to explain: a standard deviation of 1 / 64.
 constexpr double kLeastFlatColorLoss = 1.0 / 8192;
 
+// Ends the run with one sentence made of `parts`.
 template <typename... Parts>
 [[noreturn]] void Fail(int64_t iteration, const Parts&... parts) {
   throw UserError("Training is lost at iteration ",
                   iteration,
                   ": ",
                   parts...,
-                  "; lower learning rates (--FoamTraining.position_rate, density_rate, color_rate, "
+                  "; lower learning rates (position_rate, density_rate, color_rate, "
                   "sh_factor, identity_rate, classifier_rate) or weights would be right.");
 }
 
@@ -60,7 +66,7 @@ double TrainingGuard::Window::FlatColorLoss() const {
   return variance / 2;
 }
 
-void TrainingGuard::Watched::Update(double new_loss, double new_bound) {
+void TrainingGuard::BoundedLoss::Update(double new_loss, double new_bound) {
   const bool is_first = std::isinf(loss);
   const bool is_falling = new_loss < kFalling * loss;
   loss = new_loss;

@@ -8,48 +8,54 @@
 #include <string>
 #include <vector>
 
+// When a training run cannot succeed any more.
+
 namespace semfoam {
 
-// Watches a training run, and ends it where nothing good can come of it any more: better one
-// sentence than a foam that looks like a result. A run is lost
+// Watches the losses of a training run and throws UserError when the run is lost, so that no foam
+// is written that looks like a result and is none. A run is lost
 //
-// - at once, when a loss term is not finite. Gradients that are not finite change no parameter, so
+// - at once, when a loss term is not finite: gradients that are not finite change no parameter, so
 //   what overflows now overflows again;
-// - when, in a window of 50 iterations, more than one ray in a hundred hit the walk's step limit,
-//   or more than one update for every hundred rays was skipped. One stuck cell is none of that;
-// - when the colour loss stays above 1.25 times that of photos in one flat colour (half the
-//   variance of their pixels) for four windows in a row, and no longer falls by a fifth from each
-//   to the next. Every foam that learns is below that within its first hundred iterations or
-//   falls fast; even photos of pure noise, from which nothing can be learned, are seen as their
-//   mean. The bound is never below 0.02, an error of 0.2, which tells nothing of photos that are
-//   black or white throughout and have no variance;
-// - likewise when the identity loss stays above 2. Guessing has 1;
-// - when a run of five windows or more ends with either loss above its bound, falling or not; the
-//   factor is 1.05 then.
+// - when, in a window of 50 iterations, more than 1 % of the rays hit the walk's step limit, or
+//   more updates were skipped than 1 % of the number of rays. One stuck cell is below that;
+// - when the colour loss of four windows in a row is above its bound and is not falling, that is,
+//   is 0.8 times that of the window before or more. The bound is 1.25 times the loss of photos in
+//   one flat colour (half the variance of their pixels), and at least 0.02, an error of 0.2, as
+//   photos that are black or white throughout have no variance. A foam that learns is below the
+//   bound within its first hundred iterations or falls fast; even photos of noise, from which
+//   nothing can be learned, are rendered as their mean;
+// - likewise, when the identity loss stays above 2; guessing has 1;
+// - when a run of five windows or more ends with a loss above its bound, falling or not; the factor
+//   of the flat colour is 1.05 then.
 //
-// The criteria are free of the scene's scale and of batch size, loss weights and number of rays.
+// The criteria depend neither on the scene's scale nor on batch size, loss weights and number of
+// rays.
 class TrainingGuard {
  public:
-  // Looks at the iteration that was just done; tv_loss = 0 where none was computed. Throws
-  // UserError, one sentence naming the iteration and the quantity, when the run is lost.
+  // Takes the results of an iteration that was just done: its rays with their targets, its losses
+  // and counts, the total variation (0 where none was computed), and the number of cells whose
+  // gradient was not finite. Throws UserError, one sentence naming the iteration and the quantity,
+  // when the run is lost.
   void Watch(int64_t iteration,
              const std::vector<BatchRay>& rays,
              const BatchTotals& batch,
              double tv_loss,
              int64_t skipped_updates);
 
-  // After the last iteration. Throws as Watch does.
+  // Judges the end of the run, after its last iteration. Throws as Watch does.
   void Finish(int64_t iteration) const;
 
-  // Iterations, in whole windows after the first, whose losses were above those bounds: more than
-  // none in a run that ended well means that it recovered.
+  // Returns the number of iterations, in whole windows after the first, whose losses were above
+  // those bounds: a run that ended well with more than 0 has recovered.
   int64_t unstable_iterations() const { return unstable_iterations_; }
 
-  // 1 - colour loss / that of one flat colour, over the last whole window: what the foam shows of
-  // the photos' contrast, at most 1. NaN before the first window and where photos have none.
+  // Returns 1 - colour loss / that of one flat colour, over the last whole window: the share of the
+  // photos' contrast that the foam shows, at most 1. NaN before the first window and where photos
+  // have no contrast.
   double explained_contrast() const { return explained_contrast_; }
 
-  // What it has seen so far (checkpoint_state.h).
+  // Describes what it has seen so far (checkpoint_state.h).
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Number("iterations", &window_.iterations);
@@ -72,25 +78,30 @@ class TrainingGuard {
   }
 
  private:
+  // Sums over the iterations of a window.
   struct Window {
     int64_t iterations = 0;
     int64_t rays = 0;
     int64_t step_limit_hits = 0;
     int64_t skipped_updates = 0;
-    double color_loss = 0;  // sums over rays
+    // Sums over the rays: of the losses, and of the targets' colours and their squares.
+    double color_loss = 0;
     double identity_loss = 0;
     double target_sum[3] = {};
     double target_square_sum[3] = {};
 
     void Add(const std::vector<BatchRay>& new_rays, const BatchTotals& batch, int64_t skipped);
+    // Returns the colour loss of the photos' mean colour: half the variance of the targets.
     double FlatColorLoss() const;
   };
 
   // A loss that should stay below a bound.
-  struct Watched {
-    double loss = std::numeric_limits<double>::infinity();  // of the last window
+  struct BoundedLoss {
+    // Mean over the rays of the last window.
+    double loss = std::numeric_limits<double>::infinity();
     double bound = 0;
-    int windows_above = 0;  // in a row, without falling
+    // Number of windows in a row in which the loss was above the bound and not falling.
+    int windows_above = 0;
 
     void Update(double new_loss, double new_bound);
 
@@ -102,14 +113,19 @@ class TrainingGuard {
     }
   };
 
+  // Judges a whole window.
   void Judge(int64_t iteration);
   [[noreturn]] void FailColorLoss(int64_t iteration) const;
   [[noreturn]] void FailIdentityLoss(int64_t iteration) const;
 
+  // The window that has begun.
   Window window_;
+  // Number of windows that are over.
   int64_t num_windows_ = 0;
-  Watched color_, identity_;
-  double flat_color_loss_ = 0;  // of the last window
+  BoundedLoss color_;
+  BoundedLoss identity_;
+  // Window::FlatColorLoss of the last whole window.
+  double flat_color_loss_ = 0;
   int64_t unstable_iterations_ = 0;
   double explained_contrast_ = std::numeric_limits<double>::quiet_NaN();
 };

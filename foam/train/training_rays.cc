@@ -36,10 +36,10 @@ PixelKind MakeBatchRay(const TrainingViews& views,
 
 }  // namespace
 
-std::vector<int> ViewsToTrainOn(const TrainingViews& views) {
+std::vector<int> SelectViews(const TrainingViews& views, bool held_out) {
   std::vector<int> result;
   for (int view = 0; view < views.NumViews(); ++view) {
-    if (!views.IsHeldOut(view)) result.push_back(view);
+    if (views.IsHeldOut(view) == held_out) result.push_back(view);
   }
   return result;
 }

@@ -11,17 +11,17 @@
 
 namespace semfoam {
 
-// The views that are not held out, ascending.
-std::vector<int> ViewsToTrainOn(const TrainingViews& views);
+// Returns the views that are held out, or those that are not, ascending.
+std::vector<int> SelectViews(const TrainingViews& views, bool held_out);
 
-// The pixel's ray and colour; nothing where it has no ray or its colour is not finite. `value`:
-// what the photo stores of it, for views that do not hold their pixels; else null.
+// Returns the pixel's ray and colour; nothing where it has no ray or its colour is not finite.
+// `value`: what the photo stores of it, for views that do not hold their pixels; else null.
 std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
                                    const ViewPixel& pixel,
                                    const PixelValue* value,
                                    uint32_t start_cell);
 
-// Tiles (DrawTiles) that make up an iteration of about so many rays.
+// Returns how many tiles (DrawTiles) make up an iteration of about so many rays.
 inline int NumTiles(int rays_per_iteration) {
   return (rays_per_iteration + kTileRays - 1) / kTileRays;
 }

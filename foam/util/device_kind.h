@@ -4,6 +4,6 @@
 namespace semfoam {
 
 // Runs on devices of one kind have the same bytes.
-enum class DeviceKind { kCores, kGpu };
+enum class DeviceKind { kCpu, kGpu };
 
 }  // namespace semfoam

@@ -17,41 +17,45 @@
 namespace semfoam {
 namespace {
 
-// A signal that comes again so soon is the same one: timeout(1) sends it to the process and then to
-// its group, and so do some batch systems.
-constexpr std::chrono::seconds kEcho(1);
+// A signal that arrives again within this time is the same one: timeout(1) sends it to the process
+// and then to its group, and so do some batch systems.
+constexpr std::chrono::seconds kRepetition(1);
 
-// Never destroyed: the waiting thread outlives the end of main.
 struct State {
+  // Guards num_deferrals and callback.
   std::mutex mutex;
-  int num_deferrals = 0;      // guarded by the mutex
-  std::function<void()> say;  // likewise; empty: nothing
+  // Number of objects of DeferInterruption.
+  int num_deferrals = 0;
+  // The function of OnInterrupt; empty without one.
+  std::function<void()> callback;
+  // The signal held back; 0: none.
   std::atomic<int> requested = 0;
 };
 
-State& TheState() {
+// Returns the state of the process. Never destroyed: the waiting thread outlives the end of main.
+State& GlobalState() {
   static State& state = *new State;
   return state;
 }
 
-// The state's mutex is held.
+// Ends the process. The caller holds the state's mutex.
 [[noreturn]] void End(int signal) {
-  if (const auto& say = TheState().say) say();
+  if (const auto& callback = GlobalState().callback) callback();
   RemoveScratchFoldersAndExit(Interruption(signal).ExitCode());
 }
 
 [[noreturn]] void WaitForSignals(const sigset_t& signals) {
   using Clock = std::chrono::steady_clock;
-  State& state = TheState();
-  Clock::time_point asked;
+  State& state = GlobalState();
+  Clock::time_point requested_at;
   while (true) {
     int signal = 0;
     if (sigwait(&signals, &signal) != 0) continue;
     const std::lock_guard lock(state.mutex);
-    if (state.requested == signal && Clock::now() - asked < kEcho) continue;
+    if (state.requested == signal && Clock::now() - requested_at < kRepetition) continue;
     if (state.num_deferrals == 0 || state.requested != 0) End(signal);
     state.requested = signal;
-    asked = Clock::now();
+    requested_at = Clock::now();
   }
 }
 
@@ -74,29 +78,29 @@ void HandleInterruptions() {
 }
 
 DeferInterruption::DeferInterruption() : exceptions_at_begin_(std::uncaught_exceptions()) {
-  const std::lock_guard lock(TheState().mutex);
-  ++TheState().num_deferrals;
+  const std::lock_guard lock(GlobalState().mutex);
+  ++GlobalState().num_deferrals;
 }
 
 DeferInterruption::~DeferInterruption() {
-  State& state = TheState();
+  State& state = GlobalState();
   const std::lock_guard lock(state.mutex);
   --state.num_deferrals;
-  const bool is_answered = std::uncaught_exceptions() > exceptions_at_begin_;
-  if (state.num_deferrals == 0 && state.requested != 0 && !is_answered) End(state.requested);
+  const bool is_unwinding = std::uncaught_exceptions() > exceptions_at_begin_;
+  if (state.num_deferrals == 0 && state.requested != 0 && !is_unwinding) End(state.requested);
 }
 
-OnInterrupt::OnInterrupt(std::function<void()> say) {
-  const std::lock_guard lock(TheState().mutex);
-  CHECK(!TheState().say);
-  TheState().say = std::move(say);
+OnInterrupt::OnInterrupt(std::function<void()> callback) {
+  const std::lock_guard lock(GlobalState().mutex);
+  CHECK(!GlobalState().callback);
+  GlobalState().callback = std::move(callback);
 }
 
 OnInterrupt::~OnInterrupt() {
-  const std::lock_guard lock(TheState().mutex);
-  TheState().say = nullptr;
+  const std::lock_guard lock(GlobalState().mutex);
+  GlobalState().callback = nullptr;
 }
 
-int InterruptionRequested() { return TheState().requested.load(std::memory_order_relaxed); }
+int InterruptionRequested() { return GlobalState().requested.load(std::memory_order_relaxed); }
 
 }  // namespace semfoam

@@ -20,8 +20,6 @@
 namespace semfoam {
 namespace {
 
-std::unique_ptr<tbb::global_control> thread_limit;
-
 #ifdef __SANITIZE_THREAD__
 // ThreadSanitizer cannot see how oneTBB, which is not built with it, hands a loop to its threads
 // and waits for them, and takes every result for a race. In its build plain threads run the loops,
@@ -50,12 +48,22 @@ void RunOnPlainThreads(int64_t num_blocks, const std::function<void(int64_t bloc
 
 }  // namespace
 
-void SetNumThreads(int num_threads) {
-  const int cores = tbb::info::default_concurrency();
-  thread_limit.reset();
-  thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                       num_threads > 0 ? num_threads : cores);
+class ThreadLimit::Control {
+ public:
+  explicit Control(int num_threads)
+      : control_(tbb::global_control::max_allowed_parallelism, num_threads) {}
+
+ private:
+  const tbb::global_control control_;
+};
+
+ThreadLimit::ThreadLimit(int num_threads) {
+  CHECK(num_threads == -1 || num_threads >= 1) << num_threads;
+  control_ = std::make_unique<const Control>(num_threads > 0 ? num_threads
+                                                             : tbb::info::default_concurrency());
 }
+
+ThreadLimit::~ThreadLimit() = default;
 
 int NumThreads() {
   return static_cast<int>(

@@ -3,12 +3,26 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 namespace semfoam {
 
-// Caps the threads of every parallel loop of the process, those of the libraries that use oneTBB
-// included. -1 = all cores.
-void SetNumThreads(int num_threads);
+// Caps the threads of every parallel loop of the process while it lives, those of the libraries
+// that use oneTBB included. Of several limits at one time the smallest holds.
+class ThreadLimit {
+ public:
+  // -1 = as many threads as the machine has cores. Must be -1 or at least 1 (CHECK).
+  explicit ThreadLimit(int num_threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  class Control;  // of oneTBB
+  std::unique_ptr<const Control> control_;
+};
+
+// Returns the maximum number of threads of a parallel loop.
 int NumThreads();
 
 // Calls body(begin, end) for the blocks [0, block), [block, 2 block), ... of [0, count), in

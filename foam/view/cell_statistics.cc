@@ -7,6 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace semfoam {
 namespace {
@@ -15,18 +18,22 @@ namespace {
 struct CellObservation {
   uint32_t cell;
   float weight;
+  // Light that passes the cell and that it stops, as in CellStatistics.
   float passed;
   float stopped;
   Eigen::Vector3f color;
 };
 
-// Rays cast between two sums: what they see is held in memory.
+// Maximum number of rays whose observations are in memory at a time; the rays of kRowsPerBlock rows
+// are, however many they are.
 constexpr int kRaysInMemory = 1 << 16;
+// Rows of pixels that one thread casts.
 constexpr int kRowsPerBlock = 8;
 
 // Rays that a thread casts at a time, however wide a photo is: each trace takes some 10 kB.
 constexpr size_t kRaysAtOnce = 256;
 
+// Appends what a ray saw of every cell in which it passed, stopped or showed something.
 void AddObservations(const RayTrace& trace,
                      size_t num_sites,
                      std::vector<CellObservation>* observations) {
@@ -45,6 +52,92 @@ void AddObservations(const RayTrace& trace,
   }
 }
 
+// The pixels of a view that are cast, and how.
+struct PixelGrid {
+  const ViewRenderer& renderer;
+  const TrainingViews& views;
+  int view;
+  int stride;
+  uint32_t start_cell;
+  CellShading<float> shading;
+  float cutoff_tau;
+};
+
+// Casts the pixels of rows [begin, end) of the grid.
+void ObserveRows(const PixelGrid& grid,
+                 int64_t begin,
+                 int64_t end,
+                 size_t num_sites,
+                 std::vector<CellObservation>* observations) {
+  const TrainingViews& views = grid.views;
+  std::vector<Eigen::Vector3f> directions;
+  for (int64_t row = begin; row < end; ++row) {
+    directions.clear();
+    Eigen::Vector3f direction;
+    for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
+      if (views.RayDirection(grid.view, x, static_cast<int>(row * grid.stride), &direction)) {
+        directions.push_back(direction);
+      }
+    }
+    for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
+      const std::span<RayTrace> traces =
+          ThreadTraces(std::min(kRaysAtOnce, directions.size() - first));
+      for (size_t i = 0; i < traces.size(); ++i) {
+        traces[i].origin = views.Origin(grid.view).cast<float>();
+        traces[i].direction = directions[first + i];
+        traces[i].start_cell = grid.start_cell;
+      }
+      TraceRays(grid.renderer.geometry(), grid.shading, grid.cutoff_tau, traces);
+      for (const RayTrace& trace : traces) AddObservations(trace, num_sites, observations);
+    }
+  }
+}
+
+// Adds up what all rays see, per cell.
+class ObservationSums {
+ public:
+  explicit ObservationSums(size_t num_sites)
+      : passed_(num_sites, 0.0),
+        stopped_(num_sites, 0.0),
+        weight_(num_sites, 0.0),
+        weighted_color_(num_sites, Eigen::Vector3d::Zero()) {
+    statistics_.contribution.assign(num_sites, 0.f);
+  }
+
+  void Add(const CellObservation& s) {
+    passed_[s.cell] += s.passed;
+    stopped_[s.cell] += s.stopped;
+    if (!(s.weight > kNegligibleWeight)) return;
+    statistics_.contribution[s.cell] = std::max(statistics_.contribution[s.cell], s.weight);
+    weight_[s.cell] += s.weight;
+    weighted_color_[s.cell] += s.weight * s.color.cast<double>();
+  }
+
+  // Call it once, after the last Add. Cells that no ray saw get the colour of their constant SH
+  // term.
+  CellStatistics Finish(const Foam& foam) {
+    const size_t n = weight_.size();
+    statistics_.passed.assign(passed_.begin(), passed_.end());
+    statistics_.stopped.assign(stopped_.begin(), stopped_.end());
+    statistics_.mean_color.resize(n);
+    for (size_t i = 0; i < n; ++i) {
+      const float* sh = &foam.sh[i * foam.ShStride()];
+      const Eigen::Vector3f color =
+          weight_[i] > 0
+              ? Eigen::Vector3f((weighted_color_[i] / weight_[i]).cast<float>())
+              : Eigen::Vector3f(Eigen::Vector3f(sh[0], sh[1], sh[2]).array() * float(kShDc) + 0.5f);
+      statistics_.mean_color[i] = color.cwiseMax(0.f).cwiseMin(1.f);
+    }
+    return std::move(statistics_);
+  }
+
+ private:
+  CellStatistics statistics_;
+  std::vector<double> passed_, stopped_;
+  std::vector<double> weight_;
+  std::vector<Eigen::Vector3d> weighted_color_;
+};
+
 }  // namespace
 
 int64_t CellStatisticsBytes(int64_t num_sites) {
@@ -58,17 +151,12 @@ CellStatistics MeasureCells(const Foam& foam,
                             const TrainingViews& views,
                             int stride) {
   const size_t n = foam.NumSites();
-  CellStatistics statistics;
-  statistics.contribution.assign(n, 0.f);
-  std::vector<double> passed(n, 0.0), stopped(n, 0.0);
-  std::vector<double> weight_sum(n, 0.0);
-  std::vector<Eigen::Vector3d> color_sum(n, Eigen::Vector3d::Zero());
-  const CellShading<float> shading = renderer.shading();
+  ObservationSums sums(n);
   const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
-
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
     const uint32_t start = renderer.StartCell(views.Origin(view));
+    const PixelGrid grid{renderer, views, view, stride, start, renderer.shading(), cutoff_tau};
     const int columns = (views.Width(view) + stride - 1) / stride;
     const int rows = (views.Height(view) + stride - 1) / stride;
     const int rows_in_memory =
@@ -78,55 +166,15 @@ CellStatistics MeasureCells(const Foam& foam,
       std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
                                                        kRowsPerBlock);
       ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
-        std::vector<CellObservation>& observations = blocks[begin / kRowsPerBlock];
-        std::vector<Eigen::Vector3f> directions;
-        for (int64_t row = first_row + begin; row < first_row + end; ++row) {
-          directions.clear();
-          Eigen::Vector3f direction;
-          for (int x = 0; x < views.Width(view); x += stride) {
-            if (views.RayDirection(view, x, static_cast<int>(row * stride), &direction)) {
-              directions.push_back(direction);
-            }
-          }
-          for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
-            const std::span<RayTrace> traces =
-                ThreadTraces(std::min(kRaysAtOnce, directions.size() - first));
-            for (size_t i = 0; i < traces.size(); ++i) {
-              traces[i].origin = views.Origin(view).cast<float>();
-              traces[i].direction = directions[first + i];
-              traces[i].start_cell = start;
-            }
-            TraceRays(renderer.geometry(), shading, cutoff_tau, traces);
-            for (const RayTrace& trace : traces) AddObservations(trace, n, &observations);
-          }
-        }
+        ObserveRows(grid, first_row + begin, first_row + end, n, &blocks[begin / kRowsPerBlock]);
       });
       // In block order, so that the sums are the same on any number of threads.
       for (const std::vector<CellObservation>& observations : blocks) {
-        for (const CellObservation& s : observations) {
-          passed[s.cell] += s.passed;
-          stopped[s.cell] += s.stopped;
-          if (!(s.weight > kNegligibleWeight)) continue;
-          statistics.contribution[s.cell] = std::max(statistics.contribution[s.cell], s.weight);
-          weight_sum[s.cell] += s.weight;
-          color_sum[s.cell] += s.weight * s.color.cast<double>();
-        }
+        for (const CellObservation& observation : observations) sums.Add(observation);
       }
     }
   }
-
-  statistics.passed.assign(passed.begin(), passed.end());
-  statistics.stopped.assign(stopped.begin(), stopped.end());
-  statistics.mean_color.resize(n);
-  for (size_t i = 0; i < n; ++i) {
-    const float* sh = &foam.sh[i * foam.ShStride()];
-    const Eigen::Vector3f color =
-        weight_sum[i] > 0
-            ? Eigen::Vector3f((color_sum[i] / weight_sum[i]).cast<float>())
-            : Eigen::Vector3f(Eigen::Vector3f(sh[0], sh[1], sh[2]).array() * float(kShDc) + 0.5f);
-    statistics.mean_color[i] = color.cwiseMax(0.f).cwiseMin(1.f);
-  }
-  return statistics;
+  return sums.Finish(foam);
 }
 
 }  // namespace semfoam

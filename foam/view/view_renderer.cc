@@ -18,7 +18,8 @@ constexpr size_t kPixelsAtOnce = size_t{1} << 20;
 
 }  // namespace
 
-ViewRenderer::ViewRenderer(const Foam& foam) : foam_(foam), density_(CellDensities(foam)) {
+ViewRenderer::ViewRenderer(const Foam& foam, const Device& device)
+    : foam_(foam), device_(device), density_(CellDensities(foam)) {
   const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam.positions);
   delaunay_ = Triangulate(cells);
   Refresh(cells, delaunay_, &geometry_);
@@ -31,8 +32,9 @@ uint32_t ViewRenderer::StartCell(const Eigen::Vector3d& origin) const {
 }
 
 const RayCaster& ViewRenderer::Caster() const {
-  std::call_once(caster_is_made_,
-                 [&] { caster_ = MakeRayCaster(geometry_, shading(), ClassifierOf(foam_)); });
+  std::call_once(caster_is_made_, [&] {
+    caster_ = MakeRayCaster(device_, geometry_, shading(), ClassifierOf(foam_));
+  });
   return *caster_;
 }
 

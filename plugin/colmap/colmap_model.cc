@@ -99,26 +99,29 @@ void InsertOnce(const fs::path& path,
       path.string(), ": ", what, " ", id, " occurs twice; it should occur once; is it damaged?");
 }
 
-void CheckReconstruction(const fs::path& folder,
-                         ModelFormat format,
-                         const Reconstruction& reconstruction) {
-  const auto file = [&](const char* stem) {
-    return folder / (std::string(stem) + Extension(format));
-  };
-  std::unordered_set<uint32_t> camera_ids;
-  for (const Camera& camera : reconstruction.cameras) {
-    InsertOnce(file("cameras"), "camera", camera.id, &camera_ids);
-    CheckCamera(file("cameras"), camera);
+std::unordered_set<uint32_t> CheckCameras(const fs::path& path,
+                                          const std::vector<Camera>& cameras) {
+  std::unordered_set<uint32_t> ids;
+  for (const Camera& camera : cameras) {
+    InsertOnce(path, "camera", camera.id, &ids);
+    CheckCamera(path, camera);
   }
-  std::unordered_set<uint32_t> image_ids;
+  return ids;
+}
+
+std::unordered_set<uint32_t> CheckImages(const fs::path& path,
+                                         const fs::path& cameras_file,
+                                         const std::vector<Image>& images,
+                                         const std::unordered_set<uint32_t>& camera_ids) {
+  std::unordered_set<uint32_t> ids;
   std::unordered_set<std::string> names;
-  for (const Image& image : reconstruction.images) {
-    InsertOnce(file("images"), "image", image.id, &image_ids);
-    CheckName(file("images"), image);
-    InsertOnce(file("images"), "the image name", image.name, &names);
-    CheckPose(file("images"), "image " + std::to_string(image.id), image.cam_from_world);
+  for (const Image& image : images) {
+    InsertOnce(path, "image", image.id, &ids);
+    CheckName(path, image);
+    InsertOnce(path, "the image name", image.name, &names);
+    CheckPose(path, "image " + std::to_string(image.id), image.cam_from_world);
     if (!camera_ids.contains(image.camera_id)) {
-      throw UserError(file("images").string(),
+      throw UserError(path.string(),
                       ": image ",
                       image.id,
                       " (",
@@ -126,40 +129,69 @@ void CheckReconstruction(const fs::path& folder,
                       ") uses camera ",
                       image.camera_id,
                       ", which ",
-                      file("cameras").filename().string(),
+                      cameras_file.filename().string(),
                       " does not have; are both files of one model?");
     }
   }
-  std::unordered_set<uint64_t> point_ids;
-  point_ids.reserve(reconstruction.points.size());
-  for (const Point3D& point : reconstruction.points) {
-    InsertOnce(file("points3D"), "point", point.id, &point_ids);
+  return ids;
+}
+
+void CheckPoints(const fs::path& path,
+                 const fs::path& images_file,
+                 const std::vector<Point3D>& points,
+                 const std::unordered_set<uint32_t>& image_ids) {
+  std::unordered_set<uint64_t> ids;
+  ids.reserve(points.size());
+  for (const Point3D& point : points) {
+    InsertOnce(path, "point", point.id, &ids);
     for (const TrackElement& element : point.track) {
       if (image_ids.contains(element.image_id)) continue;
-      throw UserError(file("points3D").string(),
+      throw UserError(path.string(),
                       ": point ",
                       point.id,
                       " is seen by image ",
                       element.image_id,
                       ", which ",
-                      file("images").filename().string(),
+                      images_file.filename().string(),
                       " does not have; are both files of one model?");
     }
   }
-  std::unordered_set<uint32_t> rig_ids;
-  for (const Rig& rig : reconstruction.rigs.value_or(std::vector<Rig>())) {
-    InsertOnce(file("rigs"), "rig", rig.id, &rig_ids);
+}
+
+void CheckRigs(const fs::path& path, const std::vector<Rig>& rigs) {
+  std::unordered_set<uint32_t> ids;
+  for (const Rig& rig : rigs) {
+    InsertOnce(path, "rig", rig.id, &ids);
     for (const RigSensor& other : rig.others) {
       if (!other.sensor_from_rig) continue;
-      CheckPose(file("rigs"), "rig " + std::to_string(rig.id), *other.sensor_from_rig);
+      CheckPose(path, "rig " + std::to_string(rig.id), *other.sensor_from_rig);
     }
   }
-  std::unordered_set<uint32_t> frame_ids;
-  for (const Frame& frame : reconstruction.frames.value_or(std::vector<Frame>())) {
-    InsertOnce(file("frames"), "frame", frame.id, &frame_ids);
-    CheckPose(file("frames"), "frame " + std::to_string(frame.id), frame.rig_from_world);
+}
+
+void CheckFrames(const fs::path& path, const std::vector<Frame>& frames) {
+  std::unordered_set<uint32_t> ids;
+  for (const Frame& frame : frames) {
+    InsertOnce(path, "frame", frame.id, &ids);
+    CheckPose(path, "frame " + std::to_string(frame.id), frame.rig_from_world);
   }
-  CheckRigPoses(reconstruction, file("rigs"), file("frames"), file("images"));
+}
+
+void CheckReconstruction(const fs::path& folder,
+                         ModelFormat format,
+                         const Reconstruction& reconstruction) {
+  const auto file = [&](const char* stem) {
+    return folder / (std::string(stem) + Extension(format));
+  };
+  const fs::path cameras = file("cameras"), images = file("images");
+  const fs::path rigs = file("rigs"), frames = file("frames");
+  const std::unordered_set<uint32_t> camera_ids = CheckCameras(cameras, reconstruction.cameras);
+  const std::unordered_set<uint32_t> image_ids =
+      CheckImages(images, cameras, reconstruction.images, camera_ids);
+  CheckPoints(file("points3D"), images, reconstruction.points, image_ids);
+  if (reconstruction.rigs) CheckRigs(rigs, *reconstruction.rigs);
+  if (reconstruction.frames) CheckFrames(frames, *reconstruction.frames);
+  CheckRigPoses(reconstruction, rigs, frames, images);
 }
 
 }  // namespace

@@ -49,6 +49,104 @@ PoseDifference Compare(const Pose& image, const Pose& sensor_from_rig, const Pos
           composed.rotation.angularDistance(image.UnitRotation()) * 180 / std::numbers::pi};
 }
 
+// For messages.
+struct RigFiles {
+  const std::filesystem::path& rigs;
+  const std::filesystem::path& frames;
+  const std::filesystem::path& images;
+};
+
+void RequireRigsAndFrames(const Reconstruction& reconstruction, const RigFiles& files) {
+  if (reconstruction.rigs && reconstruction.frames) return;
+  const auto& missing = reconstruction.rigs ? files.frames : files.rigs;
+  const auto& present = reconstruction.rigs ? files.rigs : files.frames;
+  throw UserError(missing.string(),
+                  ": is missing, while ",
+                  present.filename().string(),
+                  " is there; is the copy of the COLMAP model complete?");
+}
+
+// Checks that the image has the camera and the pose that its frame gives it.
+void CheckImageOfFrame(const Frame& frame,
+                       const Rig& rig,
+                       uint32_t camera_id,
+                       const Image& image,
+                       const RigFiles& files) {
+  const auto fail = [&](const auto&... words) {
+    throw UserError(files.frames.string(),
+                    ": frame ",
+                    frame.id,
+                    " has image ",
+                    image.id,
+                    " (",
+                    image.name,
+                    ")",
+                    words...);
+  };
+  if (camera_id != image.camera_id) {
+    fail(" by camera ",
+         camera_id,
+         ", while ",
+         files.images.filename().string(),
+         " has it by camera ",
+         image.camera_id,
+         "; are both files of one model?");
+  }
+  const CameraOnRig camera = FindCamera(rig, image.camera_id);
+  if (!camera.known) {
+    fail(" by camera ",
+         image.camera_id,
+         ", which its rig ",
+         frame.rig_id,
+         " in ",
+         files.rigs.filename().string(),
+         " does not have; are both files of one model?");
+  }
+  if (!camera.sensor_from_rig) return;
+  const PoseDifference difference =
+      Compare(image.cam_from_world, *camera.sensor_from_rig, frame.rig_from_world);
+  if (difference.agrees) return;
+  fail(" at another place than ",
+       files.images.filename().string(),
+       " has it (",
+       difference.distance,
+       " units and ",
+       difference.degrees,
+       " degrees away), where the same would be right; was one of the files changed alone?");
+}
+
+// By the id of the image.
+using ImagesById = std::unordered_map<uint64_t, const Image*>;
+using FrameOfImage = std::unordered_map<uint32_t, uint32_t>;
+
+// Checks the images of a frame that the model has, and enters each into `frame_of_image`.
+void CheckFrame(const Frame& frame,
+                const Rig& rig,
+                const ImagesById& images,
+                const RigFiles& files,
+                FrameOfImage* frame_of_image) {
+  for (const FrameData& data : frame.data) {
+    if (data.sensor.type != SensorType::kCamera) continue;
+    const auto found = images.find(data.id);
+    if (found == images.end()) continue;
+    const Image& image = *found->second;
+    const auto [other, first] = frame_of_image->emplace(image.id, frame.id);
+    if (!first) {
+      throw UserError(files.frames.string(),
+                      ": frame ",
+                      frame.id,
+                      " has image ",
+                      image.id,
+                      " (",
+                      image.name,
+                      "), which frame ",
+                      other->second,
+                      " has too, where one frame would be right; is it damaged?");
+    }
+    CheckImageOfFrame(frame, rig, data.sensor.id, image, files);
+  }
+}
+
 }  // namespace
 
 void CheckRigPoses(const Reconstruction& reconstruction,
@@ -56,20 +154,13 @@ void CheckRigPoses(const Reconstruction& reconstruction,
                    const std::filesystem::path& frames_file,
                    const std::filesystem::path& images_file) {
   if (!reconstruction.rigs && !reconstruction.frames) return;
-  if (!reconstruction.rigs || !reconstruction.frames) {
-    const auto& missing = reconstruction.rigs ? frames_file : rigs_file;
-    const auto& present = reconstruction.rigs ? rigs_file : frames_file;
-    throw UserError(missing.string(),
-                    ": is missing, while ",
-                    present.filename().string(),
-                    " is there; is the copy of the COLMAP model complete?");
-  }
+  const RigFiles files = {rigs_file, frames_file, images_file};
+  RequireRigsAndFrames(reconstruction, files);
   std::unordered_map<uint32_t, const Rig*> rigs;
   for (const Rig& rig : *reconstruction.rigs) rigs.emplace(rig.id, &rig);
-  std::unordered_map<uint64_t, const Image*> images;
+  ImagesById images;
   for (const Image& image : reconstruction.images) images.emplace(image.id, &image);
-
-  std::unordered_map<uint32_t, uint32_t> frame_of_image;
+  FrameOfImage frame_of_image;
   for (const Frame& frame : *reconstruction.frames) {
     const auto rig = rigs.find(frame.rig_id);
     if (rig == rigs.end()) {
@@ -82,59 +173,7 @@ void CheckRigPoses(const Reconstruction& reconstruction,
                       rigs_file.filename().string(),
                       " does not have; are both files of one model?");
     }
-    for (const FrameData& data : frame.data) {
-      if (data.sensor.type != SensorType::kCamera) continue;
-      const auto found = images.find(data.id);
-      if (found == images.end()) continue;
-      const Image& image = *found->second;
-      const auto fail = [&](const auto&... words) {
-        throw UserError(frames_file.string(),
-                        ": frame ",
-                        frame.id,
-                        " has image ",
-                        image.id,
-                        " (",
-                        image.name,
-                        ")",
-                        words...);
-      };
-      const auto [other, first] = frame_of_image.emplace(image.id, frame.id);
-      if (!first) {
-        fail(", which frame ",
-             other->second,
-             " has too, where one frame would be right; is it damaged?");
-      }
-      if (data.sensor.id != image.camera_id) {
-        fail(" by camera ",
-             data.sensor.id,
-             ", while ",
-             images_file.filename().string(),
-             " has it by camera ",
-             image.camera_id,
-             "; are both files of one model?");
-      }
-      const CameraOnRig camera = FindCamera(*rig->second, image.camera_id);
-      if (!camera.known) {
-        fail(" by camera ",
-             image.camera_id,
-             ", which its rig ",
-             frame.rig_id,
-             " in ",
-             rigs_file.filename().string(),
-             " does not have; are both files of one model?");
-      }
-      if (!camera.sensor_from_rig) continue;
-      const PoseDifference difference =
-          Compare(image.cam_from_world, *camera.sensor_from_rig, frame.rig_from_world);
-      if (difference.agrees) continue;
-      fail(" at another place than ",
-           images_file.filename().string(),
-           " has it (",
-           difference.distance,
-           " units and ",
-           difference.degrees,
-           " degrees away), where the same would be right; was one of the files changed alone?");
-    }
+    CheckFrame(frame, *rig->second, images, files, &frame_of_image);
   }
   for (const Image& image : reconstruction.images) {
     if (frame_of_image.contains(image.id)) continue;

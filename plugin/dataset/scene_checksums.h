@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_plan.h"
 
 #include <string>
 
 namespace semfoam {
 
-// What a training is made from, as checksums (XXH64, 16 hexadecimal digits) that stay the same as
-// long as it does, wherever the files lie. What training does not look at does not count: photos
-// that the model does not have, masks without a photo, the format of the model.
+// Checksums of the input of a training (XXH64, 16 hexadecimal digits), which do not depend on where
+// the files lie, nor on what training does not read: photos that the model does not have, masks
+// without a photo, the format of the model.
 struct SceneChecksums {
-  std::string model;   // cameras, poses, points and their tracks, names and held-out photos
-  std::string photos;  // the files of the photos, in the views' order
-  std::string masks;   // the files of their masks, and of the labels' names
+  // Cameras, poses, points and their tracks, names and held-out photos.
+  std::string model;
+  // Files of the photos, in the views' order.
+  std::string photos;
+  // Files of their masks, and of the labels' names.
+  std::string masks;
 };
 
 // Reads all files, in parallel. Throws UserError naming one that cannot be read.

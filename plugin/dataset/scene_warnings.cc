@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/dataset/scene_warnings.h"
 
+#include "plugin/util/plural.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,10 +27,6 @@ constexpr double kLargestError = 4, kSmallestLimit = 2;  // pixels
 constexpr double kLargestErrorOfSide = 0.01;
 constexpr size_t kMostModels = 8;  // that are named
 
-std::string Plural(int64_t count, const char* noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 // The number of a model that the mapper wrote; none where the folder has another name.
 std::optional<int> NumberOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
@@ -44,6 +42,11 @@ fs::path WithoutSlash(const fs::path& path) {
 }
 
 }  // namespace
+
+std::vector<std::string> NonEmpty(std::vector<std::string> sentences) {
+  std::erase_if(sentences, [](const std::string& sentence) { return sentence.empty(); });
+  return sentences;
+}
 
 std::string OtherModelsWarning(const fs::path& input_path,
                                const fs::path& model_folder,
@@ -88,7 +91,7 @@ std::string OtherModelsWarning(const fs::path& input_path,
       model_folder.string() +
       ": of several models that the mapper did not connect this one alone is used, with " +
       Plural(num_images, "photo") + "; beside it " + (others.size() == 1 ? "is " : "are ") + list +
-      ", and --input_path ";
+      ", and input_path ";
   if (most >= num_images) {
     text += largest.string() + " would take one with " + (most > num_images ? "more" : "as many") +
             " photos.";

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-//
-// What of a TrainingScene decodes photos and masks, and what is made of their pixels.
+#include "plugin/dataset/training_scene.h"
+
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/ray_tables.h"
+#include "plugin/dataset/scene_memory.h"
+#include "plugin/mask/mask_evidence.h"
 #include "plugin/util/files.h"
 
 #include <algorithm>
@@ -20,7 +22,7 @@ namespace fs = std::filesystem;
 TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
     : plan_(std::move(plan)),
       views_(plan_.photos.size()),
-      holds_pixels_(plan_.MemoryBytes() <= static_cast<uint64_t>(load.cache_bytes)),
+      holds_pixels_(MemoryOf(plan_).held <= static_cast<uint64_t>(load.cache_bytes)),
       cache_bytes_(load.cache_bytes),
       most_open_views_(load.most_at_once > 0 ? load.most_at_once : NumThreads()) {
   const auto start = std::chrono::steady_clock::now();
@@ -34,10 +36,24 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
   PlaceCameras();
 }
 
-// Every file is decoded once before anything is trained, whether its pixels stay or not: what is
-// damaged is told at once.
 void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
-  const auto num_views = static_cast<int64_t>(plan_.photos.size());
+  DecodedMasks masks = DecodeAll(load);
+  if (plan_.mask_folder.empty()) return;
+  mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
+  if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
+  labels_ = mask_classes_.labels;
+  if (!plan_.seed_tracks.empty()) CorrectMaskClasses(std::move(masks.evidence));
+  if (!holds_pixels_) return;
+  ForEachFile(NumViews(), most_open_views_, [&](int64_t i) {
+    if (plan_.masks.masks[i].empty()) return;
+    views_[i].classes = ClassesOfMask(static_cast<int>(i), std::move(masks.indices[i]));
+  });
+}
+
+// Decodes every file once before anything is trained, whether its pixels stay or not, so that
+// damage is reported at once.
+TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
+  const int num_views = NumViews();
   std::vector<std::vector<Eigen::Vector2d>> places(num_views);
   for (const Track& track : plan_.tracks) {
     for (const PixelObservation& seen : track.observations) places[seen.view].push_back(seen.pixel);
@@ -47,8 +63,9 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
       PlacesByView(plan_.seed_tracks, plan_.photos.size());
   surveys_.resize(num_views);
   mask_contents_.resize(num_views);
-  std::vector<ClassImage> indices(num_views);     // DecodedMask::indices of masks that stay
-  std::vector<ViewEvidence> evidence(num_views);  // in indices of the mask's own ids
+  DecodedMasks masks;
+  masks.indices.resize(num_views);
+  masks.evidence.resize(num_views);
   std::mutex report_mutex;
   int num_done = 0;
   ForEachFile(num_views, most_open_views_, [&](int64_t i) {
@@ -60,39 +77,43 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = std::move(mask.contents);
-      if (is_judged) evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
-      if (holds_pixels_) indices[i] = std::move(mask.indices);
+      if (is_judged) masks.evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
+      if (holds_pixels_) masks.indices[i] = std::move(mask.indices);
     } else {
-      evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
+      masks.evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
     }
     if (!load.report) return;
     const std::lock_guard lock(report_mutex);
-    load.report(++num_done, static_cast<int>(num_views));
+    load.report(++num_done, num_views);
   });
-  if (plan_.mask_folder.empty()) return;
-  mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
-  if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
-  labels_ = mask_classes_.labels;
-  if (is_judged) {
-    for (int64_t i = 0; i < num_views; ++i) {
-      GiveClasses(mask_classes_.Of(mask_contents_[i]), &evidence[i]);
-    }
-    MaskCorrection correction = CorrectMasks(plan_.seeds,
-                                             plan_.seed_tracks,
-                                             plan_.photos,
-                                             plan_.mask_consistency,
-                                             mask_classes_.labels,
-                                             evidence);
-    plan_.seed_tracks = {};
-    consistency_ = std::move(correction.report);
-    mask_rewriter_ = std::move(correction.rewriter);
-    if (mask_rewriter_) labels_ = mask_rewriter_->labels();
+  return masks;
+}
+
+void TrainingScene::CorrectMaskClasses(std::vector<ViewEvidence> evidence) {
+  for (int view = 0; view < NumViews(); ++view) {
+    GiveClasses(mask_classes_.Of(mask_contents_[view]), &evidence[view]);
   }
-  if (!holds_pixels_) return;
-  ForEachFile(num_views, most_open_views_, [&](int64_t i) {
-    if (plan_.masks.masks[i].empty()) return;
-    views_[i].classes = ClassesOfMask(static_cast<int>(i), std::move(indices[i]));
-  });
+  MaskCorrection correction = CorrectMasks(plan_.seeds,
+                                           plan_.seed_tracks,
+                                           plan_.photos,
+                                           plan_.mask_consistency,
+                                           mask_classes_.labels,
+                                           evidence);
+  plan_.seed_tracks = {};
+  consistency_ = std::move(correction.report);
+  mask_rewriter_ = std::move(correction.rewriter);
+  if (mask_rewriter_) labels_ = mask_rewriter_->labels();
+}
+
+void TrainingScene::PlaceCameras() {
+  const std::vector<std::shared_ptr<const PixelRays>> rays =
+      MakePhotoRays(plan_.photos, plan_.table_views);
+  for (int view = 0; view < NumViews(); ++view) {
+    const Pose pose = PoseOf(plan_.photos[view]);
+    views_[view].rays = rays[view];
+    views_[view].origin = plan_.world_from_normalized.Invert(pose.Center());
+    views_[view].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
+  }
 }
 
 Image8 TrainingScene::DecodePhoto(int view) const {
@@ -136,8 +157,8 @@ std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
         if (file.empty() || fs::is_regular_file(file)) continue;
         throw UserError(file.string(),
                         ": is no longer there, while training still reads the photos and masks "
-                        "that --image_cache_gb does not hold; files that stay until the end would "
-                        "be right.");
+                        "that are not held in memory; files that stay until the end would be "
+                        "right.");
       }
       // The mask first: its classes are made in several steps, each with an image of its own.
       if (!mask_file.empty()) {

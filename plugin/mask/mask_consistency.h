@@ -6,7 +6,6 @@
 #include "plugin/colmap/tracks.h"
 #include "plugin/mask/mask_evidence.h"
 #include "plugin/mask/mask_rewriting.h"
-#include "plugin/mask/masks.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -16,71 +15,95 @@
 
 namespace semfoam {
 
-// Masks of a tracker are wrong here and there: an object is lost, merged with another, given
-// another's id or a new one, or broken into fragments. The SfM tracks tell: they see the same point
-// in several photos, and what a point belongs to does not depend on who looks.
+// Corrects masks by the SfM tracks. Masks of a tracker are wrong here and there: an object is lost,
+// merged with another, given another's id or a new one, or broken into fragments. Tracks show the
+// same point in several photos, and a point belongs to the same object in all of them.
 //
-// A *region* is all pixels of one id in one photo. Each point in it is judged by what the other
-// photos say of that point and of those next to it in space; from that follows what the region is.
+// A *region* is all pixels of one id in one photo. Each point in it is judged by the labels that
+// the other photos give to that point and to its neighbours in space; from these verdicts follows
+// the label of the region. The stages: evidence (mask_evidence.h), the labels that regions begin
+// with (region_labels.h), propagation (label_propagation.h), the corrected pixels
+// (mask_rewriting.h) and the report (region_report.h).
 
 enum class MaskConsistency {
-  kAuto,         // kTracks or kIndependent, whichever the ids call for; kOff without evidence
-  kOff,          // masks are believed
-  kTracks,       // ids mean the same in all photos, but for errors
-  kIndependent,  // ids mean nothing from one photo to the next: regions are matched by the tracks
+  // kTracks or kIndependent, whichever the ids call for; kOff without evidence.
+  kAuto,
+  // Masks are believed.
+  kOff,
+  // Ids mean the same in all photos, but for errors.
+  kTracks,
+  // Ids mean nothing from one photo to the next: regions are matched by the tracks.
+  kIndependent,
 };
 
-// What has become of one region.
+// What the correction has made of one region.
 struct RegionReport {
   int32_t view = 0;
-  int32_t given_class = 0;  // in the masks as they were
+  // Class in the masks as they were.
+  int32_t given_class = 0;
   int64_t num_pixels = 0;
-  std::vector<int32_t> classes;  // in the corrected masks: one; several, ascending, of a split
-                                 // region; none of a dropped one
-  int num_points = 0;            // seen in it, away from its border
-  int num_judged = 0;            // of those, how many the other photos say something of
-  int num_agreeing = 0;          // how many of these are what the region is taken for
-  int num_as_given = 0;          // and how many are what the masks took it for
-  bool is_renamed = false;       // another label than the masks gave
-  bool is_contradicted = false;  // dropped for its points; else, if dropped, for want of them
+  // Classes in the corrected masks: one; several, ascending, of a split region; none of a dropped
+  // one.
+  std::vector<int32_t> classes;
+  // Number of points seen in it, away from its border.
+  int num_points = 0;
+  // Number of those for which the other photos vote.
+  int num_judged = 0;
+  // Number of these that are voted to be what the region is taken for, and what the masks took it
+  // for.
+  int num_agreeing = 0;
+  int num_as_given = 0;
+  // Whether it has another label than the masks gave.
+  bool is_renamed = false;
+  // Whether it was dropped because its points contradict it; a region can also be dropped because
+  // it has no points that confirm it.
+  bool is_contradicted = false;
 };
 
 struct MaskConsistencyReport {
+  // How the masks were corrected; never kAuto.
   MaskConsistency used = MaskConsistency::kOff;
   int num_regions = 0;
-  int num_renamed = 0;   // the tracks say another label
-  int num_split = 0;     // several labels: pixels clearly next to the points of one are its own
-  int num_dropped = 0;   // unlabelled: the tracks contradict the region, or nothing confirms it
-  int num_unjudged = 0;  // believed, for want of points
+  // Number of regions that got another label.
+  int num_renamed = 0;
+  // Number of regions with several labels: pixels clearly next to the points of one are its own.
+  int num_split = 0;
+  // Number of regions left unlabelled: the tracks contradict them, or nothing confirms them.
+  int num_dropped = 0;
+  // Number of regions that are believed because they have too few points.
+  int num_unjudged = 0;
   int labels_before = 0;
   int labels_after = 0;
-  // How much more often two photos agree on a point than chance would have it (Cohen's kappa);
-  // NaN where no point is seen twice in masks.
+  // How much more often two photos agree on a point than by chance (Cohen's kappa); NaN where no
+  // point is seen twice in masks.
   double agreement_before = 0;
   double agreement_after = 0;
-  std::vector<RegionReport> regions;  // by view, then class; none where `used` is kOff
+  // By view, then class; none where `used` is kOff.
+  std::vector<RegionReport> regions;
 
-  std::string Line() const;  // for the log
+  // Returns one line for the log.
+  std::string Line() const;
 };
 
-// What the tracks make of a set of masks.
 struct MaskCorrection {
   MaskConsistencyReport report;
-  std::shared_ptr<const MaskRewriter> rewriter;  // none where the masks stay as they are
+  // None where the masks stay as they are.
+  std::shared_ptr<const MaskRewriter> rewriter;
 };
 
 // Corrects the masks of the photos that are not held out. Held-out photos have no say, and are only
 // brought to the same labels (with kIndependent they are unlabelled).
 //
 // `tracks` [seeds] are those of `seeds`, over photos that are not held out; an observation near the
-// border of a region or outside of its photo says nothing. `labels` are those of the masks'
+// border of a region or outside of its photo is skipped. `labels` are those of the masks'
 // classes, and `views` [photos] what the masks show at the places of the tracks (mask_evidence.h).
 // Labels without any pixel left are removed, so the classes are renumbered; the order of those that
 // stay remains. With kIndependent labels are new, 1..n, in the order in which they first appear,
 // and nameless; id 0, where it is a class, stays what it is.
 //
 // Deterministic. Takes 0.13 s of one core for 64 photos of 640 x 480 with 5 k points and 12 k
-// observations. Throws UserError when kIndependent leaves more than 65535 labels.
+// observations. Throws FieldError of `mask_consistency` when kIndependent leaves more than
+// kMaxMaskClasses labels.
 MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
                             const std::vector<PixelObservations>& tracks,
                             const std::vector<PhotoRecord>& photos,
@@ -90,8 +113,8 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
 
 // Names `labels`, which CorrectMasks left of `given` ones, the masks' own, from a labels.json that
 // the user named (`is_given`) or that lies beside the masks: see NameLabels. With kIndependent the
-// labels are new, and only a file that the user named can know them. Returns a sentence for the
-// user about names that are not used; empty where all are.
+// labels are new, so only a file that the user named is read. Returns a sentence for the user about
+// names that are not used; empty where all are.
 std::string NameCorrectedLabels(const std::filesystem::path& labels_file,
                                 bool is_given,
                                 const MaskConsistencyReport& report,

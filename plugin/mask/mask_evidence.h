@@ -4,7 +4,7 @@
 #include "foam/data/training_views.h"
 #include "foam/model/model.h"
 #include "plugin/colmap/tracks.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/class_image.h"
 
 #include <cmath>
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace semfoam {
 
-// What the SfM tracks say of masks: a *region* is all pixels of one id in one photo, an
+// Collects what the SfM tracks tell of masks: a *region* is all pixels of one id in one photo, an
 // *observation* is a point of the model seen in a region, and observations of one point or of
 // neighbouring points in two photos are *linked*.
 
@@ -64,14 +64,16 @@ void AddVote(int32_t label, float weight, std::vector<Vote>* votes);
 // photo's size, or is not a number.
 int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most);
 
-// Distance from a border, in pixels, within which a pixel's class is not relied on: borders of
-// masks are ragged, and points on the edge of a thing lie as often on what is behind it.
+// Returns the distance from a border, in pixels, within which a pixel's class is not relied on:
+// borders of masks are ragged, and points on the edge of an object lie as often on what is behind
+// it.
 int RaggedRadius(const PhotoRecord& photo);
 
-// What is kept of one photo's mask before it is rewritten.
+// Evidence of one photo's mask, kept until the mask is rewritten.
 struct ViewEvidence {
-  std::map<int32_t, int64_t> pixels_of;  // by class
-  // The class at each place, kNoLabel where it is none or within RaggedRadius of a border.
+  // Number of pixels by class.
+  std::map<int32_t, int64_t> pixels_of;
+  // Class at each place; kNoLabel where there is none or within RaggedRadius of a border.
   std::vector<int32_t> class_at;
 };
 
@@ -79,13 +81,14 @@ struct ViewEvidence {
 // full weight.
 inline constexpr int kSafePixels = 4;
 inline constexpr int kSafeSide = 640;
+// Returns that distance in pixels of this photo.
 int SafeRadius(const PhotoRecord& photo);
 
 // Returns the observed pixels of each of `num_views` views, in the order of the tracks.
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views);
 
-// Collects the evidence of one mask at `places`; empty for held-out photos and empty images. Before
+// Returns the evidence of one mask at `places`; empty for held-out photos and empty images. Before
 // ids are numbered, `image` may hold indices of the mask's own ids (DecodedMask::indices); then the
 // result holds such indices, too.
 ViewEvidence LookAtMask(const ClassImage& image,
@@ -95,17 +98,19 @@ ViewEvidence LookAtMask(const ClassImage& image,
 // Replaces such indices by classes; `classes` [ids of the mask] are distinct but for kUnlabelled.
 void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence);
 
-// Observations of all seeds inside masks. Held-out photos have none, and pixels within RaggedRadius
-// of a border are skipped.
+// Regions, and the observations of all seeds inside them. Held-out photos have none, and pixels
+// within RaggedRadius of a border are skipped.
 class Evidence {
  public:
-  // `views` [photos] are LookAtMask at PlacesByView of `tracks` [seeds].
+  // Links `tracks` [seeds]; `views` [photos] are LookAtMask at their PlacesByView.
   Evidence(const std::vector<SeedPoint>& seeds,
            const std::vector<PixelObservations>& tracks,
            const std::vector<ViewEvidence>& views);
 
-  std::vector<Region> regions;            // by view, then class
-  std::vector<Observation> observations;  // by point
+  // By view, then class.
+  std::vector<Region> regions;
+  // By point.
+  std::vector<Observation> observations;
 
   // Calls f(other observation, weight) for the observations of the same point and of its neighbours
   // in other photos.
@@ -126,8 +131,10 @@ class Evidence {
 
   // Agreement of the labels over all pairs of observations of a point by two photos.
   struct PairAgreement {
-    double kappa = NAN;  // Cohen's: 0 = as often as chance would have it, 1 = always
-    double share = NAN;  // of the pairs whose labels are the same, 0..1
+    // Cohen's kappa: 0 = they agree as often as by chance, 1 = always.
+    double kappa = NAN;
+    // Share of the pairs whose labels are the same, 0..1.
+    double share = NAN;
     int64_t num_pairs = 0;
   };
   PairAgreement Agreement() const;
@@ -139,7 +146,9 @@ class Evidence {
 
   void FindNeighbors(const std::vector<Eigen::Vector3f>& positions);
 
-  std::vector<uint32_t> offsets_;  // [points + 1] into observations
+  // [points + 1] Indices into observations.
+  std::vector<uint32_t> offsets_;
+  // [points] Neighbouring points that vote.
   std::vector<std::vector<uint32_t>> neighbors_;
 };
 

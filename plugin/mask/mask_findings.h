@@ -10,52 +10,68 @@
 
 namespace semfoam {
 
-// What makes a photo's mask suspicious.
+// Finds the faults of masks by the SfM tracks, and ranks the photos by them.
+
 enum class MaskFault {
-  kUnreadable,    // damaged, or no mask format
-  kWrongAspect,   // of another shape than its photo
-  kNone,          // the photo has no mask
-  kMissing,       // an object's points lie where the mask says nothing
-  kSwitched,      // a region bears the id of another thing
-  kNewId,         // a region bears an id of its own for a thing that has one
-  kMerged,        // a region holds several things
-  kContradicted,  // a region is not what its id says, nor clearly anything else
-  kFragment,      // a region of an id that hardly any photo has and no point confirms
+  // Damaged, or no mask format.
+  kUnreadable,
+  // Of another shape than its photo.
+  kWrongAspect,
+  // The photo has no mask.
+  kNone,
+  // An object's points lie where the mask is unlabelled.
+  kMissing,
+  // A region has the id of another object.
+  kSwitched,
+  // A region has an id of its own though its object has another one.
+  kNewId,
+  // A region holds several objects.
+  kMerged,
+  // A region is not the object of its id, nor clearly any other one.
+  kContradicted,
+  // A region of an id that hardly any photo has and no point confirms.
+  kFragment,
 };
 
-// The word for it in tables and files: "missing", "wrong aspect", ...
+// Returns the word for a fault in tables and files: "missing", "wrong aspect", ...
 std::string FaultName(MaskFault fault);
 
 struct MaskFinding {
   int32_t view = 0;
   MaskFault fault = MaskFault::kNone;
-  int32_t given_class = kUnlabelled;  // the region's, of MaskedPhotos::given, where there is one
-  std::vector<int32_t> classes;       // of MaskedPhotos::labels: what it is, or what is missing
-  int num_points = 0;                 // that speak against the mask
-  double share = 0;                   // of the photo that the region covers, 0..1
+  // Class of the region in MaskedPhotos::given, where there is a region.
+  int32_t given_class = kUnlabelled;
+  // Classes in MaskedPhotos::labels: those of the region's objects, or of the missing one.
+  std::vector<int32_t> classes;
+  // Number of points that contradict the mask.
+  int num_points = 0;
+  // Share of the photo that the region covers, 0..1.
+  double share = 0;
 
-  // How much there is to look at: points, or percent of the photo, whichever are more.
+  // Returns the number of these points, or the percent of the photo, whichever is more.
   double Weight() const;
 };
 
-// What the tracks find wrong with the masks, by view. `labels` is LabelPoints of the photos.
+// Returns the faults that the tracks find in the masks, by view. `labels` is LabelPoints of the
+// photos.
 //
-// Regions are as CorrectMasks found them. An object is missing where at least three points
-// that are it with a confidence above 1/2, and at least half of those that the photo sees, lie in
-// what the mask leaves unlabelled, away from borders. Where id 0 is a class, a region of it that
-// holds an object is that object missing.
+// Regions are those of CorrectMasks. An object is missing where at least three points that have its
+// label with a confidence above 1/2, and at least half of those that the photo sees, lie in
+// unlabelled parts of the mask, away from borders. Where id 0 is a class, an object in a region of
+// it is missing.
 std::vector<MaskFinding> FindMaskFaults(const MaskedPhotos& photos,
                                         const std::vector<PointLabel>& labels);
 
-// A photo and all that is wrong with its mask.
+// A photo and all findings on its mask.
 struct SuspiciousPhoto {
   int32_t view = 0;
-  double weight = 0;  // of all findings
+  // Weight of all findings.
+  double weight = 0;
   std::vector<MaskFinding> findings;
 };
 
-// Photos with findings, the most suspicious first: masks that cannot be used or are not there, then
-// by weight, then by view; and within a photo likewise.
+// Returns the photos with findings, the most suspicious first: masks that cannot be used or are not
+// there, then by weight, then by view; and within a photo likewise.
 std::vector<SuspiciousPhoto> RankPhotos(const std::vector<MaskFinding>& findings);
 
 }  // namespace semfoam

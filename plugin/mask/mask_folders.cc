@@ -95,11 +95,11 @@ std::string NoMasksWarning(const fs::path& mask_folder, const std::vector<fs::pa
                               std::to_string(ListMasks(unused[0]).size()) + " .png files";
     if (!mask_folder.empty()) {
       return NoMaskIn(mask_folder) + ", so there are no labels; " + holds +
-             ", and --mask_path would take it.";
+             ", and mask_path would take it.";
     }
     return holds +
            " and is not looked at, so there are no labels; object_mask/ or Annotations/ "
-           "would be looked at, and --mask_path would take it.";
+           "would be looked at, and mask_path would take it.";
   }
   return mask_folder.empty() ? "" : NoMaskIn(mask_folder) + ", so there are no labels.";
 }

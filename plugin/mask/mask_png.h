@@ -11,13 +11,17 @@
 
 namespace semfoam {
 
-// What a mask's header says.
+// Reads the PNG files of masks.
+
 struct MaskHeader {
   PhotoSize size;
-  bool is_rgb = false;  // else grey values or palette indices
+  // Whether it stores colours; false: grey values or palette indices.
+  bool is_rgb = false;
   bool is_palette = false;
-  int bits = 0;  // of a channel, as stored: 1, 2, 4, 8 or 16
-  // Memory that ReadMaskRows takes: that of one row, or of all rows where they are interlaced.
+  // Bits of a channel, as stored: 1, 2, 4, 8 or 16.
+  int bits = 0;
+  // Memory in bytes that ReadMaskRows takes: that of one row, or of all rows where they are
+  // interlaced.
   uint64_t decoding_bytes = 0;
 };
 
@@ -36,12 +40,13 @@ MaskHeader ReadMaskRows(
     const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
         on_row);
 
-// All rows at once.
+// All rows of a mask.
 struct MaskPng {
   int width = 0;
   int height = 0;
   bool is_rgb = false;
-  std::vector<uint32_t> values;  // row-major, [height][width]
+  // [height][width], row-major.
+  std::vector<uint32_t> values;
 };
 
 // As ReadMaskRows; throws UserError also when there is not the memory for all values.

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "plugin/mask/class_image.h"
 #include "plugin/mask/mask_evidence.h"
-#include "plugin/mask/masks.h"
 
 #include <cstdint>
 #include <vector>
@@ -23,11 +23,12 @@ class MaskRewriter {
                const std::vector<Label>& labels);
 
   const Evidence& evidence() const { return evidence_; }
+  // Returns the labels that are left, one for each class of the corrected masks.
   const std::vector<Label>& labels() const { return labels_; }
   // [labels of the constructor] New class of each label, kUnlabelled if it was dropped.
   const std::vector<int32_t>& class_of_label() const { return class_of_label_; }
 
-  // Returns the corrected mask of a view; `image` holds the original classes. Empty stays empty.
+  // Returns the corrected mask of a view, empty where `image`, the original classes, is empty.
   ClassImage Rewrite(int view, const PhotoRecord& photo, const ClassImage& image) const;
 
  private:
@@ -36,6 +37,7 @@ class MaskRewriter {
   }
 
   Evidence evidence_;
+  // As given to the constructor.
   std::vector<int32_t> label_of_class_;
   std::vector<Label> labels_;
   std::vector<int32_t> class_of_label_;

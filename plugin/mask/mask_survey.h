@@ -10,31 +10,41 @@
 
 namespace semfoam {
 
-// What a mask file is, before any of it is used.
+// Surveys the files of a set of masks, and how much of the photos their ids cover.
+
+// Form of a mask file.
 struct MaskFile {
-  std::string format;  // "8-bit grey", "8-bit palette", "24-bit colour"; empty where unreadable
+  // "8-bit grey", "8-bit palette", "24-bit colour"; empty where it is unreadable.
+  std::string format;
   PhotoSize size;
-  std::string error;  // why it is unreadable: a sentence whose subject is the mask
+  // Reason why it is unreadable: a sentence whose subject is the mask.
+  std::string error;
 };
 
-// Decodes every mask, in parallel. One for each of `masks`; an empty one for an empty path.
+// Decodes every mask, in parallel. Returns one for each of `masks`; an empty one for an empty path.
 std::vector<MaskFile> SurveyMasks(const std::vector<std::filesystem::path>& masks);
 
-// What an id of the masks covers.
+// Coverage of one id of the masks.
 struct IdSurvey {
-  int32_t given_class = 0;     // of MaskedPhotos::given
-  std::vector<int32_t> views;  // the photos that it is in, ascending
-  double least = 0;            // its share of these photos' pixels, 0..1: the least,
-  double median = 0;           // the median (the upper one of two)
-  double most = 0;             // and the most
+  // Class of MaskedPhotos::given.
+  int32_t given_class = 0;
+  // Photos that have the id, ascending.
+  std::vector<int32_t> views;
+  // Share of these photos' pixels that have the id, 0..1: the least, the median (the upper one of
+  // two) and the most.
+  double least = 0;
+  double median = 0;
+  double most = 0;
 };
 
 struct CoverageSurvey {
-  std::vector<IdSurvey> ids;       // one per class but id 0, ascending by id
-  std::vector<double> unlabelled;  // [views] the share of the photo that is 0; NaN without a mask
+  // One for each class but that of id 0, ascending by id.
+  std::vector<IdSurvey> ids;
+  // [views] Share of the photo that is 0; NaN without a mask.
+  std::vector<double> unlabelled;
 };
 
-// Of the masks as they are given, at the records' size.
+// Surveys the masks as they are given, at the records' size.
 CoverageSurvey SurveyCoverage(const MaskedPhotos& photos);
 
 }  // namespace semfoam

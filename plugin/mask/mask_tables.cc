@@ -4,6 +4,7 @@
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"
 #include "foam/util/json_file.h"
+#include "plugin/util/files.h"
 
 #include <charconv>
 #include <limits>
@@ -18,12 +19,14 @@
 namespace semfoam {
 namespace {
 
+namespace fs = std::filesystem;
+
 using Json = nlohmann::json;
 
 constexpr int64_t kLargestId = 0xffffff;  // three bytes of a colour
 
 // The array that `json` has under `key`.
-const Json& ArrayOf(const std::filesystem::path& file, const Json& json, const char* key) {
+const Json& ArrayOf(const fs::path& file, const Json& json, const char* key) {
   if (json.is_object() && json.contains(key) && json[key].is_array()) return json[key];
   throw UserError(file.string(),
                   ": is not as DEVA writes it (no list \"",
@@ -42,7 +45,15 @@ std::optional<uint32_t> IdOf(std::string_view key) {
 
 }  // namespace
 
-std::set<uint32_t> ReadPredictedIds(const std::filesystem::path& file) {
+fs::path FindPredictions(const fs::path& mask_folder) {
+  for (const fs::path& file : {mask_folder / "pred.json",
+                               fs::absolute(mask_folder).lexically_normal() / ".." / "pred.json"}) {
+    if (fs::exists(file)) return file;
+  }
+  return {};
+}
+
+std::set<uint32_t> ReadPredictedIds(const fs::path& file) {
   const Json json = ReadJsonFile(file);
   std::set<uint32_t> ids;
   for (const Json& annotation : ArrayOf(file, json, "annotations")) {
@@ -64,7 +75,17 @@ std::set<uint32_t> ReadPredictedIds(const std::filesystem::path& file) {
   return ids;
 }
 
-std::vector<LabelName> ReadLabelNames(const std::filesystem::path& file) {
+fs::path FindLabelsFile(const fs::path& labels_path, const fs::path& mask_folder) {
+  if (labels_path.empty()) {
+    const fs::path file = ParentFolder(mask_folder) / "labels.json";
+    return !mask_folder.empty() && fs::is_regular_file(file) ? file : fs::path();
+  }
+  if (fs::is_regular_file(labels_path)) return labels_path;
+  throw UserError(labels_path.string(),
+                  ": there is no such file; {\"labels\": {\"7\": \"mug\"}} should be in it.");
+}
+
+std::vector<LabelName> ReadLabelNames(const fs::path& file) {
   const Json json = ReadJsonFile(file);
   if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
     throw UserError(file.string(),

@@ -9,22 +9,33 @@
 
 namespace semfoam {
 
-// The tables that come with masks. Both throw UserError, one sentence that names the file, where it
-// cannot be read or has another form.
+// Finds and reads the tables that come with masks: DEVA's list of ids, and the labels' names. Both
+// readers throw UserError, one sentence that names the file, where it cannot be read or has another
+// form.
 
-// The ids that DEVA lists in pred.json: annotations[].segments_info[].id, 0 to 0xffffff.
+// Returns DEVA's pred.json in the mask folder or beside it; empty where there is none.
+std::filesystem::path FindPredictions(const std::filesystem::path& mask_folder);
+
+// Returns the ids that DEVA lists in pred.json: annotations[].segments_info[].id, 0 to 0xffffff.
 std::set<uint32_t> ReadPredictedIds(const std::filesystem::path& file);
+
+// Returns the file of the labels' names: `labels_path` where it is given (throws UserError when
+// there is no such file), else labels.json beside `mask_folder`; empty where there is none.
+std::filesystem::path FindLabelsFile(const std::filesystem::path& labels_path,
+                                     const std::filesystem::path& mask_folder);
 
 // A line of a table of labels.
 struct LabelName {
-  uint32_t id = 0;         // of the table
-  uint32_t source_id = 0;  // the masks' own
+  // Id in the table.
+  uint32_t id = 0;
+  // Id in the masks.
+  uint32_t source_id = 0;
   std::string name;
 };
 
-// The names of a labels.json, ascending by id: {"labels": {"7": "mug"}}. An id is the masks' own,
-// unless the table says otherwise, as an export's does where it has numbered them anew:
-// {"labels": {"7": "mug"}, "source_ids": {"7": 81234}}. Other keys are left alone: what an export
+// Returns the names of a labels.json, ascending by id: {"labels": {"7": "mug"}}. An id is that of
+// the masks, unless the table says otherwise, as an export's does where it has numbered them anew:
+// {"labels": {"7": "mug"}, "source_ids": {"7": 81234}}. Other keys are ignored: what an export
 // writes is a valid input.
 std::vector<LabelName> ReadLabelNames(const std::filesystem::path& file);
 

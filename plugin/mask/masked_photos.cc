@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/mask/masked_photos.h"
 
-#include "foam/util/error.h"
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/seeds.h"
 #include "plugin/mask/mask_evidence.h"
@@ -9,6 +8,7 @@
 #include "plugin/util/files.h"
 
 #include <algorithm>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -22,6 +22,85 @@ std::vector<Image> SortedImages(const Reconstruction& model) {
   std::sort(
       images.begin(), images.end(), [](const Image& a, const Image& b) { return a.name < b.name; });
   return images;
+}
+
+// Reduces the photos to the size of their masks, where these are smaller and have their aspect.
+// Returns MaskSizeWarning for the sizes before.
+std::string ShrinkToMasks(const MaskPairing& pairing, std::vector<PhotoRecord>* photos) {
+  std::vector<PhotoSize> sizes(photos->size());
+  std::vector<PhotoSize> mask_sizes(photos->size());
+  ForEachFile(static_cast<int64_t>(photos->size()), [&](int64_t i) {
+    sizes[i] = {(*photos)[i].width, (*photos)[i].height};
+    if (!pairing.masks[i].empty()) mask_sizes[i] = ReadMaskHeader(pairing.masks[i]).size;
+  });
+  for (size_t i = 0; i < photos->size(); ++i) {
+    if (pairing.masks[i].empty()) continue;
+    const PhotoSize mask = mask_sizes[i];
+    if (!SameAspect(mask, sizes[i]) || mask.width >= sizes[i].width) continue;
+    (*photos)[i].width = mask.width;
+    (*photos)[i].height = mask.height;
+  }
+  return MaskSizeWarning(pairing, mask_sizes, sizes);
+}
+
+// MakeSeeds of a model.
+struct ModelSeeds {
+  std::vector<SeedPoint> seeds;
+  // [seeds]
+  std::vector<PixelObservations> tracks;
+};
+
+// Returns the seeds of the model, and fills the observations of its points.
+ModelSeeds FindSeeds(const Reconstruction& model, MaskedPhotos* photos) {
+  const std::vector<Image> images = SortedImages(model);
+  const SeenImages seen = FindSeenImages(images, model.cameras, photos->photos);
+  photos->observations.resize(model.points.size());
+  for (size_t i = 0; i < model.points.size(); ++i) {
+    AppendObservations(model.points[i], seen, &photos->observations[i]);
+  }
+  ModelSeeds result;
+  MakeSeeds(model.points, NormalizedFrameOf(model), seen, &result.seeds, &result.tracks);
+  return result;
+}
+
+// Decodes every mask once and fills the contents. Returns the evidence of each at the places of the
+// tracks, in indices of the mask's own ids.
+std::vector<ViewEvidence> DecodeMasks(const std::vector<PixelObservations>& tracks,
+                                      MaskedPhotos* photos) {
+  const size_t num_views = photos->photos.size();
+  const std::vector<std::vector<Eigen::Vector2f>> places = PlacesByView(tracks, num_views);
+  std::vector<ViewEvidence> evidence(num_views);
+  photos->contents.resize(num_views);
+  ForEachFile(static_cast<int64_t>(num_views), [&](int64_t i) {
+    evidence[i].class_at.assign(places[i].size(), kNoLabel);
+    if (!photos->HasMask(static_cast<int>(i))) return;
+    const PhotoRecord& photo = photos->photos[i];
+    DecodedMask mask = DecodeMask(photos->pairing.masks[i], {photo.width, photo.height});
+    photos->contents[i] = std::move(mask.contents);
+    evidence[i] = LookAtMask(mask.indices, photo, places[i]);
+  });
+  return evidence;
+}
+
+// Corrects the masks by the tracks, and fills what the masks, given and corrected, show at the
+// observations.
+void CorrectAndObserve(const ModelSeeds& seeds,
+                       MaskConsistency consistency,
+                       const std::vector<ViewEvidence>& evidence,
+                       MaskedPhotos* photos) {
+  MaskCorrection correction = CorrectMasks(
+      seeds.seeds, seeds.tracks, photos->photos, consistency, photos->given.labels, evidence);
+  photos->consistency = std::move(correction.report);
+  const MaskRewriter* rewriter = correction.rewriter.get();
+  if (rewriter != nullptr) photos->labels = rewriter->labels();
+  CollectObservations(
+      [&](int view) {
+        ClassImage given = photos->GivenMask(view);
+        ClassImage corrected =
+            rewriter == nullptr ? given : rewriter->Rewrite(view, photos->photos[view], given);
+        return ViewMasks{std::move(given), std::move(corrected)};
+      },
+      photos);
 }
 
 }  // namespace
@@ -85,68 +164,19 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
                               LabelZero label_zero,
                               MaskConsistency consistency) {
   CHECK_EQ(photos.size(), pairing.masks.size());
-  const auto num_views = static_cast<int64_t>(photos.size());
   MaskedPhotos result;
   result.pairing = pairing;
-  std::vector<PhotoSize> sizes(photos.size());
-  std::vector<PhotoSize> mask_sizes(photos.size());
-  ForEachFile(num_views, [&](int64_t i) {
-    sizes[i] = {photos[i].width, photos[i].height};
-    if (pairing.masks[i].empty()) return;
-    mask_sizes[i] = ReadMaskHeader(pairing.masks[i]).size;
-  });
-  result.size_warning = MaskSizeWarning(pairing, mask_sizes, sizes);
-  for (size_t i = 0; i < photos.size(); ++i) {
-    if (pairing.masks[i].empty()) continue;
-    const PhotoSize mask = mask_sizes[i];
-    if (SameAspect(mask, sizes[i]) && mask.width < sizes[i].width) sizes[i] = mask;
-    photos[i].width = sizes[i].width;
-    photos[i].height = sizes[i].height;
-  }
+  result.size_warning = ShrinkToMasks(pairing, &photos);
   result.photos = std::move(photos);
-
-  std::vector<SeedPoint> seeds;
-  std::vector<PixelObservations> seed_tracks;
-  if (model != nullptr) {
-    const std::vector<Image> images = SortedImages(*model);
-    const SeenImages seen = FindSeenImages(images, model->cameras, result.photos);
-    result.observations.resize(model->points.size());
-    for (size_t i = 0; i < model->points.size(); ++i) {
-      AppendObservations(model->points[i], seen, &result.observations[i]);
-    }
-    MakeSeeds(model->points, NormalizedFrameOf(*model), seen, &seeds, &seed_tracks);
-  }
-  const std::vector<std::vector<Eigen::Vector2f>> places =
-      PlacesByView(seed_tracks, result.photos.size());
-  std::vector<ViewEvidence> evidence(num_views);
-  result.contents.resize(num_views);
-  ForEachFile(num_views, [&](int64_t i) {
-    evidence[i].class_at.assign(places[i].size(), kNoLabel);
-    if (pairing.masks[i].empty()) return;
-    DecodedMask mask = DecodeMask(pairing.masks[i], sizes[i]);
-    result.contents[i] = std::move(mask.contents);
-    evidence[i] = LookAtMask(mask.indices, result.photos[i], places[i]);
-  });
+  ModelSeeds seeds;
+  if (model != nullptr) seeds = FindSeeds(*model, &result);
+  std::vector<ViewEvidence> evidence = DecodeMasks(seeds.tracks, &result);
   result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
   result.labels = result.given.labels;
-  for (int64_t i = 0; i < num_views; ++i) {
+  for (size_t i = 0; i < evidence.size(); ++i) {
     GiveClasses(result.given.Of(result.contents[i]), &evidence[i]);
   }
-  if (model != nullptr) {
-    MaskCorrection correction =
-        CorrectMasks(seeds, seed_tracks, result.photos, consistency, result.given.labels, evidence);
-    result.consistency = std::move(correction.report);
-    const MaskRewriter* rewriter = correction.rewriter.get();
-    if (rewriter != nullptr) result.labels = rewriter->labels();
-    CollectObservations(
-        [&](int view) {
-          ClassImage given = result.GivenMask(view);
-          ClassImage corrected =
-              rewriter == nullptr ? given : rewriter->Rewrite(view, result.photos[view], given);
-          return ViewMasks{std::move(given), std::move(corrected)};
-        },
-        &result);
-  }
+  if (model != nullptr) CorrectAndObserve(seeds, consistency, evidence, &result);
   for (ViewEvidence& view : evidence) result.pixels.push_back(std::move(view.pixels_of));
   return result;
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/mask/class_image.h"
+#include "plugin/mask/mask_classes.h"
+#include "plugin/mask/mask_decoding.h"
+#include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/mask_png.h"
-#include "plugin/mask/masks.h"
 
 #include <string>
 #include <vector>

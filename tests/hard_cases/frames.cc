@@ -76,7 +76,7 @@ HardCase ScaledCase(const std::string& name,
                     double frame_bound,
                     double world_bound) {
   return {
-      name, expected, [=](const GradientOracle& oracle) {
+      name, expected, [=](const CheckOptions& options) {
         HardCaseResult result;
         const World unit = Room(1, Eigen::Vector3d::Zero()), world = Room(scale, offset);
         const Similarity from_unit = NormalizedFrame(unit.cameras, unit.points);
@@ -101,7 +101,7 @@ HardCase ScaledCase(const std::string& name,
                       world_bound,
                       ".");
         const RayScene scene(Normalized(from_world, world.points), 21);
-        result.Add(CheckRays(scene, RaysFrom(Centers(from_world, world.cameras), 4), {}, oracle));
+        result.Add(CheckRays(scene, RaysFrom(Centers(from_world, world.cameras), 4), {}, options));
         return result;
       }};
 }
@@ -110,7 +110,7 @@ HardCase ScaledCase(const std::string& name,
 HardCase InitialCase(const std::string& name, const World& world) {
   return {name,
           "a foam of finite sites within the far radius, and every ray is right",
-          [=](const GradientOracle& oracle) {
+          [=](const CheckOptions& options) {
             HardCaseResult result;
             const Similarity frame = NormalizedFrame(world.cameras, world.points);
             const std::vector<Eigen::Vector3d> centers = Centers(frame, world.cameras);
@@ -118,10 +118,10 @@ HardCase InitialCase(const std::string& name, const World& world) {
             for (const Eigen::Vector3f& p : Normalized(frame, world.points)) {
               seeds.push_back({p, Eigen::Vector3f::Constant(0.5f)});
             }
-            InitializationOptions options;
-            options.num_scattered = 600;
-            options.num_far = 300;
-            const Foam foam = InitialFoam(seeds, centers, options);
+            InitializationOptions initialization;
+            initialization.num_scattered = 600;
+            initialization.num_far = 300;
+            const Foam foam = InitialFoam(seeds, centers, initialization);
             result.Expect(foam.NumSites() >= 800, "only ", foam.NumSites(), " sites.");
             for (const Eigen::Vector3f& p : foam.positions) {
               result.Expect(p.norm() <= kFarRadius, "a site lies at radius ", p.norm(), ".");
@@ -129,12 +129,12 @@ HardCase InitialCase(const std::string& name, const World& world) {
             if (!result.failures.empty()) return result;
             const RayScene scene(foam.positions, 22);
             const int rays_per_center = centers.size() == 1 ? 40 : 4;
-            result.Add(CheckRays(scene, RaysFrom(centers, rays_per_center), {}, oracle));
+            result.Add(CheckRays(scene, RaysFrom(centers, rays_per_center), {}, options));
             return result;
           }};
 }
 
-HardCaseResult CameraInSolidCells(const GradientOracle& oracle) {
+HardCaseResult CameraInSolidCells(const CheckOptions& options) {
   RayScene scene(RandomSites(400, 23), 23);
   for (float& raw : scene.values.raw_density) raw = 40;
   scene.Update();
@@ -142,7 +142,7 @@ HardCaseResult CameraInSolidCells(const GradientOracle& oracle) {
   CounterRandom random(23, 0x93, 0);
   for (int i = 0; i < 10; ++i) centers.push_back(RandomPoint(&random, 0.7));
   const std::vector<RayCase> rays = RaysFrom(centers, 4);
-  HardCaseResult result = CheckRays(scene, rays, {}, oracle);
+  HardCaseResult result = CheckRays(scene, rays, {}, options);
   for (const RayCase& ray : rays) {
     const uint32_t start = scene.cells.BruteForceNearest(ray.origin);
     const RayRecord<float> record =
@@ -162,7 +162,7 @@ HardCase OutsideCase(double distance, const RayBounds& bounds) {
   name << "camera_at_distance_" << distance;
   return {name.str(),
           "the walk comes in through the guards' cells, with the rounding of that distance",
-          [=](const GradientOracle& oracle) {
+          [=](const CheckOptions& options) {
             const RayScene scene(RandomSites(400, 24), 24);
             std::vector<RayCase> rays;
             for (int i = 0; i < 40; ++i) {
@@ -174,13 +174,13 @@ HardCase OutsideCase(double distance, const RayBounds& bounds) {
             // Away from everything: guards' cells alone, or none at all.
             rays.push_back(MakeRay({distance, 0, 0}, {1, 0, 0}, 0));
             rays.push_back(MakeRay({0, 0, distance}, {0, 1, 0}, 0));
-            return CheckRays(scene, rays, bounds, oracle);
+            return CheckRays(scene, rays, bounds, options);
           }};
 }
 
 // A part of the scene far from the middle of the frame, seen from near by: only what is computed
 // relative to the sites keeps its bits.
-HardCaseResult FarFromTheMiddle(const GradientOracle& oracle) {
+HardCaseResult FarFromTheMiddle(const CheckOptions& options) {
   const Eigen::Vector3d middle(20, 15, -10);
   std::vector<Eigen::Vector3f> sites;
   CounterRandom random(25, 0x95, 0);
@@ -192,7 +192,7 @@ HardCaseResult FarFromTheMiddle(const GradientOracle& oracle) {
     const Eigen::Vector3d aim = middle + RandomPoint(&random, 0.08);
     rays.push_back(MakeRay(origin, (aim - origin).normalized(), i));
   }
-  return CheckRays(scene, rays, {}, oracle);
+  return CheckRays(scene, rays, {}, options);
 }
 
 }  // namespace

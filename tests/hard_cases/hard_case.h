@@ -16,8 +16,8 @@ namespace semfoam {
 struct HardCase {
   std::string name;      // lower_case
   std::string expected;  // the stated outcome, one line
-  // Runs the case. `oracle` may be empty; see CheckRays.
-  std::function<HardCaseResult(const GradientOracle& oracle)> run;
+  // Runs the case.
+  std::function<HardCaseResult(const CheckOptions& options)> run;
 };
 
 struct HardCaseFamily {

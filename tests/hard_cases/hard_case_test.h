@@ -90,7 +90,7 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
 }
 
 inline void ExpectPasses(const HardCase& hard_case) {
-  const HardCaseResult result = hard_case.run(DeviationFromJet);
+  const HardCaseResult result = hard_case.run({DeviationFromJet, Device()});
   for (const std::string& failure : result.failures) ADD_FAILURE() << failure;
   for (const auto& [variant, d] : result.deviations) {
     std::printf("%-14s walk %8.2g, weights %8.2g, gradient %8.2g, colour %8.2g\n",

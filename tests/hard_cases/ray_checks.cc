@@ -5,7 +5,6 @@
 #include "foam/device/cuda/gpu_caster.h"
 #include "foam/device/cuda/host_machine.h"
 #include "foam/device/cuda/segment_pool.h"
-#include "foam/device/device.h"
 #include "foam/device/device_factory.h"
 #include "foam/geometry/delaunay.h"
 #include "foam/geometry/guard_sites.h"
@@ -460,11 +459,12 @@ double QuantileDeviation(const TracedRay& traced, const RayRecord<double>& recor
   return deviation;
 }
 
-// What a GPU shows of the rays, against what the CPU shows: its kernels run on the
-// CPU, and the GPU itself if that is the device in use.
+// Compares what a GPU renders of the rays with what the CPU renders: its kernels, run on the CPU,
+// and `device` where that is a GPU.
 void CheckRenderedRays(const RayScene& scene,
                        const std::vector<RayCase>& rays,
                        const std::vector<uint32_t>& starts,
+                       const Device& device,
                        HardCaseResult* result) {
   const WalkGeometry<float>& geometry = scene.cells.float_geometry;
   const CellShading<float> shading{scene.values.sh_degree,
@@ -500,8 +500,8 @@ void CheckRenderedRays(const RayScene& scene,
     result->deviations[name].Include(deviations);
   };
   check("GPU", kernels);
-  if (const std::string device = DeviceInWords(); device.starts_with("cuda")) {
-    check(device, *MakeRayCaster(geometry, shading, classifier));
+  if (device.gpu()) {
+    check(device.Description(), *MakeRayCaster(device, geometry, shading, classifier));
   }
 }
 
@@ -610,7 +610,7 @@ Eigen::Vector3f ToFloat(const Eigen::Vector3d& x) { return x.cast<float>(); }
 HardCaseResult CheckRays(const RayScene& scene,
                          std::vector<RayCase> rays,
                          const RayBounds& bounds,
-                         const GradientOracle& oracle) {
+                         const CheckOptions& options) {
   HardCaseResult result;
   std::vector<uint32_t> starts;
   for (RayCase& ray : rays) {
@@ -647,9 +647,9 @@ HardCaseResult CheckRays(const RayScene& scene,
       failures.resize(kMaxFailures + 1);
     }
     result.failures.insert(result.failures.end(), failures.begin(), failures.end());
-    if (variant.in_double && oracle) {
+    if (variant.in_double && options.oracle) {
       for (size_t i = 0; i < std::min<size_t>(rays.size(), kOracleRays); ++i) {
-        const double deviation = oracle(scene, rays[i], starts[i]);
+        const double deviation = options.oracle(scene, rays[i], starts[i]);
         Deviations& deviations = result.deviations[variant.name];
         deviations.gradient = std::max(deviations.gradient, deviation);
         result.Expect(deviation <= bounds.gradient_double,
@@ -664,7 +664,7 @@ HardCaseResult CheckRays(const RayScene& scene,
       }
     }
   }
-  CheckRenderedRays(scene, rays, starts, &result);
+  CheckRenderedRays(scene, rays, starts, options.device, &result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
 #include "foam/render/compositing.h"
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_record.h"
@@ -106,17 +107,24 @@ inline constexpr RayLossWeights kHardCaseWeights{1, 0.7, 0.3, 0.9};
 using GradientOracle =
     std::function<double(const RayScene& scene, const RayCase& ray, uint32_t start)>;
 
+struct CheckOptions {
+  // Sees the first few rays of a set; may be empty.
+  GradientOracle oracle;
+  // A GPU renders the rays besides; the CPU renders them in any case.
+  Device device;
+};
+
 // Traces every ray with all variants (the scalar reference in double and in float, the vector code
 // on every instruction set of the machine) and asserts, ray by ray:
 // nothing is NaN or infinite; the step limit is not hit; segments follow on each other and t never
 // runs backwards; a step of zero length leads to a site farther along the ray, and no cell comes
 // twice; the walk agrees with looking at all sites; the weights sum to 1 - transmittance; the
 // gradient equals the oracle's; the colour equals that of double. Rays are rounded to float first,
-// for all variants alike. `oracle`, if any, sees the first few rays.
+// for all variants alike.
 HardCaseResult CheckRays(const RayScene& scene,
                          std::vector<RayCase> rays,
                          const RayBounds& bounds,
-                         const GradientOracle& oracle);
+                         const CheckOptions& options = {});
 
 // The magnitude of the terms of one cell's gradient: what rounding is relative to.
 struct GradientScale {

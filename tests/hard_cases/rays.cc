@@ -56,7 +56,7 @@ std::vector<Vector3d> LatticeDirections() {
 
 // Along all lattice lines through lattice points shifted by `shift`.
 HardCase LatticeCase(const std::string& name, const std::string& expected, const Vector3d& shift) {
-  return {name, expected, [=](const GradientOracle& oracle) {
+  return {name, expected, [=](const CheckOptions& options) {
             std::vector<RayCase> rays;
             for (const Vector3d& direction : LatticeDirections()) {
               for (const Vector3d& through : {Vector3d(0, 0, 0), Vector3d(0.25, -0.5, 0.25)}) {
@@ -64,12 +64,12 @@ HardCase LatticeCase(const std::string& name, const std::string& expected, const
                 rays.push_back(MakeRay(origin, direction, rays.size()));
               }
             }
-            return CheckRays(Lattice(), rays, {}, oracle);
+            return CheckRays(Lattice(), rays, {}, options);
           }};
 }
 
 // From where two, four or eight cells meet, and from a site, in all directions.
-HardCaseResult StartingOnAFace(const GradientOracle& oracle) {
+HardCaseResult StartingOnAFace(const CheckOptions& options) {
   std::vector<RayCase> rays;
   CounterRandom random(33, 0xa1, 0);
   for (const Vector3d& origin : {Vector3d(0, 0, 0),
@@ -83,11 +83,11 @@ HardCaseResult StartingOnAFace(const GradientOracle& oracle) {
       rays.push_back(MakeRay(origin, RandomDirection(&random), rays.size()));
     }
   }
-  return CheckRays(Lattice(), rays, {}, oracle);
+  return CheckRays(Lattice(), rays, {}, options);
 }
 
 // Off the direction of a face by less and less, down to the smallest float.
-HardCaseResult NearlyParallelToFaces(const GradientOracle& oracle) {
+HardCaseResult NearlyParallelToFaces(const CheckOptions& options) {
   std::vector<RayCase> rays;
   for (const double slope : {1e-3, 1e-5, 1e-7, 1e-12, 1e-20, 1e-37, 1e-45}) {
     for (const double sign : {-1.0, 1.0}) {
@@ -97,11 +97,11 @@ HardCaseResult NearlyParallelToFaces(const GradientOracle& oracle) {
       }
     }
   }
-  return CheckRays(Lattice(), rays, {}, oracle);
+  return CheckRays(Lattice(), rays, {}, options);
 }
 
 // Through the corners of random cells: along their edges, and in the planes of their faces.
-HardCaseResult AlongRandomEdges(const GradientOracle& oracle) {
+HardCaseResult AlongRandomEdges(const CheckOptions& options) {
   const RayScene& scene = RandomFoam();
   const Delaunay& delaunay = scene.cells.delaunay;
   const std::vector<Vector3d> vertices = VoronoiVertices(scene.cells.positions, delaunay);
@@ -123,11 +123,11 @@ HardCaseResult AlongRandomEdges(const GradientOracle& oracle) {
   // Either side of a face is right for a ray that runs in it, and their colours differ.
   RayBounds bounds;
   bounds.color_float = std::numeric_limits<double>::infinity();
-  return CheckRays(scene, rays, bounds, oracle);
+  return CheckRays(scene, rays, bounds, options);
 }
 
 // From site to site, which is the direction of a face's normal, and through corners of cells.
-HardCaseResult ThroughRandomSitesAndCorners(const GradientOracle& oracle) {
+HardCaseResult ThroughRandomSitesAndCorners(const CheckOptions& options) {
   const RayScene& scene = RandomFoam();
   const Delaunay& delaunay = scene.cells.delaunay;
   const std::vector<Vector3d> vertices = VoronoiVertices(scene.cells.positions, delaunay);
@@ -146,11 +146,11 @@ HardCaseResult ThroughRandomSitesAndCorners(const GradientOracle& oracle) {
     rays.push_back(MakeRay(vertices[t] - direction, direction, t));
     rays.push_back(MakeRay(vertices[t], direction, t));
   }
-  return CheckRays(scene, rays, {}, oracle);
+  return CheckRays(scene, rays, {}, options);
 }
 
 // A line of sites, along which one ray meets them all.
-HardCaseResult LongRay(const GradientOracle& oracle) {
+HardCaseResult LongRay(const CheckOptions& options) {
   constexpr int kSites = 100'000;
   std::vector<Eigen::Vector3f> sites;
   for (int i = 0; i < kSites; ++i) {
@@ -161,7 +161,7 @@ HardCaseResult LongRay(const GradientOracle& oracle) {
                                MakeRay({2, 1e-3, 0}, {-1, 0, 0}, 1)};
   RayBounds bounds;
   bounds.gradient_float = 5e-4;  // sums of 1e5 roundings
-  HardCaseResult result = CheckRays(scene, rays, bounds, oracle);
+  HardCaseResult result = CheckRays(scene, rays, bounds, options);
   result.Expect(result.steps >= 4 * kSites, "only ", result.steps, " steps on four rays.");
   return result;
 }
@@ -169,7 +169,7 @@ HardCaseResult LongRay(const GradientOracle& oracle) {
 // Rings of sites around a ray, all at one distance from it and square to it: every hop is nearly
 // perpendicular to the ray, and rounding decides where it is and which way it leads. The rule that
 // such a hop must go to a site farther along the ray keeps the walk out of circles.
-HardCaseResult PerpendicularHops(const GradientOracle& oracle) {
+HardCaseResult PerpendicularHops(const CheckOptions& options) {
   HardCaseResult result;
   RayBounds bounds;
   // All sites of a ring are equally near, to rounding: any cell of it will do.
@@ -189,8 +189,10 @@ HardCaseResult PerpendicularHops(const GradientOracle& oracle) {
     const RayCase rays[] = {MakeRay({0, 0, 0}, direction, i),
                             MakeRay(-2 * direction, direction, i),
                             MakeRay(-direction, -direction, i)};
-    result.Add(CheckRays(
-        scene, {std::begin(rays), std::end(rays)}, bounds, i % 40 == 0 ? oracle : nullptr));
+    result.Add(CheckRays(scene,
+                         {std::begin(rays), std::end(rays)},
+                         bounds,
+                         i % 40 == 0 ? options : CheckOptions{nullptr, options.device}));
   }
   result.Expect(result.zero_length_steps > 100,
                 "only ",

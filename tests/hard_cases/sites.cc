@@ -109,7 +109,7 @@ HardCase SitesCase(const std::string& name,
                    const std::function<Sites()>& sites,
                    const RayBounds& bounds = {},
                    int num_rays = 100) {
-  return {name, expected, [=](const GradientOracle& oracle) {
+  return {name, expected, [=](const CheckOptions& options) {
             const RayScene scene(sites(), 11);
             std::vector<RayCase> rays = RaysFromEverywhere(num_rays, 12);
             for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ HardCase SitesCase(const std::string& name,
               rays.push_back(
                   MakeRay(-2 * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::Unit(axis), axis));
             }
-            return CheckRays(scene, rays, bounds, oracle);
+            return CheckRays(scene, rays, bounds, options);
           }};
 }
 
@@ -128,9 +128,9 @@ HardCase TargetCase(const std::string& name,
                     const Eigen::Vector3d& target,
                     double spread,
                     const RayBounds& bounds = {}) {
-  return {name, expected, [=](const GradientOracle& oracle) {
+  return {name, expected, [=](const CheckOptions& options) {
             const RayScene scene(sites(), 11, 0, 2);
-            return CheckRays(scene, RaysTowards(target, spread, 24), bounds, oracle);
+            return CheckRays(scene, RaysTowards(target, spread, 24), bounds, options);
           }};
 }
 

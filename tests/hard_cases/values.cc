@@ -32,10 +32,10 @@ HardCase DensityCase(const std::string& name,
                      const std::string& expected,
                      const std::function<double(CounterRandom*)>& density,
                      const RayBounds& bounds = {}) {
-  return {name, expected, [=](const GradientOracle& oracle) {
+  return {name, expected, [=](const CheckOptions& options) {
             RayScene scene(RandomSites(300, 41), 41);
             SetDensities(density, &scene);
-            return CheckRays(scene, RaysFromEverywhere(40, 41), bounds, oracle);
+            return CheckRays(scene, RaysFromEverywhere(40, 41), bounds, options);
           }};
 }
 
@@ -43,11 +43,11 @@ HardCase DensityCase(const std::string& name,
 HardCase TransparentCase(const std::string& name, double density) {
   return {name,
           "the ray gathers nothing, opacity is exactly 0, no cell gets a gradient",
-          [=](const GradientOracle& oracle) {
+          [=](const CheckOptions& options) {
             RayScene scene(RandomSites(300, 42), 42);
             SetDensities([=](CounterRandom*) { return density; }, &scene);
             const std::vector<RayCase> rays = RaysFromEverywhere(20, 42);
-            HardCaseResult result = CheckRays(scene, rays, {}, oracle);
+            HardCaseResult result = CheckRays(scene, rays, {}, options);
             for (const RayCase& ray : rays) {
               const RayRecord<float> record = TraceCase(scene.cells.float_geometry,
                                                         scene.values,
@@ -69,7 +69,7 @@ HardCase TransparentCase(const std::string& name, double density) {
 }
 
 // Segments one unit in the last place long, composited in float and in double.
-HardCaseResult OneUlpSegments(const GradientOracle&) {
+HardCaseResult OneUlpSegments(const CheckOptions&) {
   HardCaseResult result;
   Deviations& deviations = result.deviations["scalar float"];
   for (const float t : {1e-3f, 0.7f, 3.f, 200.f}) {
@@ -103,11 +103,11 @@ HardCaseResult OneUlpSegments(const GradientOracle&) {
   return result;
 }
 
-HardCaseResult TransmittanceUnderflow(const GradientOracle& oracle) {
+HardCaseResult TransmittanceUnderflow(const CheckOptions& options) {
   RayScene scene(RandomSites(300, 43), 43);
   SetDensities([](CounterRandom*) { return 1e4; }, &scene);
   const std::vector<RayCase> rays = RaysFromEverywhere(40, 43);
-  HardCaseResult result = CheckRays(scene, rays, {}, oracle);
+  HardCaseResult result = CheckRays(scene, rays, {}, options);
   int underflows = 0;
   for (const RayCase& ray : rays) {
     const RayRecord<float> record = TraceCase(scene.cells.float_geometry,
@@ -122,7 +122,7 @@ HardCaseResult TransmittanceUnderflow(const GradientOracle& oracle) {
 }
 
 // Quantiles of transmittance 1 and 0, that is of optical depth 0 and infinity.
-HardCaseResult ExtremeQuantiles(const GradientOracle& oracle) {
+HardCaseResult ExtremeQuantiles(const CheckOptions& options) {
   const RayScene scene(RandomSites(300, 44), 44);
   std::vector<RayCase> rays;
   for (RayCase ray : RaysFromEverywhere(16, 44)) {
@@ -133,7 +133,7 @@ HardCaseResult ExtremeQuantiles(const GradientOracle& oracle) {
       rays.push_back(ray);
     }
   }
-  HardCaseResult result = CheckRays(scene, rays, {}, oracle);
+  HardCaseResult result = CheckRays(scene, rays, {}, options);
   for (const RayCase& ray : rays) {
     const RayRecord<float> record = TraceCase(scene.cells.float_geometry,
                                               scene.values,
@@ -205,7 +205,7 @@ HardCase ClassesCase(const std::string& name,
                      const std::string& expected,
                      int num_classes,
                      double largest_logit) {
-  return {name, expected, [=](const GradientOracle& oracle) {
+  return {name, expected, [=](const CheckOptions& options) {
             RayScene scene(RandomSites(200, 45), 45, 0, num_classes);
             for (int k = 0; largest_logit > 0 && k < num_classes; ++k) {
               scene.values.bias[k] =
@@ -216,7 +216,7 @@ HardCase ClassesCase(const std::string& name,
             for (size_t i = 0; i < rays.size(); ++i) {
               rays[i].target.class_index = static_cast<int32_t>(i % num_classes);
             }
-            HardCaseResult result = CheckRays(scene, rays, {}, oracle);
+            HardCaseResult result = CheckRays(scene, rays, {}, options);
             // Floats of that size have bits of that size, and their differences are exponents.
             const double bound = 1e-5 + 3e-7 * largest_logit;
             for (const RayCase& ray : rays) ExpectIdentityLoss(scene, ray, bound, &result);
@@ -225,7 +225,7 @@ HardCase ClassesCase(const std::string& name,
 }
 
 // Total variation where features are the same on both sides of some or of all faces.
-HardCaseResult EqualIdentities(const GradientOracle&) {
+HardCaseResult EqualIdentities(const CheckOptions&) {
   HardCaseResult result;
   const WalkableCells cells(RandomSites(300, 46));
   const Delaunay& delaunay = cells.delaunay;
@@ -292,7 +292,7 @@ struct FaceMeasures {
 
 // Cells a few ulp wide, whose faces have next to no area, a cell that has no face at all, and the
 // cells of a grid, most of whose faces are edges or corners.
-HardCaseResult DegenerateFaces(const GradientOracle&) {
+HardCaseResult DegenerateFaces(const CheckOptions&) {
   HardCaseResult result;
   std::vector<Eigen::Vector3f> grid;
   for (int i = 0; i < 125; ++i) grid.emplace_back(i % 5 / 4.f, i / 5 % 5 / 4.f, i / 25 / 4.f);
@@ -330,7 +330,7 @@ HardCaseResult DegenerateFaces(const GradientOracle&) {
   return result;
 }
 
-HardCaseResult StaleTopology(const GradientOracle& oracle) {
+HardCaseResult StaleTopology(const CheckOptions& options) {
   HardCaseResult result;
   RayScene scene(RandomSites(500, 48), 48);
   const std::vector<RayCase> rays = RaysFromEverywhere(60, 48);
@@ -343,11 +343,11 @@ HardCaseResult StaleTopology(const GradientOracle& oracle) {
     RayBounds bounds;
     bounds.stale = true;
     bounds.color_float = kInfinity;  // which cells a ray meets is not determined
-    const HardCaseResult stale = CheckRays(scene, rays, bounds, oracle);
+    const HardCaseResult stale = CheckRays(scene, rays, bounds, options);
     result.Expect(distance < 0.1f || stale.clamped_steps > 0, "nothing was stale.");
     result.Add(stale);
     // A new triangulation heals it.
-    result.Add(CheckRays(RayScene(sites, 48), rays, {}, oracle));
+    result.Add(CheckRays(RayScene(sites, 48), rays, {}, options));
   }
   return result;
 }

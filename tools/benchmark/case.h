@@ -22,7 +22,7 @@ void RegisterSharedCase(const std::string& name,
                         const std::function<void(benchmark::State& state)>& body);
 
 // A case that one thread runs, and whose parallel loops (foam/util/parallel.h) run on
-// `num_threads`: `body` is to call SetNumThreads once its inputs are made.
+// `num_threads`: `body` sets a ThreadLimit once its inputs are made.
 void RegisterParallelCase(
     const std::string& name,
     const std::function<void(benchmark::State& state, int num_threads)>& body);

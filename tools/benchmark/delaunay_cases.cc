@@ -21,7 +21,7 @@ void RegisterDelaunayCases(int64_t num_sites) {
       "delaunay/" + std::to_string(num_sites), [num_sites](benchmark::State& state, int threads) {
         const std::vector<Eigen::Vector3f> cells =
             WithGuardSites(MakeShellSites(num_sites).positions);
-        SetNumThreads(threads);
+        const ThreadLimit limit(threads);
         Stopwatch watch;
         int64_t sites = 0;
         size_t bytes = 0;

@@ -111,7 +111,7 @@ void RunBackward(benchmark::State& state, const SceneSource& source, int num_thr
   const auto scene = source();
   const Foam& foam = scene->foam;
   const double forward_bytes = MeanRayBytes(*scene);
-  SetNumThreads(num_threads);
+  const ThreadLimit limit(num_threads);
   BatchResult result;
   int64_t rays = 0, segments = 0, records = 0, step_limit_hits = 0;
   size_t next = 0;

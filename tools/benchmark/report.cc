@@ -11,6 +11,8 @@
 #include <iomanip>
 #include <iostream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace semfoam {
 namespace {
@@ -64,6 +66,43 @@ constexpr char kThreadsMark[] = "/threads:";
 
 // A thread that computes has its core for itself, or other programs spoil the measurement.
 constexpr double kQuietPercent = 95;
+
+void PrintRow(const std::vector<std::string>& columns, std::ostream& out) {
+  constexpr int kWidths[] = {16, 9, 18, 18, 9, 9, 9, 10, 17, 10, 11};
+  for (size_t k = 0; k < columns.size(); ++k) {
+    out << (k == 0 ? std::left : std::right) << std::setw(kWidths[k]) << columns[k];
+  }
+  out << "\n";
+}
+
+// The two lines above the rows.
+void PrintTitles(std::ostream& out) {
+  PrintRow({"", "", "", "", "2 to 1", "time at", "bytes", "peak", "touched", "of the", "bound on"},
+           out);
+  PrintRow({"case",
+            "sites",
+            "1 thread",
+            "2 threads",
+            "threads",
+            "10 x",
+            "a site",
+            "memory",
+            "at least",
+            "1 thread",
+            "2 threads"},
+           out);
+}
+
+// What the columns and subjects mean.
+void PrintNotes(std::ostream& out) {
+  out << "\ntime at 10 x: how many times as long the same job takes on ten times the sites, on 1 "
+         "thread. The job: all sites (delaunay),\n  a picture (walk, render/forward), a batch of "
+         "rays (render/backward, update).\n"
+         "render/backward_plain: render/backward without view-dependent colour and identity.\n"
+         "of the bound: the rate times the bytes that it touches at least, as a share of the "
+         "stream "
+         "copy; above 100 %, caches serve it.\n";
+}
 
 }  // namespace
 
@@ -127,25 +166,7 @@ void Report::PrintTo(std::ostream& out) const {
   const double copy1 = StreamCopyBytesPerSecond(1), copy2 = StreamCopyBytesPerSecond(2);
   out << "\nThe bound, a stream copy (read and written bytes): " << Text(copy1 / 1e9, 1)
       << " GB/s on 1 thread, " << Text(copy2 / 1e9, 1) << " GB/s on 2.\n\n";
-  const auto row = [&](const std::vector<std::string>& columns) {
-    constexpr int kWidths[] = {16, 9, 18, 18, 9, 9, 9, 10, 17, 10, 11};
-    for (size_t k = 0; k < columns.size(); ++k) {
-      out << (k == 0 ? std::left : std::right) << std::setw(kWidths[k]) << columns[k];
-    }
-    out << "\n";
-  };
-  row({"", "", "", "", "2 to 1", "time at", "bytes", "peak", "touched", "of the", "bound on"});
-  row({"case",
-       "sites",
-       "1 thread",
-       "2 threads",
-       "threads",
-       "10 x",
-       "a site",
-       "memory",
-       "at least",
-       "1 thread",
-       "2 threads"});
+  PrintTitles(out);
   // By subject and size, and the trained foam last.
   std::vector<std::string> names = names_;
   std::stable_partition(names.begin(), names.end(), [](const std::string& name) {
@@ -161,26 +182,21 @@ void Report::PrintTo(std::ostream& out) const {
         return std::isfinite(value) ? value : Median(name, 2, counter);
       };
       const double touched = of_any(std::string("touched_per_") + subject.unit);
-      row({subject.name,
-           name.substr(slash + 1),
-           RateText(subject, rate1),
-           RateText(subject, rate2),
-           Text(rate2 / rate1, 2, "x"),
-           Text(MedianSeconds(name + "0") / MedianSeconds(name), 2, "x"),
-           Text(of_any("bytes_per_site"), 0),
-           BytesText(of_any("peak_bytes")),
-           BytesText(touched, std::string("/") + subject.unit),
-           Text(100 * rate1 * touched / copy1, 1, " %"),
-           Text(100 * rate2 * touched / copy2, 1, " %")});
+      PrintRow({subject.name,
+                name.substr(slash + 1),
+                RateText(subject, rate1),
+                RateText(subject, rate2),
+                Text(rate2 / rate1, 2, "x"),
+                Text(MedianSeconds(name + "0") / MedianSeconds(name), 2, "x"),
+                Text(of_any("bytes_per_site"), 0),
+                BytesText(of_any("peak_bytes")),
+                BytesText(touched, std::string("/") + subject.unit),
+                Text(100 * rate1 * touched / copy1, 1, " %"),
+                Text(100 * rate2 * touched / copy2, 1, " %")},
+               out);
     }
   }
-  out << "\ntime at 10 x: how many times as long the same job takes on ten times the sites, on 1 "
-         "thread. The job: all sites (delaunay),\n  a picture (walk, render/forward), a batch of "
-         "rays (render/backward, update).\n"
-         "render/backward_plain: render/backward without view-dependent colour and identity.\n"
-         "of the bound: the rate times the bytes that it touches at least, as a share of the "
-         "stream "
-         "copy; above 100 %, caches serve it.\n";
+  PrintNotes(out);
   if (const double share = 100 * MedianOf(core_shares_); share < kQuietPercent) {
     out << "The machine was busy: a thread had " << Text(share, 0)
         << " % of a core (median), so the rates are too low, and those of 2 threads more so.\n";

@@ -211,7 +211,6 @@ std::shared_ptr<const BenchmarkScene> Kept(
   if (key != kept_key) {
     kept.reset();
     kept_key.clear();
-    SetNumThreads(-1);
     kept = make();
     kept_key = key;
   }

@@ -134,7 +134,7 @@ void RegisterUpdateCases(int64_t num_sites) {
         Updater updater(*scene);
         // Moments, planes and scratch get their memory.
         bool finite = updater.Round() == 0;
-        SetNumThreads(num_threads);
+        const ThreadLimit limit(num_threads);
         Stopwatch watch;
         int64_t updates = 0;
         for ([[maybe_unused]] auto iteration : state) {

@@ -27,7 +27,6 @@ std::shared_ptr<const ExportableScene> Kept(const std::string& key, const ModelS
   if (key != kept_key) {
     kept.reset();
     kept_key.clear();
-    SetNumThreads(-1);
     kept = std::make_shared<ExportableScene>(MakeExportableScene(make_model()));
     kept_key = key;
   }
@@ -39,7 +38,7 @@ std::shared_ptr<const ExportableScene> Kept(const std::string& key, const ModelS
 void RunVoxelize(benchmark::State& state, const ExportableScene& scene, int num_threads) {
   const VolumeExportOptions options;
   const VolumeFrame frame = MakeVolumeFrame(scene, options);
-  SetNumThreads(num_threads);
+  const ThreadLimit limit(num_threads);
   Stopwatch watch;
   int64_t voxels = 0, voxels_of_one = 0;
   const PeakMemory peak;

@@ -80,7 +80,7 @@ OptionManager::OptionManager(std::string command, std::string summary)
 
 void OptionManager::AddDeviceOption() {
   AddDefaultOption("device",
-                   &device_,
+                   &device_name_,
                    "where rays are cast: cpu, cuda:N (the GPU of that number, from 0), "
                    "or auto, the first GPU that can be used, else cpu");
 }
@@ -311,8 +311,8 @@ bool OptionManager::Parse(int argc, const char* const* argv) {
                     "') for option '--num_threads' is invalid; it takes -1 for all cores or a "
                     "number of threads from 1 on.");
   }
-  SetNumThreads(num_threads_);
-  if (Find("device") != nullptr) UseDevice(device_);
+  thread_limit_ = std::make_unique<const ThreadLimit>(num_threads_);
+  if (Find("device") != nullptr) device_ = Device::Find(device_name_);
   SetLogVerbosity(log_to_stderr_, log_level_);
   return true;
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
+#include "foam/util/parallel.h"
 #include "tools/support/value_text.h"
 
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -49,7 +52,7 @@ class OptionManager {
     Add(name, help, /*required=*/false, choices, value, then);
   }
 
-  // device, for commands that train or render; Parse applies it (UseDevice).
+  // Adds device, for commands that train or render; Parse finds it.
   void AddDeviceOption();
 
   // Another spelling of an option that is there (CHECK): `--voxel_size` for
@@ -57,9 +60,10 @@ class OptionManager {
   void AddShortName(const std::string& short_name, const std::string& name);
 
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
-  // names, sets all values, and applies what all commands have in common: threads, device and
-  // log. Returns false when help was asked for and has been printed to stdout. Throws UserError,
-  // one sentence in COLMAP's words, on an unknown, missing or repeated option and on a bad value.
+  // names, sets all values, and applies what all commands have in common: the log and, while this
+  // object lives, the number of threads. Returns false when help was asked for and has been printed
+  // to stdout. Throws UserError, one sentence in COLMAP's words, on an unknown, missing or repeated
+  // option and on a bad value.
   bool Parse(int argc, const char* const* argv);
 
   // The values of all options of a group, by their names without the group, as text that reads back
@@ -86,6 +90,9 @@ class OptionManager {
 
   // As given by the user; 0 by default.
   uint64_t RandomSeed() const { return random_seed_; }
+
+  // What --device names, after Parse; the CPU for a command without this option.
+  const Device& device() const { return device_; }
 
  private:
   struct Option {
@@ -128,7 +135,9 @@ class OptionManager {
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;
-  std::string device_ = "cpu";  // until foam/device/cuda has run on a GPU
+  std::unique_ptr<const ThreadLimit> thread_limit_;
+  std::string device_name_ = "cpu";  // until foam/device/cuda has run on a GPU
+  Device device_;
   bool log_to_stderr_ = true;
   int log_level_ = 0;
 };

@@ -27,6 +27,11 @@ void RequireWrittenOutput() {
   throw UserError("The standard output cannot be written completely; is the disk full?");
 }
 
+// Options are spelled as the fields that they set, but for this one.
+std::string OptionOf(const std::string& field) {
+  return field == "mask_consistency" ? "Masks.consistency" : field;
+}
+
 }  // namespace
 
 int PrintError(const std::string& sentence) {
@@ -46,6 +51,9 @@ int RunCommand(void (*run)(int argc, char** argv), int argc, char** argv) {
     return EXIT_SUCCESS;
   } catch (const Interruption& interruption) {
     return interruption.ExitCode();
+  } catch (const FieldError& error) {
+    const std::string rest = std::string(error.what()).substr(error.field().size());
+    return PrintError("Failed to parse options - --" + OptionOf(error.field()) + rest);
   } catch (const UserError& error) {
     return PrintError(error.what());
   } catch (const std::filesystem::filesystem_error& error) {

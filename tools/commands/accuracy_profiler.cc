@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/io/surface_export.h"
+#include "export/io/volume_export.h"
 #include "foam/device/device.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
@@ -7,7 +8,6 @@
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/colmap_model.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/exports.h"
 #include "tools/controllers/presets.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_run.h"
@@ -63,6 +63,7 @@ class Study {
         time_(scene_,
               scene_.Seeds(),
               scene_.NumClasses(),
+              run_.device,
               std::min(kPilotShare * budget, kLongestPilot)) {
     depth_views_ = MakeDepthViews(ReadReconstruction(FindModelFolder(run_.scene.input_path)),
                                   scene_.Photos(),
@@ -171,9 +172,11 @@ class Study {
       TrainingScene scene = LoadScene(run_, reduced);
       BringToReferenceExposure(&scene);
       image_size = LongestSide(scene);
-      summary = TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr);
+      summary =
+          TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr, run_.device);
     } else {
-      summary = TrainFoam(scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr);
+      summary = TrainFoam(
+          scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr, run_.device);
     }
     AccuracyRow row{run.sweep,
                     run.value,
@@ -190,8 +193,8 @@ class Study {
     model.world_from_normalized = scene_.WorldFromNormalized();
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
-    const Scores scores =
-        ScoreModel(model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_);
+    const Scores scores = ScoreModel(
+        model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_, run_.device);
     if (rows_.empty()) {
       for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
     }
@@ -199,7 +202,7 @@ class Study {
     row.ssim = MeanOf(scores.views).ssim;
     const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
     row.miou = exact.has_value() ? exact->iou : summary.last.held_out_miou;
-    const ViewRenderer renderer(model.foam);
+    const ViewRenderer renderer(model.foam, run_.device);
     const double scale = model.world_from_normalized.scale;
     row.surface_error = scale * SurfaceError(depth_views_, [&](const DepthView& view) {
                           return FoamDistances(renderer, view);
@@ -274,7 +277,7 @@ class Study {
 
   std::string Report() const {
     return "# What accuracy costs\n\n" + scene_.PhotoReport() + "; " + scene_.MaskReport() + ". " +
-           DeviceInWords() +
+           run_.device.Description() +
            ".\n\n"
            "Seconds of training (loading apart), for exports with the export. PSNR and SSIM of the "
            "held-out photos at full size. mIoU: " +
@@ -300,65 +303,83 @@ class Study {
   double seconds_exporting_ = 0;
 };
 
-}  // namespace
-
-void RunAccuracyProfiler(int argc, char** argv) {
-  std::string workspace_path, run_paths, names;
+// What the command line asks for.
+struct ProfilerOptions {
+  std::string workspace_path;
   std::string output_path;
-  double budget = 1800;
+  std::string run_paths;
+  std::string names;
+  double budget = 1800;  // seconds
   TrainingRunOptions training;
-  training.run.scene.test_every = 8;
-  OptionManager options("accuracy_profiler",
-                        "Trains a COLMAP workspace many times, with one option changed at a time, "
-                        "and shows what quality costs in seconds; or draws the quality of "
-                        "trainings that there are.");
-  options.AddDefaultOption("workspace_path",
-                           &workspace_path,
-                           "(or --run_paths) folder with images/, sparse/ and object_mask/");
-  options.AddRequiredOption(
-      "output_path", &output_path, "folder for accuracy.csv, .md, .svg and .png");
-  options.AddDefaultOption("run_paths",
-                           &run_paths,
-                           "instead of a study: draw the held-out quality of these trainings over "
-                           "their seconds, as quality_over_seconds.svg and .png; their folders, "
-                           "with commas between: a,b,c");
-  options.AddDefaultOption(
+};
+
+void AddOptions(OptionManager* options, ProfilerOptions* profiler) {
+  options->AddDefaultOption("workspace_path",
+                            &profiler->workspace_path,
+                            "(or --run_paths) folder with images/, sparse/ and object_mask/");
+  options->AddRequiredOption(
+      "output_path", &profiler->output_path, "folder for accuracy.csv, .md, .svg and .png");
+  options->AddDefaultOption("run_paths",
+                            &profiler->run_paths,
+                            "instead of a study: draw the held-out quality of these trainings over "
+                            "their seconds, as quality_over_seconds.svg and .png; their folders, "
+                            "with commas between: a,b,c");
+  options->AddDefaultOption(
       "names",
-      &names,
+      &profiler->names,
       "with --run_paths: what to call them, with commas between; empty = by their folders");
-  options.AddDefaultOption(
-      "budget", &budget, "seconds for the study; without --quality they also size its base");
-  AddTrainingRunOptions(&options, &training);
-  if (!options.Parse(argc, argv)) return;
-  if (workspace_path.empty() == run_paths.empty()) {
-    throw UserError(
-        "Failed to parse options - either --workspace_path, to make a study, or --run_paths, to "
-        "draw trainings that there are, would be right.");
-  }
-  if (!run_paths.empty()) {
-    PlotTrainings(run_paths, names, output_path);
-    return;
-  }
-  if (!(budget > 0)) {
+  options->AddDefaultOption("budget",
+                            &profiler->budget,
+                            "seconds for the study; without --quality they also size its base");
+  AddTrainingRunOptions(options, &profiler->training);
+}
+
+// Throws UserError where the options of a study are out of range.
+void RequireStudy(const ProfilerOptions& profiler) {
+  if (!(profiler.budget > 0)) {
     throw UserError("Failed to parse options - --budget is ",
-                    budget,
+                    profiler.budget,
                     "; it must be a number of seconds greater than 0.");
   }
-  if (training.run.time_budget > 0) {
+  if (profiler.training.run.time_budget > 0) {
     throw UserError(
         "Failed to parse options - --FoamTraining.time_budget is for one training; --budget sizes "
         "a study.");
   }
-  if (training.run.scene.test_every == 0) {
+  if (profiler.training.run.scene.test_every == 0) {
     throw UserError(
         "Failed to parse options - --test_every 0 holds out no photo to measure quality on; 8 "
         "would be right.");
   }
-  FinishTrainingRun(options, workspace_path, &training);
-  const OutputLock lock(output_path);
-  Study study(training.run, options.IsGiven("quality"), output_path, budget);
+}
+
+}  // namespace
+
+void RunAccuracyProfiler(int argc, char** argv) {
+  ProfilerOptions profiler;
+  profiler.training.run.scene.test_every = 8;
+  OptionManager options("accuracy_profiler",
+                        "Trains a COLMAP workspace many times, with one option changed at a time, "
+                        "and shows what quality costs in seconds; or draws the quality of "
+                        "trainings that there are.");
+  AddOptions(&options, &profiler);
+  if (!options.Parse(argc, argv)) return;
+  if (profiler.workspace_path.empty() == profiler.run_paths.empty()) {
+    throw UserError(
+        "Failed to parse options - either --workspace_path, to make a study, or --run_paths, to "
+        "draw trainings that there are, would be right.");
+  }
+  if (!profiler.run_paths.empty()) {
+    PlotTrainings(profiler.run_paths, profiler.names, profiler.output_path);
+    return;
+  }
+  RequireStudy(profiler);
+  FinishTrainingRun(options, profiler.workspace_path, &profiler.training);
+  const OutputLock lock(profiler.output_path);
+  Study study(
+      profiler.training.run, options.IsGiven("quality"), profiler.output_path, profiler.budget);
   study.Run();
-  LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << output_path;
+  LOG(INFO) << "accuracy.csv, .md, .svg and .png are in " << profiler.output_path;
 }
 
 }  // namespace semfoam

@@ -32,13 +32,13 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   AddVolumeLabelsName(&options);
   AddVolumeExportOptions(&options, &segmenter.volume);
   AddMeshExportOptions(&options, &segmenter.surface);
-  AddPieceOptions(&options, &segmenter.pieces);
+  AddComponentOptions(&options, &segmenter.components);
   AddFormatsOption(&options, &formats);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(segmenter.volume);
   RequireValid(segmenter.surface);
-  RequireValid(segmenter.pieces);
+  RequireValid(segmenter.components);
   segmenter.formats = ParseFormats(formats, kAllFormats);
   RequireEffects(options, segmenter.volume, segmenter.choice, segmenter.formats);
   segmenter.transform = ParseExportTransform(frame);

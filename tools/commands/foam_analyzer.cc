@@ -4,7 +4,7 @@
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/label_names.h"
 
 #include <algorithm>
@@ -90,7 +90,7 @@ void PrintObjects(const ExportableScene& scene) {
         object.id,
         OneLine(object.name).c_str(),
         object.cells.size(),
-        object.pieces,
+        object.components,
         static_cast<long long>(object.cavities),
         static_cast<long long>(object.genus),
         object.volume,
@@ -106,7 +106,7 @@ void PrintObjects(const ExportableScene& scene) {
     std::printf("  %5d  %-14s is left out, a fragment of %s\n",
                 label.id,
                 OneLine(label.name).c_str(),
-                Plural(static_cast<size_t>(label.pieces.cells), "cell", "cells").c_str());
+                Plural(static_cast<size_t>(label.left_out.cells), "cell", "cells").c_str());
   }
   for (const Label& label : scene.labels_without_cells) {
     std::printf("  %5d  %-14s has no solid cells\n", label.id, OneLine(label.name).c_str());

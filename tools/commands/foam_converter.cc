@@ -37,6 +37,35 @@ Model ReadInput(const std::string& input_path, uint64_t random_seed) {
   return ReadNamedModel(input_path);
 }
 
+// What the command line asks for.
+struct ConverterOptions {
+  std::string input_path;
+  std::string output_path;
+  std::string output_type = "auto";
+  LabelChoice choice;
+  double splat_scale = 1.1;
+};
+
+void AddOptions(OptionManager* options, ConverterOptions* converter) {
+  options->AddRequiredOption("input_path",
+                             &converter->input_path,
+                             "scene.foam, a Radiant Foam .ply, or the folder of a COLMAP model");
+  options->AddRequiredOption("output_path", &converter->output_path, "the file to write");
+  options->AddChoiceOption(
+      "output_type",
+      &converter->output_type,
+      {"auto", "foam", "radiant_foam", "splats", "points", "text"},
+      "foam: scene.foam; radiant_foam: its PLY, every cell; splats: a Gaussian per visible cell, "
+      "for splat viewers; points: a coloured, labelled point per visible cell; text: everything, "
+      "to "
+      "read; auto: by the name, .foam or .txt");
+  AddLabelOptions(options, &converter->choice);
+  options->AddDefaultOption("splat_scale",
+                            &converter->splat_scale,
+                            "splats: standard deviation in those of the cell, 0.1 to 10; smaller "
+                            "leaves gaps, larger blurs");
+}
+
 // "auto": what the file's name says.
 std::string TypeOf(const std::string& output_type, const std::string& output_path) {
   if (output_type != "auto") return output_type;
@@ -54,44 +83,15 @@ std::vector<fs::path> FilesOf(const std::string& input_path) {
   return ListFiles(FindModelFolder(input_path));
 }
 
-}  // namespace
-
-void RunFoamConverter(int argc, char** argv) {
-  std::string input_path;
-  std::string output_path;
-  std::string output_type = "auto";
-  LabelChoice choice;
-  double splat_scale = 1.1;
-  OptionManager options("foam_converter",
-                        "Brings foams in from other formats and out to them: Radiant Foam's PLY, "
-                        "splats, points, text, and a COLMAP model as an untrained foam.");
-  options.AddRequiredOption("input_path",
-                            &input_path,
-                            "scene.foam, a Radiant Foam .ply, or the folder of a COLMAP model");
-  options.AddRequiredOption("output_path", &output_path, "the file to write");
-  options.AddChoiceOption(
-      "output_type",
-      &output_type,
-      {"auto", "foam", "radiant_foam", "splats", "points", "text"},
-      "foam: scene.foam; radiant_foam: its PLY, every cell; splats: a Gaussian per visible cell, "
-      "for splat viewers; points: a coloured, labelled point per visible cell; text: everything, "
-      "to "
-      "read; auto: by the name, .foam or .txt");
-  AddLabelOptions(&options, &choice);
-  options.AddDefaultOption("splat_scale",
-                           &splat_scale,
-                           "splats: standard deviation in those of the cell, 0.1 to 10; smaller "
-                           "leaves gaps, larger blurs");
-  if (!options.Parse(argc, argv)) return;
-  if (!(splat_scale >= 0.1 && splat_scale <= 10)) {
-    throw UserError(
-        "Failed to parse options - --splat_scale ", splat_scale, ": 0.1 to 10 would be right.");
-  }
-  const std::string type = TypeOf(output_type, output_path);
+// Throws UserError where the user gave an option that has no effect on this type of file.
+void RequireEffects(const OptionManager& options,
+                    const ConverterOptions& converter,
+                    const std::string& type) {
   const bool is_of_cells = type == "splats" || type == "points";
   if (!is_of_cells) {
     for (const auto& [name, text] :
-         {std::pair("labels", choice.labels), std::pair("exclude_labels", choice.exclude_labels)}) {
+         {std::pair("labels", converter.choice.labels),
+          std::pair("exclude_labels", converter.choice.exclude_labels)}) {
       if (text.empty()) continue;
       throw UserError("Failed to parse options - --",
                       name,
@@ -103,36 +103,66 @@ void RunFoamConverter(int argc, char** argv) {
   if (type != "splats") {
     options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
   }
+}
 
-  CheckNoInputOverwrite(FilesOf(input_path), {output_path});
-  const Model model = ReadInput(input_path, options.RandomSeed());
+// Writes the visible cells as splats or points.
+void WriteCells(const ConverterOptions& converter,
+                const std::string& type,
+                const Model& model,
+                const ExportableScene& scene) {
+  const std::string& path = converter.output_path;
+  const std::vector<uint32_t> cells = VisibleCells(scene, FilterObjects(scene, converter.choice));
+  if (cells.empty()) {
+    LOG(WARNING) << path << ": no cell is solid and seen by a photo; the file is empty";
+  }
+  if (type == "splats") {
+    WriteSplats(path, model, scene, cells, converter.splat_scale);
+  } else {
+    WriteCellPoints(path, scene, cells);
+  }
+  LOG(INFO) << path << ": " << cells.size() << " " << type << " of " << model.foam.NumSites()
+            << " cells";
+}
+
+// Writes the model as this type of file, and says what it holds.
+void WriteOutput(const ConverterOptions& converter, const std::string& type, const Model& model) {
+  const std::string& path = converter.output_path;
   if (type == "foam") {
-    WriteModel(output_path, model);
-    LOG(INFO) << output_path << ": " << model.foam.NumSites() << " sites";
+    WriteModel(path, model);
+    LOG(INFO) << path << ": " << model.foam.NumSites() << " sites";
     return;
   }
   const ExportableScene scene = MakeExportableScene(model);
   if (type == "radiant_foam") {
-    WriteRadiantFoamPly(output_path, model, scene);
-    LOG(INFO) << output_path << ": " << model.foam.NumSites()
+    WriteRadiantFoamPly(path, model, scene);
+    LOG(INFO) << path << ": " << model.foam.NumSites()
               << " sites; Radiant Foam's format has no labels";
-    return;
-  }
-  if (type == "text") {
-    WriteFoamText(output_path, model, scene);
-    LOG(INFO) << output_path << ": " << model.foam.NumSites() << " sites";
-    return;
-  }
-  const std::vector<uint32_t> cells = VisibleCells(scene, FilterObjects(scene, choice));
-  if (cells.empty())
-    LOG(WARNING) << output_path << ": no cell is solid and seen by a photo; the file is empty";
-  if (type == "splats") {
-    WriteSplats(output_path, model, scene, cells, splat_scale);
+  } else if (type == "text") {
+    WriteFoamText(path, model, scene);
+    LOG(INFO) << path << ": " << model.foam.NumSites() << " sites";
   } else {
-    WriteCellPoints(output_path, scene, cells);
+    WriteCells(converter, type, model, scene);
   }
-  LOG(INFO) << output_path << ": " << cells.size() << " " << type << " of " << model.foam.NumSites()
-            << " cells";
+}
+
+}  // namespace
+
+void RunFoamConverter(int argc, char** argv) {
+  ConverterOptions converter;
+  OptionManager options("foam_converter",
+                        "Brings foams in from other formats and out to them: Radiant Foam's PLY, "
+                        "splats, points, text, and a COLMAP model as an untrained foam.");
+  AddOptions(&options, &converter);
+  if (!options.Parse(argc, argv)) return;
+  if (!(converter.splat_scale >= 0.1 && converter.splat_scale <= 10)) {
+    throw UserError("Failed to parse options - --splat_scale ",
+                    converter.splat_scale,
+                    ": 0.1 to 10 would be right.");
+  }
+  const std::string type = TypeOf(converter.output_type, converter.output_path);
+  RequireEffects(options, converter, type);
+  CheckNoInputOverwrite(FilesOf(converter.input_path), {converter.output_path});
+  WriteOutput(converter, type, ReadInput(converter.input_path, options.RandomSeed()));
 }
 
 }  // namespace semfoam

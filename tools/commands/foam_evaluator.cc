@@ -143,41 +143,61 @@ void RequireRoomForMaps(const Model& model,
   RequireOwnImages(maps, "--maps_path");
 }
 
-}  // namespace
-
-void RunFoamEvaluator(int argc, char** argv) {
+// What the command line asks for.
+struct EvaluatorOptions {
   std::string foam_path;
   std::string image_path;
   std::string truth_path;
   std::string json_path;
   std::string maps_path;
   std::string fit_exposure = "auto";
+};
+
+void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
+  options->AddDeviceOption();
+  options->AddRequiredOption("foam_path", &evaluator->foam_path, "the model, scene.foam");
+  options->AddRequiredOption("image_path", &evaluator->image_path, "folder of the photos");
+  options->AddDefaultOption(
+      "truth_path",
+      &evaluator->truth_path,
+      "folder of exact masks, <object>/<photo>.png, white where the object is; "
+      "by default segmentation_labels/masks/ beside the photos' folder");
+  options->AddChoiceOption(
+      "fit_exposure",
+      &evaluator->fit_exposure,
+      {"auto", "0", "1"},
+      "colour: fit each photo's exposure on its left half and score the right one; auto = where "
+      "the foam was trained with exposure on");
+  options->AddDefaultOption(
+      "json_path", &evaluator->json_path, "also write the scores to this file");
+  options->AddDefaultOption(
+      "maps_path",
+      &evaluator->maps_path,
+      "also write maps of every view into this folder: error/*.png (black = "
+      "none, white = a quarter of the range) and confidence/*.png (white = 1)");
+}
+
+// Writes the maps of one view after the other into this folder.
+OnViewMaps MapWriter(const fs::path& maps_path) {
+  return [maps_path](const std::string& name, const ViewMaps& maps) {
+    WriteRgbPng(MapFile(maps_path, "error", name), maps.error);
+    if (maps.confidence.width == 0) return;
+    WriteRgbPng(MapFile(maps_path, "confidence", name), maps.confidence);
+  };
+}
+
+}  // namespace
+
+void RunFoamEvaluator(int argc, char** argv) {
+  EvaluatorOptions evaluator;
   OptionManager options("foam_evaluator",
                         "Scores a foam on the photos that its training held out: PSNR and SSIM, "
                         "and where there are exact masks, IoU, recall and boundary IoU of every "
                         "object.");
-  options.AddDeviceOption();
-  options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
-  options.AddRequiredOption("image_path", &image_path, "folder of the photos");
-  options.AddDefaultOption(
-      "truth_path",
-      &truth_path,
-      "folder of exact masks, <object>/<photo>.png, white where the object is; "
-      "by default segmentation_labels/masks/ beside the photos' folder");
-  options.AddChoiceOption(
-      "fit_exposure",
-      &fit_exposure,
-      {"auto", "0", "1"},
-      "colour: fit each photo's exposure on its left half and score the right one; auto = where "
-      "the foam was trained with exposure on");
-  options.AddDefaultOption("json_path", &json_path, "also write the scores to this file");
-  options.AddDefaultOption(
-      "maps_path",
-      &maps_path,
-      "also write maps of every view into this folder: error/*.png (black = "
-      "none, white = a quarter of the range) and confidence/*.png (white = 1)");
+  AddOptions(&options, &evaluator);
   if (!options.Parse(argc, argv)) return;
 
+  const auto& [foam_path, image_path, truth_path, json_path, maps_path, fit_exposure] = evaluator;
   std::optional<OutputLock> lock;
   if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
@@ -191,13 +211,10 @@ void RunFoamEvaluator(int argc, char** argv) {
   OnViewMaps write_maps;
   if (!maps_path.empty()) {
     RequireRoomForMaps(model, foam_path, image_path, maps_path);
-    write_maps = [&](const std::string& name, const ViewMaps& maps) {
-      WriteRgbPng(MapFile(maps_path, "error", name), maps.error);
-      if (maps.confidence.width == 0) return;
-      WriteRgbPng(MapFile(maps_path, "confidence", name), maps.confidence);
-    };
+    write_maps = MapWriter(maps_path);
   }
-  const Scores scores = ScoreModel(model, foam_path, image_path, truth, fits_exposure, write_maps);
+  const Scores scores =
+      ScoreModel(model, foam_path, image_path, truth, fits_exposure, options.device(), write_maps);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

@@ -225,48 +225,54 @@ void WriteAnimation(const std::vector<View>& frames,
   animation.Finish();
 }
 
-}  // namespace
-
-void RunFoamRenderer(int argc, char** argv) {
+// What the command line asks for.
+struct RendererOptions {
   std::string foam_path;
   std::string input_path;
   std::string output_path;
   std::string image_path;
   std::string views = "all";
-  std::string object;
-  TrajectoryOptions path;
-  path.path.clear();
+  std::string object;  // ids or names; empty = everything
+  TrajectoryOptions trajectory{/*path=*/""};
   bool preview = false;
-  OptionManager options(
-      "foam_renderer",
-      "Renders colour, labels and depth from the views of a COLMAP model, or along "
-      "a trajectory.");
-  options.AddDeviceOption();
-  options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
-  options.AddRequiredOption(
+
+  bool HasTrajectory() const { return !trajectory.path.empty(); }
+};
+
+void AddOptions(OptionManager* options, RendererOptions* renderer) {
+  options->AddDeviceOption();
+  options->AddRequiredOption("foam_path", &renderer->foam_path, "the model, scene.foam");
+  options->AddRequiredOption(
       "output_path",
-      &output_path,
+      &renderer->output_path,
       "folder for rgb/*.png, label/*.png (16 bits, ids) and depth/*.exr (along the camera's z)");
-  options.AddDefaultOption(
-      "input_path", &input_path, "the COLMAP model with the views, sparse/0; not for a trajectory");
-  options.AddDefaultOption(
-      "views", &views, "{all, train, test} or a file with one image name a line");
-  options.AddDefaultOption("preview", &preview, "also preview/*.png: photo, render and labels");
-  options.AddDefaultOption("image_path", &image_path, "folder of the photos, for --preview 1");
-  options.AddDefaultOption("trajectory",
-                           &path.path,
-                           "instead of views, frames along {orbit, spiral} or a path.json, and "
-                           "trajectory.gif of them");
-  options.AddDefaultOption(
-      "object", &object, "show these objects alone, ids or names, and look at them");
-  options.AddDefaultOption(
-      "frames", &path.num_frames, "of the trajectory; 0 = 60, or what path.json says");
-  options.AddDefaultOption(
-      "width", &path.width, "of the trajectory's frames; 0 = the photos', or what path.json says");
-  if (!options.Parse(argc, argv)) return;
-  const bool has_trajectory = !path.path.empty();
-  const bool is_made = path.path == "orbit" || path.path == "spiral";
-  if (!has_trajectory && input_path.empty()) {
+  options->AddDefaultOption("input_path",
+                            &renderer->input_path,
+                            "the COLMAP model with the views, sparse/0; not for a trajectory");
+  options->AddDefaultOption(
+      "views", &renderer->views, "{all, train, test} or a file with one image name a line");
+  options->AddDefaultOption(
+      "preview", &renderer->preview, "also preview/*.png: photo, render and labels");
+  options->AddDefaultOption(
+      "image_path", &renderer->image_path, "folder of the photos, for --preview 1");
+  options->AddDefaultOption("trajectory",
+                            &renderer->trajectory.path,
+                            "instead of views, frames along {orbit, spiral} or a path.json, and "
+                            "trajectory.gif of them");
+  options->AddDefaultOption(
+      "object", &renderer->object, "show these objects alone, ids or names, and look at them");
+  options->AddDefaultOption("frames",
+                            &renderer->trajectory.num_frames,
+                            "of the trajectory; 0 = 60, or what path.json says");
+  options->AddDefaultOption("width",
+                            &renderer->trajectory.width,
+                            "of the trajectory's frames; 0 = the photos', or what path.json says");
+}
+
+// Throws UserError where options are out of range or do not go together.
+void RequireValid(const OptionManager& options, const RendererOptions& renderer) {
+  const bool has_trajectory = renderer.HasTrajectory();
+  if (!has_trajectory && renderer.input_path.empty()) {
     throw UserError(
         "Failed to parse options - the views are those of a COLMAP model, --input_path; or "
         "--trajectory orbit goes without.");
@@ -277,47 +283,78 @@ void RunFoamRenderer(int argc, char** argv) {
   } else {
     options.RequireEffect({"frames", "width"}, "without --trajectory; give both, or neither");
   }
-  if (preview && (image_path.empty() || has_trajectory)) {
+  if (renderer.preview && (renderer.image_path.empty() || has_trajectory)) {
     throw UserError(
         "Failed to parse options - --preview 1 needs the photos' folder, --image_path, and views, "
         "no trajectory.");
   }
-  if (!preview) options.WarnWithoutEffect({"image_path"}, "without --preview 1");
+  if (!renderer.preview) options.WarnWithoutEffect({"image_path"}, "without --preview 1");
+  const TrajectoryOptions& path = renderer.trajectory;
   if (path.num_frames < 0 || path.num_frames > 100'000 || path.width < 0 || path.width > 16'384) {
     throw UserError(
         "Failed to parse options - --frames 0 to 100000 and --width 0 to 16384 would be right.");
   }
+}
 
-  const OutputLock lock(output_path);
-  Model model = ReadNamedModel(foam_path);
+// The trajectory that is asked for, made or read. `box`: of the objects that alone are shown.
+Trajectory FindTrajectory(const RendererOptions& renderer,
+                          const Model& model,
+                          const std::optional<Eigen::AlignedBox3d>& box) {
+  const TrajectoryOptions& options = renderer.trajectory;
+  const bool is_made = options.path == "orbit" || options.path == "spiral";
+  return is_made ? MakeTrajectory(model, renderer.foam_path, box, options)
+                 : ReadTrajectory(options.path, model, options);
+}
+
+// Writes the photo and its view's pictures side by side.
+void WritePreview(const View& view,
+                  const Pictures& pictures,
+                  const fs::path& image_path,
+                  const fs::path& output_path) {
+  const Image8 photo = ReadPhoto(image_path / view.photo);
+  std::vector<Image8> images = {ResizeNearest(photo, pictures.color.width, pictures.color.height),
+                                pictures.color};
+  if (pictures.labels.width > 0) images.push_back(pictures.labels);
+  WriteRgbPng(Target(output_path, "preview", view.stem, ".png"), SideBySide(images));
+}
+
+}  // namespace
+
+void RunFoamRenderer(int argc, char** argv) {
+  RendererOptions renderer;
+  OptionManager options(
+      "foam_renderer",
+      "Renders colour, labels and depth from the views of a COLMAP model, or along "
+      "a trajectory.");
+  AddOptions(&options, &renderer);
+  if (!options.Parse(argc, argv)) return;
+  RequireValid(options, renderer);
+
+  const OutputLock lock(renderer.output_path);
+  Model model = ReadNamedModel(renderer.foam_path);
   std::optional<Eigen::AlignedBox3d> box;
-  if (!object.empty()) box = ShowAlone(object, &model);
+  if (!renderer.object.empty()) box = ShowAlone(renderer.object, &model);
   std::vector<View> chosen;
   double frames_per_second = 0;
-  if (has_trajectory) {
-    const Trajectory trajectory = is_made ? MakeTrajectory(model, foam_path, box, path)
-                                          : ReadTrajectory(path.path, model, path);
+  if (renderer.HasTrajectory()) {
+    const Trajectory trajectory = FindTrajectory(renderer, model, box);
     chosen = FramesOf(trajectory);
     frames_per_second = trajectory.frames_per_second;
   } else {
-    chosen = ChooseViews(views, foam_path, input_path, model);
+    chosen = ChooseViews(renderer.views, renderer.foam_path, renderer.input_path, model);
   }
+  RequireRoomForPictures(chosen, renderer.image_path, renderer.preview, renderer.output_path);
 
-  RequireRoomForPictures(chosen, image_path, preview, output_path);
-
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer view_renderer(model.foam, options.device());
   for (const View& view : chosen) {
-    const Pictures pictures = RenderView(view, model, renderer, output_path);
-    if (!preview) continue;
-    const Image8 photo = ReadPhoto(fs::path(image_path) / view.photo);
-    std::vector<Image8> images = {ResizeNearest(photo, pictures.color.width, pictures.color.height),
-                                  pictures.color};
-    if (pictures.labels.width > 0) images.push_back(pictures.labels);
-    WriteRgbPng(Target(output_path, "preview", view.stem, ".png"), SideBySide(images));
+    const Pictures pictures = RenderView(view, model, view_renderer, renderer.output_path);
+    if (renderer.preview) {
+      WritePreview(view, pictures, renderer.image_path, renderer.output_path);
+    }
   }
-  if (has_trajectory) WriteAnimation(chosen, output_path, frames_per_second);
+  if (renderer.HasTrajectory()) WriteAnimation(chosen, renderer.output_path, frames_per_second);
   LOG(INFO) << "Rendered " << chosen.size() << (chosen.size() == 1 ? " view" : " views") << " into "
-            << output_path;
+            << renderer.output_path;
   if (!model.foam.HasSemantics()) {
     LOG(INFO) << "The foam was trained without labels, so there is no label/.";
   }

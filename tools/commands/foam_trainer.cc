@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/commands/commands.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
 #include "tools/controllers/label_names.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"

@@ -139,76 +139,95 @@ void RequireRoomForJson(const std::string& json_path, const std::vector<MeshPair
   }
 }
 
-}  // namespace
-
-void RunMeshEvaluator(int argc, char** argv) {
+// What the command line asks for.
+struct EvaluatorOptions {
   std::string mesh_path;
   std::string reference_path;
   std::string visible_path;
-  std::string tolerances_text = "0.01,0.02";
+  std::string tolerances = "0.01,0.02";
   std::string nearest = "samples";
   std::string json_path;
   ExportTransformOptions frame;
+};
+
+void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
+  options->AddRequiredOption("mesh_path",
+                             &evaluator->mesh_path,
+                             "a mesh (.obj, .ply, .off, .stl, .om), or a folder of them: what "
+                             "mesh_exporter has written, or its objects/");
+  options->AddRequiredOption("reference_path",
+                             &evaluator->reference_path,
+                             "the true mesh, or a folder of them, named as the objects: mug.obj");
+  options->AddDefaultOption("visible_path",
+                            &evaluator->visible_path,
+                            "points (.ply), or a folder of them: the part of the reference that "
+                            "photos show, which alone counts for recall; by default all of it");
+  options->AddDefaultOption("tolerances",
+                            &evaluator->tolerances,
+                            "what counts as near, apart by commas, as shares of the diagonal");
+  options->AddChoiceOption("nearest",
+                           &evaluator->nearest,
+                           {"samples", "surface"},
+                           "distances to the nearest of 60000 points of the mesh and 120000 of the "
+                           "reference, as benchmarks do it, or exactly to the triangles");
+  options->AddDefaultOption("transform",
+                            &evaluator->frame.transform,
+                            "a similarity from the frame of the meshes to that of the references: "
+                            "the 12 or 16 numbers of its matrix, row by row");
+  options->AddDefaultOption(
+      "json_path", &evaluator->json_path, "also write the scores to this file");
+  options->AddShortName("json", "json_path");
+}
+
+// Scores one pair of files; zeros where there is no mesh. `transform` leads from the frame of the
+// mesh to that of the reference.
+ScoredPair ScorePair(const MeshPair& files,
+                     const ExportTransform& transform,
+                     const std::vector<double>& tolerances,
+                     Nearest nearest) {
+  ScoredPair pair{files, {}};
+  if (!pair.HasMesh()) {
+    pair.score.precision.assign(tolerances.size(), 0);
+    pair.score.recall = pair.score.f_score = pair.score.precision;
+    return pair;
+  }
+  LOG(INFO) << files.name << ": " << files.mesh.string() << " against " << files.reference.string();
+  TriangleMesh mesh = ReadTriangleMesh(files.mesh);
+  for (Eigen::Vector3d& x : mesh.vertices) {
+    x = transform.scale * (transform.rotation * x) + transform.translation;
+  }
+  std::vector<Eigen::Vector3d> visible;
+  if (!files.visible.empty()) visible = ReadPlyPoints(files.visible);
+  pair.score = ScoreMesh(mesh, ReadTriangleMesh(files.reference), visible, tolerances, nearest);
+  return pair;
+}
+
+}  // namespace
+
+void RunMeshEvaluator(int argc, char** argv) {
+  EvaluatorOptions evaluator;
   OptionManager options(
       "mesh_evaluator",
       "Scores meshes against reference meshes: precision (how much of the mesh is near the "
       "reference), recall (how much of the reference is near the mesh), their harmonic mean F, and "
       "the distances, as shares of the diagonal of the reference's bounding box.");
-  options.AddRequiredOption("mesh_path",
-                            &mesh_path,
-                            "a mesh (.obj, .ply, .off, .stl, .om), or a folder of them: what "
-                            "mesh_exporter has written, or its objects/");
-  options.AddRequiredOption("reference_path",
-                            &reference_path,
-                            "the true mesh, or a folder of them, named as the objects: mug.obj");
-  options.AddDefaultOption("visible_path",
-                           &visible_path,
-                           "points (.ply), or a folder of them: the part of the reference that "
-                           "photos show, which alone counts for recall; by default all of it");
-  options.AddDefaultOption("tolerances",
-                           &tolerances_text,
-                           "what counts as near, apart by commas, as shares of the diagonal");
-  options.AddChoiceOption("nearest",
-                          &nearest,
-                          {"samples", "surface"},
-                          "distances to the nearest of 60000 points of the mesh and 120000 of the "
-                          "reference, as benchmarks do it, or exactly to the triangles");
-  options.AddDefaultOption("transform",
-                           &frame.transform,
-                           "a similarity from the frame of the meshes to that of the references: "
-                           "the 12 or 16 numbers of its matrix, row by row");
-  options.AddDefaultOption("json_path", &json_path, "also write the scores to this file");
-  options.AddShortName("json", "json_path");
+  AddOptions(&options, &evaluator);
   if (!options.Parse(argc, argv)) return;
-  const std::vector<double> tolerances = ParseTolerances(tolerances_text);
-  const ExportTransform transform = ParseExportTransform(frame);
+  const std::vector<double> tolerances = ParseTolerances(evaluator.tolerances);
+  const ExportTransform transform = ParseExportTransform(evaluator.frame);
+  const Nearest nearest = evaluator.nearest == "samples" ? Nearest::kSamples : Nearest::kSurface;
 
-  const std::vector<MeshPair> meshes = PairMeshes(mesh_path, reference_path, visible_path);
-  if (!json_path.empty()) RequireRoomForJson(json_path, meshes);
+  const std::vector<MeshPair> meshes =
+      PairMeshes(evaluator.mesh_path, evaluator.reference_path, evaluator.visible_path);
+  if (!evaluator.json_path.empty()) RequireRoomForJson(evaluator.json_path, meshes);
   std::vector<ScoredPair> pairs;
   for (const MeshPair& files : meshes) {
-    ScoredPair& pair = pairs.emplace_back(ScoredPair{files, {}});
-    if (!pair.HasMesh()) {
-      pair.score.precision.assign(tolerances.size(), 0);
-      pair.score.recall = pair.score.f_score = pair.score.precision;
-      continue;
-    }
-    LOG(INFO) << files.name << ": " << files.mesh.string() << " against "
-              << files.reference.string();
-    TriangleMesh mesh = ReadTriangleMesh(files.mesh);
-    for (Eigen::Vector3d& x : mesh.vertices) {
-      x = transform.scale * (transform.rotation * x) + transform.translation;
-    }
-    std::vector<Eigen::Vector3d> visible;
-    if (!files.visible.empty()) visible = ReadPlyPoints(files.visible);
-    pair.score = ScoreMesh(mesh,
-                           ReadTriangleMesh(files.reference),
-                           visible,
-                           tolerances,
-                           nearest == "samples" ? Nearest::kSamples : Nearest::kSurface);
+    pairs.push_back(ScorePair(files, transform, tolerances, nearest));
   }
   Print(pairs, tolerances);
-  if (!json_path.empty()) WriteTextFile(json_path, ToJson(pairs, tolerances).dump(1) + "\n");
+  if (!evaluator.json_path.empty()) {
+    WriteTextFile(evaluator.json_path, ToJson(pairs, tolerances).dump(1) + "\n");
+  }
 }
 
 }  // namespace semfoam

@@ -2,8 +2,9 @@
 #include "export/scene/object_selection.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
 #include "tools/support/output_lock.h"
@@ -20,7 +21,7 @@ void RunMeshExporter(int argc, char** argv) {
   std::string labels_path;
   std::string formats = kMeshFormats;
   LabelChoice choice;
-  PieceOptions pieces;
+  ComponentOptions components;
   SurfaceExportOptions surface;
   ExportTransformOptions frame;
   OptionManager options("mesh_exporter", "Writes the closed surface of every object of a foam.");
@@ -32,14 +33,14 @@ void RunMeshExporter(int argc, char** argv) {
   AddLabelNamesOption(&options, &labels_path);
   AddFormatsOption(&options, &formats);
   AddLabelOptions(&options, &choice);
-  AddPieceOptions(&options, &pieces);
+  AddComponentOptions(&options, &components);
   AddMeshExportOptions(&options, &surface);
   AddMeshShortNames(&options);
   AddFrameOptions(&options, &frame);
   if (!options.Parse(argc, argv)) return;
   RequireValid(surface);
-  const std::set<std::string> wanted = ParseFormats(formats, kMeshFormats);
-  RequireValid(pieces);
+  const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);
+  RequireValid(components);
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
@@ -47,7 +48,7 @@ void RunMeshExporter(int argc, char** argv) {
   const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   surface.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, surface.source_checksum);
-  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
   RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
   RequireObjects(scene, foam_path);
   surface.objects = FilterObjects(scene, choice);

@@ -32,7 +32,7 @@ void RunObjectExtractor(int argc, char** argv) {
   const OutputLock lock(output_path);
   const Model model = ReadNamedModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
-  const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
+  const ChosenObjects chosen = ChooseObjects(model, selection, foam_path, options.device());
   const ExtractedObjects extracted = ExtractObjects(model, chosen.delaunay, chosen.objects);
   WriteModel(target, extracted.model);
   WarnOfOtherExports(output_path);

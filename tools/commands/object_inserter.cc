@@ -44,7 +44,7 @@ void RunObjectInserter(int argc, char** argv) {
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path, object_path});
   const ChosenObjects chosen = ChooseObjects(source, choice, object_path);
   const ExtractedObjects objects = ExtractObjects(source, chosen.delaunay, chosen.objects);
-  const ViewRenderer renderer(scene.foam);
+  const ViewRenderer renderer(scene.foam, options.device());
   ObjectPlacement placement;
   if (placement_options.align_to.empty()) {
     placement = PlaceAboutMiddle(objects, parsed);

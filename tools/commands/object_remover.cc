@@ -33,7 +33,7 @@ void RunObjectRemover(int argc, char** argv) {
   const OutputLock lock(output_path);
   const Model model = ReadNamedModel(foam_path);
   const std::filesystem::path target = EditedFoamPath(output_path, {foam_path});
-  const ChosenObjects chosen = ChooseObjects(model, selection, foam_path);
+  const ChosenObjects chosen = ChooseObjects(model, selection, foam_path, options.device());
   const Model edited = RemoveObjects(
       model, chosen.delaunay, chosen.cell_labels, chosen.is_in_object, chosen.objects);
   WriteModel(target, edited);

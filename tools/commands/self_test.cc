@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/device/device.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "tools/cli/option_manager.h"
@@ -25,12 +26,12 @@ struct Row {
   HardCaseResult result;
 };
 
-Row RunFamily(const HardCaseFamily& family, bool print_cases) {
+Row RunFamily(const HardCaseFamily& family, const Device& device, bool print_cases) {
   Row row;
   const Clock::time_point begin = Clock::now();
   for (const HardCase& hard_case : family.cases) {
     const Clock::time_point case_begin = Clock::now();
-    const HardCaseResult result = hard_case.run(nullptr);
+    const HardCaseResult result = hard_case.run({nullptr, device});
     const bool passed = result.failures.empty();
     ++row.cases;
     row.passed += passed;
@@ -96,7 +97,7 @@ void RunSelfTest(int argc, char** argv) {
   Row total;
   std::vector<std::pair<std::string, Row>> rows;
   for (const HardCaseFamily& family : HardCaseFamilies()) {
-    rows.emplace_back(family.name, RunFamily(family, print_cases));
+    rows.emplace_back(family.name, RunFamily(family, options.device(), print_cases));
     const Row& row = rows.back().second;
     total.cases += row.cases;
     total.passed += row.passed;

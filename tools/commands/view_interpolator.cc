@@ -7,7 +7,7 @@
 #include "foam/util/photo_name.h"
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_rays.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/mask_pairing.h"
 #include "plugin/photo/photo.h"
 #include "plugin/util/files.h"
 #include "tools/cli/input_protection.h"
@@ -143,6 +143,7 @@ void WriteFilm(const Model& model,
                const std::string& foam_path,
                const std::string& image_path,
                const std::vector<FilmFrame>& film,
+               const Device& device,
                const fs::path& output_path) {
   std::vector<fs::path> photos;
   std::vector<fs::path> pictures;
@@ -170,7 +171,7 @@ void WriteFilm(const Model& model,
       ReadFileBytes(manifest_path, "a film's manifest") != manifest_text) {
     fs::remove(manifest_path);
   }
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer renderer(model.foam, device);
   for (size_t i = 0; i < film.size(); ++i) {
     const FilmFrame& frame = film[i];
     const PhotoRecord& photo = model.photos[frame.photo];
@@ -262,9 +263,8 @@ void CollectMasks(const fs::path& manifest_path,
     LOG(WARNING) << missing << " photos have no mask; the first that is missing: " << first_missing;
 }
 
-}  // namespace
-
-void RunViewInterpolator(int argc, char** argv) {
+// What the command line asks for.
+struct InterpolatorOptions {
   std::string foam_path;
   std::string image_path;
   std::string output_path;
@@ -272,51 +272,75 @@ void RunViewInterpolator(int argc, char** argv) {
   std::string manifest_path;
   std::string mask_path;
   int between = 3;
-  OptionManager options(
-      "view_interpolator",
-      "Makes a film of the photos for a video tracker: in an order it can follow, "
-      "with renders between them; and brings its masks back to the photos.");
-  options.AddDeviceOption();
-  options.AddRequiredOption(
+};
+
+void AddOptions(OptionManager* options, InterpolatorOptions* interpolator) {
+  options->AddDeviceOption();
+  options->AddRequiredOption(
       "output_path",
-      &output_path,
+      &interpolator->output_path,
       "folder for frames/*.png and manifest.json; or, with --manifest_path, for the photos' masks");
-  options.AddDefaultOption(
-      "foam_path", &foam_path, "the model, scene.foam; its photos are the film's");
-  options.AddDefaultOption(
-      "image_path", &image_path, "folder of the photos; without, they are rendered as well");
-  options.AddDefaultOption(
-      "between", &between, "renders between two photos, 0 to 100; more where these are far apart");
-  options.AddChoiceOption(
+  options->AddDefaultOption(
+      "foam_path", &interpolator->foam_path, "the model, scene.foam; its photos are the film's");
+  options->AddDefaultOption("image_path",
+                            &interpolator->image_path,
+                            "folder of the photos; without, they are rendered as well");
+  options->AddDefaultOption("between",
+                            &interpolator->between,
+                            "renders between two photos, 0 to 100; more where these are far apart");
+  options->AddChoiceOption(
       "order",
-      &order,
+      &interpolator->order,
       {"auto", "name", "path"},
       "name: as the photos are called; path: a short way past all of them; auto: by "
       "name where that is hardly longer");
-  options.AddDefaultOption(
-      "manifest_path", &manifest_path, "the film's manifest.json, to bring masks back");
-  options.AddDefaultOption(
-      "mask_path", &mask_path, "the tracker's masks of the film's frames, with --manifest_path");
-  if (!options.Parse(argc, argv)) return;
-  if (manifest_path.empty() == foam_path.empty() || manifest_path.empty() != mask_path.empty()) {
+  options->AddDefaultOption("manifest_path",
+                            &interpolator->manifest_path,
+                            "the film's manifest.json, to bring masks back");
+  options->AddDefaultOption("mask_path",
+                            &interpolator->mask_path,
+                            "the tracker's masks of the film's frames, with --manifest_path");
+}
+
+// Throws UserError where options are out of range or do not go together.
+void RequireValid(const OptionManager& options, const InterpolatorOptions& interpolator) {
+  const bool brings_masks_back = !interpolator.manifest_path.empty();
+  if (brings_masks_back != interpolator.foam_path.empty() ||
+      brings_masks_back == interpolator.mask_path.empty()) {
     throw UserError(
         "Failed to parse options - give --foam_path to make a film, or --manifest_path and "
         "--mask_path "
         "to bring a tracker's masks back.");
   }
-  if (between < 0 || between > 100) {
-    throw UserError("Failed to parse options - --between ", between, ": 0 to 100 would be right.");
+  if (interpolator.between < 0 || interpolator.between > 100) {
+    throw UserError(
+        "Failed to parse options - --between ", interpolator.between, ": 0 to 100 would be right.");
   }
-  if (!manifest_path.empty()) {
+  if (brings_masks_back) {
     options.RequireEffect({"between", "order", "image_path"},
                           "on a film that is made; give it with --foam_path, or leave it out");
   }
+}
+
+}  // namespace
+
+void RunViewInterpolator(int argc, char** argv) {
+  InterpolatorOptions interpolator;
+  OptionManager options(
+      "view_interpolator",
+      "Makes a film of the photos for a video tracker: in an order it can follow, "
+      "with renders between them; and brings its masks back to the photos.");
+  AddOptions(&options, &interpolator);
+  if (!options.Parse(argc, argv)) return;
+  RequireValid(options, interpolator);
+  const fs::path output_path = interpolator.output_path;
   const OutputLock lock(output_path);
-  if (!manifest_path.empty()) {
-    CollectMasks(manifest_path, mask_path, output_path);
+  if (!interpolator.manifest_path.empty()) {
+    CollectMasks(interpolator.manifest_path, interpolator.mask_path, output_path);
     return;
   }
 
+  const std::string& foam_path = interpolator.foam_path;
   const Model model = ReadModel(foam_path);
   if (model.photos.empty()) {
     throw UserError(foam_path, ": has no photos, so there is nothing to make a film of.");
@@ -324,10 +348,13 @@ void RunViewInterpolator(int argc, char** argv) {
   // The frame's unit is about the cameras' distance from what they look at.
   const double depth = model.world_from_normalized.scale;
   const std::vector<FilmFrame> film =
-      MakeFilm(model.photos, CaptureOrder(model.photos, depth, order), depth, between);
-  WriteFilm(model, foam_path, image_path, film, output_path);
+      MakeFilm(model.photos,
+               CaptureOrder(model.photos, depth, interpolator.order),
+               depth,
+               interpolator.between);
+  WriteFilm(model, foam_path, interpolator.image_path, film, options.device(), output_path);
   LOG(INFO) << film.size() << " frames, " << model.photos.size() << " of them photos, are in "
-            << (fs::path(output_path) / "frames").string();
+            << (output_path / "frames").string();
 }
 
 }  // namespace semfoam

@@ -2,8 +2,9 @@
 #include "export/scene/object_selection.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
 #include "tools/support/output_lock.h"
@@ -19,7 +20,7 @@ void RunVolumeExporter(int argc, char** argv) {
   std::string labels_path;
   VolumeExportOptions volume;
   LabelChoice choice;
-  PieceOptions pieces;
+  ComponentOptions components;
   ExportTransformOptions frame;
   OptionManager options("volume_exporter",
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
@@ -30,13 +31,13 @@ void RunVolumeExporter(int argc, char** argv) {
   AddVolumeLabelsName(&options);
   AddLabelNamesOption(&options, &labels_path);
   AddVolumeExportOptions(&options, &volume);
-  AddPieceOptions(&options, &pieces);
+  AddComponentOptions(&options, &components);
   AddFrameOptions(&options, &frame);
   AddVolumeShortNames(&options);
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
-  RequireValid(pieces);
-  RequireEffects(options, volume, choice, {"vdb"});
+  RequireValid(components);
+  RequireEffects(options, volume, choice, {ExportFormat::kVdb});
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
@@ -44,8 +45,8 @@ void RunVolumeExporter(int argc, char** argv) {
   const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   volume.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, volume.source_checksum);
-  const ExportableScene scene = PrepareExport(model, foam_path, transform, pieces);
-  RequireOneFrame(scene.transform, output_path, {"vdb"}, volume.source_checksum);
+  const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
+  RequireOneFrame(scene.transform, output_path, {ExportFormat::kVdb}, volume.source_checksum);
   volume.objects = FilterObjects(scene, choice);
   const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);
   WriteLabels(scene, output_path, {volume.source_checksum, files});

@@ -5,7 +5,6 @@
 #include "export/volume/volume_forecast.h"
 #include "foam/util/error.h"
 #include "plugin/mask/mask_tables.h"
-#include "tools/controllers/exports.h"
 
 #include <map>
 
@@ -17,9 +16,9 @@ namespace fs = std::filesystem;
 void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
   if (choice.IsAll()) return;
   if (plan.masks.NumPaired() == 0) {
-    throw UserError(
-        "Failed to parse options - --labels and --exclude_labels choose objects, and without masks "
-        "there will be none; leave them out, or give the masks with --mask_path.");
+    throw FieldError(choice.labels.empty() ? "exclude_labels" : "labels",
+                     " chooses objects, and without masks there will be none; leave it out, or "
+                     "give the masks with mask_path.");
   }
   std::map<uint32_t, std::string> names;
   if (!plan.labels_file.empty()) {
@@ -35,24 +34,25 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
 }
 
 // A file is renamed into its place at the end of its making, and then it is too late.
-void RequireFreePlaces(const fs::path& output_path, const std::set<std::string>& formats) {
+void RequireFreePlaces(const fs::path& output_path, const std::set<ExportFormat>& formats) {
   const fs::path objects = output_path / "objects";
   if (fs::exists(objects) && !fs::is_directory(objects)) {
     throw UserError(objects.string(),
                     ": is a file, in the way of the folder of that name; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
-  for (const char* format : {"vdb", "glb", "usda"}) {
-    const fs::path scene = output_path / (std::string("scene.") + format);
+  for (const ExportFormat format : {ExportFormat::kVdb, ExportFormat::kGlb, ExportFormat::kUsda}) {
+    const fs::path scene =
+        output_path / std::string("scene.").append(NameOf(kExportFormatNames, format));
     if (formats.count(format) == 0 || !fs::is_directory(scene)) continue;
     throw UserError(scene.string(),
                     ": is a folder, in the way of the file of that name; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
 }
 
 void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
-  if (planned.formats.count("vdb") == 0) return;
+  if (planned.formats.count(ExportFormat::kVdb) == 0) return;
   std::vector<Eigen::Vector3d> points;
   points.reserve(plan.seeds.size());
   for (const SeedPoint& seed : plan.seeds) {
@@ -62,7 +62,7 @@ void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
   // Which ones does not matter yet.
   if (!planned.choice.labels.empty()) volume.objects.only.emplace();
   const std::string wrong = VoxelsThatCannotFit(points, planned.transform.scale, volume);
-  if (!wrong.empty()) throw UserError("Failed to parse options - ", wrong);
+  if (!wrong.empty()) throw UserError(wrong);
 }
 
 }  // namespace

@@ -4,9 +4,10 @@
 #include "export/io/label_sidecar.h"
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
-#include "tools/controllers/exports.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <fstream>
 #include <set>
 #include <system_error>
 
@@ -102,14 +103,115 @@ void Remove(const fs::path& output_path,
   if (!removed.empty()) fs::remove(output_path / "objects", not_empty);
 }
 
+// All files that the scene may have in an output folder, in the order in which labels.json lists
+// them.
+std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
+  std::vector<WrittenFile> files;
+  for (const ExportName& file : kSceneFiles) files.push_back({0, file.format, file.name, ""});
+  for (const ObjectInfo& object : scene.objects) {
+    for (const std::string format : kObjectFormats) {
+      files.push_back({object.id, format, "objects/" + object.file_stem + "." + format, ""});
+    }
+  }
+  return files;
+}
+
+// What becomes of the files that an older record lists and the finished export did not write.
+struct OlderFiles {
+  // Of the same foam, objects and frame: listed again.
+  std::vector<std::string> kept;
+  // Of another foam, of other objects, in another frame: removed.
+  std::vector<std::string> other_foam;
+  std::vector<std::string> other_objects;
+  std::vector<std::string> other_frame;
+  // Of an unknown foam: they stay, and are listed no more.
+  std::vector<std::string> unknown_foam;
+};
+
+// Finds what becomes of the record's files other than `written`. `possible` are the paths that the
+// scene may have, and `object_names` are those of its objects.
+OlderFiles SortOlderFiles(const ExportRecord& record,
+                          const FinishedExport& finished,
+                          bool is_same_frame,
+                          const std::set<std::string>& possible,
+                          const std::set<std::string>& written,
+                          const std::map<int32_t, std::string>& object_names) {
+  const auto name_in = [](const std::map<int32_t, std::string>& names, int32_t id) {
+    const auto name = names.find(id);
+    return name == names.end() ? std::string() : name->second;
+  };
+  const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
+    if (possible.count(path) == 0) return false;
+    if (object_id != 0) {
+      return name_in(object_names, object_id) == name_in(record.object_names, object_id);
+    }
+    // The meshes of the scene hold all objects by name; its volumes hold ids.
+    return (path != "scene.glb" && path != "scene.usda") || object_names == record.object_names;
+  };
+  const bool is_same_foam = record.foam_checksum == finished.foam_checksum;
+  OlderFiles older;
+  for (const auto& [object_id, format, path] : record.files) {
+    if (written.count(path) != 0) {
+      continue;
+    } else if (!is_same_foam && (finished.is_new_foam || !record.foam_checksum.empty())) {
+      older.other_foam.push_back(path);
+    } else if (!is_same_foam) {
+      older.unknown_foam.push_back(path);
+    } else if (!has_same_objects(path, object_id)) {
+      older.other_objects.push_back(path);
+    } else if (!is_same_frame) {
+      older.other_frame.push_back(path);
+    } else {
+      older.kept.push_back(path);
+    }
+  }
+  return older;
+}
+
+// Warns where a new foam's objects have other names than the labels of the foam before had.
+void WarnOfReplacedNames(const ExportRecord& record,
+                         const std::map<int32_t, std::string>& object_names) {
+  std::string other_names;
+  for (const auto& [id, name] : object_names) {
+    const auto before = record.label_names.find(id);
+    if (before == record.label_names.end() || before->second == name) continue;
+    if (!other_names.empty()) other_names += ", ";
+    other_names += std::to_string(id) + " was " + before->second + ", is " + name;
+  }
+  if (!other_names.empty()) {
+    LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";
+  }
+}
+
+// Warns of files that stay and are listed no more.
+void WarnOfUnlisted(const fs::path& output_path, const std::vector<std::string>& paths) {
+  if (paths.empty()) return;
+  std::string text;
+  for (const std::string& line : TogetherByStem(paths)) text += (text.empty() ? "" : "; ") + line;
+  LOG(WARNING) << "The labels.json that was in " << output_path.string()
+               << " does not say of which foam its files are: these stay and are listed no more: "
+               << text;
+}
+
 }  // namespace
+
+std::string ModelChecksum(const std::filesystem::path& foam_path) {
+  uint64_t checksum = 0;
+  std::ifstream file(foam_path, std::ios::binary);
+  file.seekg(-static_cast<std::streamoff>(sizeof(checksum)), std::ios::end);
+  file.read(reinterpret_cast<char*>(&checksum), sizeof(checksum));
+  if (!file) throw UserError(foam_path.string(), ": cannot be read.");
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(checksum));
+  return text;
+}
 
 std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   const fs::path path = output_path / "labels.json";
   if (fs::is_directory(path)) {
     throw UserError(path.string(),
                     ": is a folder, in the way of the file of that name; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
   if (!fs::is_regular_file(path)) return std::nullopt;
   Json json = ReadJsonFile(path);
@@ -117,7 +219,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
     throw UserError(path.string(),
                     ": was not written by an export and would be lost; choose another "
-                    "--output_path.");
+                    "output_path.");
   }
   if (json.contains("version") && json["version"] != kLabelSidecarVersion) {
     throw UserError(path.string(),
@@ -125,7 +227,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
                     json["version"].dump(),
                     ", and this program knows version ",
                     kLabelSidecarVersion,
-                    "; choose another --output_path, or the program version that wrote it.");
+                    "; choose another output_path, or the program version that wrote it.");
   }
   ExportRecord record;
   if (const Json& checksum = json[kSourceModelKey]; checksum.is_string()) {
@@ -168,7 +270,26 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
   if (!fs::exists(path) || ModelChecksum(path) == foam_checksum) return;
   throw UserError(path.string(),
                   ": is another foam than the one to export, whose files would lie beside it; "
-                  "choose another --output_path.");
+                  "choose another output_path.");
+}
+
+void RequireOneFrame(const ExportTransform& transform,
+                     const fs::path& output_path,
+                     const std::set<ExportFormat>& formats,
+                     const std::string& foam_checksum) {
+  const std::optional<ExportRecord> record = ReadExportRecord(output_path);
+  if (!record || IsInFrame(*record, transform)) return;
+  // Those of another foam go.
+  if (!record->foam_checksum.empty() && record->foam_checksum != foam_checksum) return;
+  for (const ExportRecord::File& file : record->files) {
+    const std::optional<ExportFormat> writer =
+        ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
+    if (writer && formats.count(*writer) != 0) continue;
+    throw UserError((output_path / file.path).string(),
+                    ": is in another frame than this export and would stay; choose another "
+                    "output_path, or the transform, up_axis, scale and units that "
+                    "labels.json there tells of.");
+  }
 }
 
 void WarnOfOtherExports(const fs::path& output_path) {
@@ -190,70 +311,28 @@ void WarnOfOtherExports(const fs::path& output_path) {
 void WriteLabels(const ExportableScene& scene,
                  const fs::path& output_path,
                  const FinishedExport& finished) {
-  // All that this foam may have here, as labels.json is to list it.
-  std::vector<WrittenFile> files;
-  std::map<int32_t, std::string> object_names;
-  for (const ExportName& file : kSceneFiles) files.push_back({0, file.format, file.name, ""});
-  for (const ObjectInfo& object : scene.objects) {
-    object_names[object.id] = object.name;
-    for (const std::string format : kObjectFormats) {
-      files.push_back({object.id, format, "objects/" + object.file_stem + "." + format, ""});
+  std::vector<WrittenFile> files = PossibleFiles(scene);
+  std::set<std::string> listed;
+  for (const WrittenFile& file : finished.files) listed.insert(file.path);
+  if (const std::optional<ExportRecord> record = ReadExportRecord(output_path)) {
+    std::map<int32_t, std::string> object_names;
+    for (const ObjectInfo& object : scene.objects) object_names[object.id] = object.name;
+    std::set<std::string> possible;
+    for (const WrittenFile& file : files) possible.insert(file.path);
+    const OlderFiles older = SortOlderFiles(
+        *record, finished, IsInFrame(*record, scene.transform), possible, listed, object_names);
+    if (finished.is_new_foam && record->foam_checksum != finished.foam_checksum) {
+      WarnOfReplacedNames(*record, object_names);
     }
+    Remove(output_path, older.other_foam, "it is of another foam");
+    Remove(output_path,
+           older.other_objects,
+           "it shows an object or a name that is not there any more");
+    Remove(output_path, older.other_frame, "it is in another frame");
+    WarnOfUnlisted(output_path, older.unknown_foam);
+    listed.insert(older.kept.begin(), older.kept.end());
   }
-  std::set<std::string> of_scene, claimed;
-  for (const WrittenFile& file : files) of_scene.insert(file.path);
-  for (const WrittenFile& file : finished.files) claimed.insert(file.path);
-
-  if (std::optional<ExportRecord> record = ReadExportRecord(output_path)) {
-    const bool is_same_foam = record->foam_checksum == finished.foam_checksum;
-    const bool is_same_frame = IsInFrame(*record, scene.transform);
-    std::vector<std::string> other_foam, other_objects, other_frame, unknown;
-    const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
-      if (of_scene.count(path) == 0) return false;
-      if (object_id != 0) return object_names[object_id] == record->object_names[object_id];
-      // The meshes of the scene hold all objects by name; its volumes hold ids.
-      return (path != "scene.glb" && path != "scene.usda") || object_names == record->object_names;
-    };
-    for (const auto& [object_id, format, path] : record->files) {
-      if (claimed.count(path) != 0) {
-        continue;
-      } else if (!is_same_foam && (finished.is_new_foam || !record->foam_checksum.empty())) {
-        other_foam.push_back(path);
-      } else if (!is_same_foam) {
-        unknown.push_back(path);
-      } else if (!has_same_objects(path, object_id)) {
-        other_objects.push_back(path);
-      } else if (!is_same_frame) {
-        other_frame.push_back(path);
-      } else {
-        claimed.insert(path);
-      }
-    }
-    std::string other_names;
-    for (const auto& [id, name] : object_names) {
-      const auto before = record->label_names.find(id);
-      if (is_same_foam || before == record->label_names.end() || before->second == name) continue;
-      other_names += (other_names.empty() ? "" : ", ") + std::to_string(id) + " was " +
-                     before->second + ", is " + name;
-    }
-    if (finished.is_new_foam && !other_names.empty()) {
-      LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";
-    }
-    Remove(output_path, other_foam, "it is of another foam");
-    Remove(output_path, other_objects, "it shows an object or a name that is not there any more");
-    Remove(output_path, other_frame, "it is in another frame");
-    if (!unknown.empty()) {
-      std::string text;
-      for (const std::string& line : TogetherByStem(unknown)) {
-        text += (text.empty() ? "" : "; ") + line;
-      }
-      LOG(WARNING) << "The labels.json that was in " << output_path.string()
-                   << " does not say of which foam its files are: these stay and are listed no "
-                      "more: "
-                   << text;
-    }
-  }
-  std::erase_if(files, [&](const WrittenFile& file) { return claimed.count(file.path) == 0; });
+  std::erase_if(files, [&](const WrittenFile& file) { return listed.count(file.path) == 0; });
   WriteLabelSidecar(output_path / "labels.json", scene, files, finished.foam_checksum);
 }
 

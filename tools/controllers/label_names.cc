@@ -4,9 +4,9 @@
 #include "export/scene/names.h"
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/label_naming.h"
+#include "plugin/mask/mask_tables.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
 #include "tools/support/value_text.h"
 
 #include <algorithm>
@@ -72,7 +72,7 @@ std::map<int32_t, std::string> EditedNames(const fs::path& file,
   if (record.foam_checksum.empty()) {
     if (!taken.empty()) {
       LOG(WARNING) << file.string() << " does not say of which foam its names are, so they are not "
-                   << "taken (" << Joined(taken) << "); --labels_path takes them.";
+                   << "taken (" << Joined(taken) << "); labels_path takes them.";
     }
     return {};
   }
@@ -112,7 +112,7 @@ void TakeLabelNames(const fs::path& foam_path,
       if (is_first || first->second == name) continue;
       LOG(WARNING) << "Label " << Is(id, first->second) << " by "
                    << (folders.front() / "labels.json").string() << ", not " << name << ", as "
-                   << file.string() << " has it; --labels_path chooses.";
+                   << file.string() << " has it; labels_path chooses.";
     }
   }
   for (Label& label : model->labels) {
@@ -147,8 +147,8 @@ void WarnOfOtherNames(const fs::path& output_path, const std::string& labels_pat
   }
   if (other.empty()) return;
   LOG(WARNING) << "A finished run takes no new names (" << Joined(other)
-               << "): mesh_exporter and volume_exporter, with --foam_path " << foam_path.string()
-               << ", --output_path " << output_path.string() << " and --labels_path " << labels_path
+               << "): mesh_exporter and volume_exporter, with foam_path " << foam_path.string()
+               << ", output_path " << output_path.string() << " and labels_path " << labels_path
                << ", write its objects under them.";
 }
 

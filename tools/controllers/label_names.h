@@ -12,14 +12,14 @@ namespace semfoam {
 // that an export wrote; from then on the exports, and the commands that take names, use them. Of
 // several sources the first that has a name for a label decides:
 //
-//   1. the file `labels_path` (--labels_path), where it is not empty: NameLabels
-//   (plugin/mask/masks.h)
+//   1. the file `labels_path`, where it is not empty: NameLabels
+//   (plugin/mask/label_naming.h)
 //   2. labels.json in `output_path`, if that is not empty, and
 //   3. labels.json beside the foam: names in them that are not the foam's own, where
 //      "source_model_xxh64" says that they are of this foam
 //   4. the foam itself
 //
-// Says which names were taken from 2 and 3, and warns where they contradict each other or hold
+// Logs which names were taken from 2 and 3, and warns where they contradict each other or hold
 // names that cannot be taken. `model` is what `foam_path` holds. Throws UserError where
 // `labels_path` cannot be read.
 void TakeLabelNames(const std::filesystem::path& foam_path,

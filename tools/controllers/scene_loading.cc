@@ -3,6 +3,7 @@
 
 #include "foam/train/memory_plan.h"
 #include "foam/util/parallel.h"
+#include "plugin/dataset/scene_memory.h"
 #include "tools/support/memory_task.h"
 #include "tools/support/progress.h"
 
@@ -42,35 +43,34 @@ ImageMemory PlanImageMemory(double image_cache_gb,
   for (size_t i = 0; i < plan.files.size(); ++i) {
     RequireDecodingMemory(plan.files[i], plan.file_sizes[i], plan.photo_decoding[i], available);
   }
-  const auto all = static_cast<int64_t>(plan.MemoryBytes());
+  const SceneMemory scene = MemoryOf(plan);
+  const auto all = static_cast<int64_t>(scene.held);
   memory.holds_all = all <= memory.cache_bytes;
   // There is no foam yet when photos are decoded, so that up to its size, more of them at a time
   // make no higher peak.
   const int64_t of_foam = rest.OfSites() + rest.batch;
-  const auto correcting = static_cast<int64_t>(plan.CorrectionBytes());
+  const auto correcting = static_cast<int64_t>(scene.correction);
   if (memory.holds_all) {
-    const auto loading = static_cast<int64_t>(plan.LoadingBytes());
+    const auto loading = static_cast<int64_t>(scene.loading);
     memory.most_at_once = MostAtOnce(std::max(memory.cache_bytes - all, of_foam), loading);
     memory.bytes =
         all + std::max<int64_t>(0, std::max(memory.most_at_once * loading, correcting) - of_foam);
     return memory;
   }
-  const auto opening = static_cast<int64_t>(plan.OpeningBytes());
+  const auto opening = static_cast<int64_t>(scene.opening);
   memory.most_at_once = MostAtOnce(memory.cache_bytes, opening);
   const int64_t drawn = DrawnPixelBytes(training);
   const bool reads_again = draws_any_number || drawn > memory.cache_bytes;
   // While many are decoded at a time, training waits, and so do triangulations.
   const int64_t at_once = memory.most_at_once * opening - rest.triangulation;
-  memory.bytes = (reads_again ? memory.cache_bytes : drawn) +
-                 static_cast<int64_t>(plan.TableBytes()) +
+  memory.bytes = (reads_again ? memory.cache_bytes : drawn) + static_cast<int64_t>(scene.tables) +
                  std::max({int64_t{0}, reads_again ? opening : 0, at_once, correcting - of_foam});
   return memory;
 }
 
 TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
   const MemoryTask task("photos and masks are decoded",
-                        "a smaller --image_cache_gb, --FoamTraining.max_image_size or "
-                        "--num_threads");
+                        "a smaller image_cache_gb, max_image_size or num_threads");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   const auto begin = std::chrono::steady_clock::now();
   LoadOptions load;

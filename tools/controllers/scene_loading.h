@@ -2,7 +2,8 @@
 #pragma once
 
 #include "foam/train/trainer.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_plan.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <cstdint>
 #include <string>

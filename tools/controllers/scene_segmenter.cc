@@ -3,8 +3,10 @@
 
 #include "export/scene/object_selection.h"
 #include "tools/controllers/export_choice.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
+#include "tools/controllers/export_surfaces.h"
+#include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 
 #include <utility>
@@ -37,15 +39,18 @@ void SegmentScene(SceneSegmenterOptions options) {
   const std::filesystem::path foam_path = folder.path() / "scene.foam";
   Model model = TrainAndWrite(&folder, &run);
   TakeLabelNames(foam_path, {}, {}, &model);
-  const ExportableScene scene = PrepareExport(model, foam_path, options.transform, options.pieces);
+  const ExportableScene scene =
+      PrepareExport(model, foam_path, options.transform, options.components);
   std::vector<std::string> without_object;
   VolumeExportOptions volume = options.volume;
   SurfaceExportOptions surface = options.surface;
   volume.objects = surface.objects = FilterObjects(scene, options.choice, &without_object);
   FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
   volume.source_checksum = surface.source_checksum = finished.foam_checksum;
-  if (options.formats.count("vdb") != 0) finished.files = WriteVolumes(scene, output_path, volume);
-  if (options.formats != std::set<std::string>{"vdb"}) {
+  if (options.formats.count(ExportFormat::kVdb) != 0) {
+    finished.files = WriteVolumes(scene, output_path, volume);
+  }
+  if (options.formats != std::set<ExportFormat>{ExportFormat::kVdb}) {
     const std::vector<WrittenFile> meshes =
         WriteMeshes(scene, output_path, options.formats, surface);
     finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
@@ -53,8 +58,7 @@ void SegmentScene(SceneSegmenterOptions options) {
   WriteLabels(scene, output_path, finished);
   folder.Finish();
   for (const std::string& label : without_object) {
-    LOG(WARNING) << "No files for " << label
-                 << ", which --labels names: the training made no object "
+    LOG(WARNING) << "No files for " << label << ", which labels names: the training made no object "
                  << "of it; labels.json and the lines above say why.";
   }
   const size_t num_objects = SelectObjects(scene, volume.objects).size();

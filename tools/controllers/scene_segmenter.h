@@ -6,6 +6,7 @@
 #include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
+#include "tools/controllers/export_format.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
 
@@ -23,12 +24,17 @@ struct SceneSegmenterOptions {
   std::string resume_command = "the same, with CheckpointOptions::resume";  // see TrainingFolder
 
   LabelChoice choice;  // of the objects that get files
-  PieceOptions pieces;
+  ComponentOptions components;
   VolumeExportOptions volume;
   SurfaceExportOptions surface;
   ExportTransform transform;  // of ParseExportTransform
   // Of vdb, om, ply, obj, glb and usda.
-  std::set<std::string> formats = {"vdb", "om", "ply", "obj", "glb", "usda"};
+  std::set<ExportFormat> formats = {ExportFormat::kVdb,
+                                    ExportFormat::kOm,
+                                    ExportFormat::kPly,
+                                    ExportFormat::kObj,
+                                    ExportFormat::kGlb,
+                                    ExportFormat::kUsda};
 };
 
 // Trains a foam and writes it, every object's volume and surface and labels.json into

@@ -102,13 +102,14 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
 TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
                                      const std::vector<SeedPoint>& seeds,
                                      int num_classes,
+                                     const Device& device,
                                      double seconds) {
   const FewViews few(views);
   forward_rays_ = StatisticsRays(few);
   for (int64_t rays = kPilotRays;;) {
     const TrainingOptions options = OptionsOnPresetLine(rays);
     const auto begin = std::chrono::steady_clock::now();
-    const TrainingSummary summary = TrainFoam(few, seeds, num_classes, options, nullptr);
+    const TrainingSummary summary = TrainFoam(few, seeds, num_classes, options, nullptr, device);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double growth = std::pow(options.final_sites, kSitesPower);
     learning_ = summary.last.seconds / double(summary.last.rays) / growth;

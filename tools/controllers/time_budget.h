@@ -14,17 +14,18 @@ namespace semfoam {
 // goes on as between the first two, above the best with its own values. CHECKs num_rays > 0.
 TrainingOptions OptionsOnPresetLine(int64_t num_rays);
 
-// How long TrainFoam takes on these views on this machine, learned from two short runs: of some
-// 0.2 M rays, and of what then seems to fill `seconds` (left out where that is hardly more). They
-// train colour and classes of a few of the views, from start to end, because the cost of a ray
-// changes as a foam becomes solid. The estimate is for the same views and a machine as busy as
-// now; a factor of 1.5 either way is normal far from the presets' line.
+// How long TrainFoam takes on these views on a device of this machine, learned from two short runs:
+// of some 0.2 M rays, and of what then seems to fill `seconds` (left out where that is hardly
+// more). They train colour and classes of a few of the views, from start to end, because the cost
+// of a ray changes as a foam becomes solid. The estimate is for the same views and a machine as
+// busy as now; a factor of 1.5 either way is normal far from the presets' line.
 class TrainingTimeModel {
  public:
   // Throws what TrainFoam throws.
   TrainingTimeModel(const TrainingViews& views,
                     const std::vector<SeedPoint>& seeds,
                     int num_classes,
+                    const Device& device,
                     double seconds);
 
   // Of TrainFoam.

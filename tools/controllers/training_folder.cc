@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_folder.h"
 
-#include "foam/device/device.h"
 #include "foam/train/trainer.h"
 #include "foam/util/error.h"
 #include "foam/util/number_text.h"
 #include "foam/util/scratch_folder.h"
 #include "tools/controllers/export_record.h"
-#include "tools/controllers/exports.h"
 
 #include <algorithm>
 #include <functional>
@@ -64,9 +62,10 @@ TrainingFolder::TrainingFolder(const fs::path& output_path,
       folder_(output_path / "checkpoints"),
       options_([&] {
         if (!(options.every >= 0)) {
-          throw UserError("Failed to parse options - --checkpoint_every is ",
-                          options.every,
-                          "; it must be a number of seconds, or 0 for none while training.");
+          throw FieldError("checkpoint_every",
+                           " is ",
+                           options.every,
+                           "; it must be a number of seconds, or 0 for none while training.");
         }
         return options;
       }()),
@@ -78,9 +77,10 @@ bool TrainingFolder::IsFinished() const {
       !fs::exists(output_path_ / "labels.json")) {
     return false;
   }
-  LOG(INFO) << output_path_.string()
-            << " is finished: there is a scene.foam and no checkpoint. --overwrite 1 without "
-               "--resume trains it anew.";
+  LOG(INFO)
+      << output_path_.string()
+      << " is finished: there is a scene.foam and no checkpoint; overwrite = 1 without resume "
+         "trains it anew.";
   return true;
 }
 
@@ -92,14 +92,13 @@ void TrainingFolder::RequireReplaceable() const {
     throw UserError(
         foam_path.string(),
         ": holds a trained foam; ",
-        has_checkpoints ? "--resume 1 to go on with the run that is not finished there, " : "",
-        "--overwrite 1 to replace it and its exports, or another --output_path, would "
-        "be right.");
+        has_checkpoints ? "resume = 1 to go on with the run that is not finished there, " : "",
+        "overwrite = 1 to replace it and its exports, or another output_path, would be right.");
   }
   if (!record || record->files.empty()) return;
   throw UserError((output_path_ / record->files.front().path).string(),
-                  ": is of another foam, as labels.json there says; --overwrite 1 to replace all "
-                  "that it lists, or another --output_path, would be right.");
+                  ": is of another foam, as labels.json there says; overwrite = 1 to replace all "
+                  "that it lists, or another output_path, would be right.");
 }
 
 fs::path TrainingFolder::PathOf(int64_t iteration) const {
@@ -133,7 +132,7 @@ void TrainingFolder::RequireSameRun(const Checkpoint& checkpoint) const {
     throw UserError(checkpoint.path().string(),
                     ": this checkpoint is of a run with ",
                     what,
-                    "; the same again, or --resume 0 to train from the beginning, would be right.");
+                    "; the same again, or resume = 0 to train from the beginning, would be right.");
   };
   const auto& options = identity_.at("options");
   const auto& saved_options = checkpoint.Texts("options");
@@ -164,24 +163,25 @@ bool TrainingFolder::IsTrained() {
   const fs::path foam_path = output_path_ / "scene.foam";
   if (saved == result.end() || !fs::exists(foam_path) ||
       ModelChecksum(foam_path) != saved->second) {
-    throw UserError(foam_path.string(),
-                    ": is not the one that ",
-                    path.string(),
-                    " knows; that one, or --resume 0 --overwrite 1 to train from the beginning, "
-                    "would be right.");
+    throw UserError(
+        foam_path.string(),
+        ": is not the one that ",
+        path.string(),
+        " knows; that one, or resume = 0 and overwrite = 1 to train from the beginning, "
+        "would be right.");
   }
   LOG(INFO) << "Training is done already: going on with " << foam_path.string();
   say_.emplace([this] { SayStoppedAfterTraining(); });
   return true;
 }
 
-std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint() {
+std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint(DeviceKind device) {
   if (!options_.resume) return nullptr;
   for (const int64_t iteration : Iterations()) {
     std::unique_ptr<Checkpoint> checkpoint = Read(PathOf(iteration));
     if (checkpoint == nullptr) continue;
     RequireSameRun(*checkpoint);
-    RequireSameDevice(*checkpoint, DeviceKindInUse());
+    RequireSameDevice(*checkpoint, device);
     LOG(INFO) << "Going on from " << PathOf(iteration).string();
     return checkpoint;
   }
@@ -190,8 +190,8 @@ std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint() {
     throw UserError(foam_path.string(),
                     ": holds a trained foam, and there is no whole checkpoint to go on from in ",
                     folder_.string(),
-                    "; mesh_exporter and volume_exporter to export it, or --overwrite 1 to train "
-                    "from the beginning, would be right.");
+                    "; export it, or train with overwrite = 1 "
+                    "from the beginning.");
   }
   LOG(INFO) << "There is no checkpoint to go on from in " << folder_.string()
             << ": training from the beginning.";
@@ -208,7 +208,7 @@ void TrainingFolder::Begin() try {
   throw UserError(folder_.string(),
                   ": checkpoints cannot be kept there (",
                   error.code().message(),
-                  "); choose an --output_path that you may write to.");
+                  "); choose an output_path that you may write to.");
 }
 
 void TrainingFolder::MoveDamaged() const {
@@ -233,12 +233,12 @@ void TrainingFolder::PutAside() const {
   if (is_trained) {
     fs::rename(folder_ / kTrained, replaced / kTrained);
     LOG(WARNING) << output_path_.string()
-                 << " holds a trained foam whose exports --resume 1 would have gone on with: this "
+                 << " holds a trained foam whose exports resume = 1 would have gone on with: this "
                     "run trains it anew.";
   } else {
     LOG(WARNING) << output_path_.string() << " holds a run that was stopped after iteration "
                  << left.front()
-                 << " and that --resume 1 would have gone on with: this one trains from the "
+                 << " and that resume = 1 would have gone on with: this one trains from the "
                     "beginning, and the old checkpoints are in "
                  << replaced.string() << " until it has finished.";
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/train/checkpoint.h"
+#include "foam/util/device_kind.h"
 #include "foam/util/interruption.h"
 #include "tools/support/output_lock.h"
 
@@ -61,9 +62,9 @@ class TrainingFolder {
   // With resume: the newest checkpoint that is whole; warns of those that are not. Nothing where
   // there is none, which is said. Throws UserError, and has changed nothing, where one is of
   // another version of the format or cannot be read, where it is of another run (naming what
-  // differs) or of another kind of device than the one in use, and where without a checkpoint a
-  // trained foam would be replaced (RequireReplaceable).
-  std::unique_ptr<Checkpoint> NewestCheckpoint();
+  // differs) or of another kind than `device`, and where without a checkpoint a trained foam would
+  // be replaced (RequireReplaceable).
+  std::unique_ptr<Checkpoint> NewestCheckpoint(DeviceKind device);
 
   // Training begins. Checkpoints that are not whole are moved into damaged/; without resume, an
   // earlier run's are put aside. Warns of both. Throws UserError where that is not possible.

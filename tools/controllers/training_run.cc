@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
-#include "foam/device/device.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/util/available_memory.h"
@@ -11,6 +10,7 @@
 #include "foam/util/output_file.h"
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
+#include "plugin/dataset/scene_memory.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
@@ -114,7 +114,7 @@ void FitToBudget(const TrainingScene& scene,
   constexpr double kPilotShare = 0.07;
   const double before = SecondsSince(begin);
   const TrainingTimeModel model(
-      scene, scene.Seeds(), scene.NumClasses(), kPilotShare * run->time_budget);
+      scene, scene.Seeds(), scene.NumClasses(), run->device, kPilotShare * run->time_budget);
   const double left = run->time_budget - SecondsSince(begin);
   TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
                run->kept_options,
@@ -160,13 +160,14 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
 TrainingSummary Train(const TrainingScene& scene,
                       const TrainingOptions& training,
                       const CheckpointTexts& texts,
+                      const Device& device,
                       std::unique_ptr<Checkpoint> checkpoint,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
-                        "a smaller --FoamTraining.final_sites, --FoamTraining.rays_per_iteration "
-                        "or --image_cache_gb");
+                        "a smaller final_sites, rays_per_iteration or image_cache_gb");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
+  hooks.device = device;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
       line.Show(
@@ -296,14 +297,14 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
   folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
-  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint();
-  const auto all_bytes = static_cast<int64_t>(plan.MemoryBytes());
+  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
+  const auto all_bytes = static_cast<int64_t>(MemoryOf(plan).held);
   if (images.holds_all) {
     LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
   } else {
     LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
               << ") only the pixels that are drawn are kept, in up to "
-              << FormatBytes(images.cache_bytes) << " (--image_cache_gb)";
+              << FormatBytes(images.cache_bytes) << " (image_cache_gb)";
   }
   TrainingScene scene = LoadScene(std::move(plan), images);
   if (run->when_labels_are_known) run->when_labels_are_known(scene.Labels());
@@ -355,25 +356,22 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   run->training.sh_degree = effects.sh_degree;
   LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
             << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
-            << DeviceInWords();
+            << run->device.Description();
 
   // A signal that comes when the last iteration has begun waits until the result is safe.
   const DeferInterruption until_written;
-  TrainingSummary summary = Train(scene, run->training, texts, std::move(checkpoint), folder);
+  TrainingSummary summary =
+      Train(scene, run->training, texts, run->device, std::move(checkpoint), folder);
   const std::vector<TrainingProgress>& reports = summary.log;
   LOG(INFO) << summary.BriefReport();
   if (run->scene.test_every == 0) {
-    LOG(INFO) << "No photo is held out, so the quality on new views is not known; --test_every 8 "
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; test_every = 8 "
                  "would hold out every 8th photo and measure it there.";
   }
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;
-    std::string schedule;
-    for (const auto& [name, value] : ScheduleTexts(run->training)) {
-      schedule += " --FoamTraining." + name + " " + value;
-    }
-    LOG(INFO) << "The same foam again, without a budget:" << schedule;
+    if (run->when_schedule_is_known) run->when_schedule_is_known(ScheduleTexts(run->training));
   }
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
     LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_options.h"
+#include "plugin/dataset/training_scene.h"
 #include "plugin/photometric/effects.h"
 #include "tools/controllers/presets.h"
 #include "tools/controllers/training_folder.h"
@@ -30,11 +32,16 @@ struct TrainingRun {
   std::set<std::string> kept_options;  // names as in TrainingOptions: "num_rays"
   EffectsOptions effects;
   double image_cache_gb = -1;  // see PlanImageMemory
+  Device device;               // to train on
 
   // Called, where given, when the scene is planned and no photo is read yet, and when the labels
   // are known and nothing is trained yet: to refuse what would fail only afterwards.
   std::function<void(const ScenePlan&)> when_planned;
   std::function<void(const std::vector<Label>&)> when_labels_are_known;
+  // Called, where given, when a run with a time budget has trained, with what of TrainingOptions
+  // the budget has chosen, by name: given without a budget, these make the same foam.
+  std::function<void(const std::vector<std::pair<std::string, std::string>>&)>
+      when_schedule_is_known;
   // Called, where given, when scene.foam, effects.json and training_log.csv are written and the
   // run does not count as trained yet, with the reports of the log.
   std::function<void(const std::vector<TrainingProgress>&, const TrainingFolder&)> when_written;

@@ -132,7 +132,7 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     photo.width,
                     "x",
                     photo.height,
-                    "; --image_path takes the photos of the training.");
+                    "; image_path takes the photos of the training.");
   }
   const RenderedView rendered =
       renderer.Render(MakeCameraRays(photo, model.world_from_normalized, foam_path));
@@ -164,9 +164,10 @@ Scores ScoreModel(const Model& model,
                   const fs::path& image_path,
                   const fs::path& truth_path,
                   bool fit_exposure,
+                  const Device& device,
                   const OnViewMaps& on_maps) {
   const MemoryTask task("held-out views are rendered and scored", "smaller photos");
-  const ViewRenderer renderer(model.foam);
+  const ViewRenderer renderer(model.foam, device);
   ObjectScorers objects(truth_path, model);
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
@@ -214,13 +215,13 @@ fs::path FindTruth(const fs::path& truth_path, const fs::path& image_path) {
   if (!truth_path.empty()) {
     if (!fs::is_directory(truth_path)) {
       throw UserError(truth_path.string(),
-                      ": there is no such folder; --truth_path takes the folder that holds one "
+                      ": there is no such folder; truth_path takes the folder that holds one "
                       "folder of masks for each object.");
     }
     const auto is_folder = [](const fs::directory_entry& entry) { return entry.is_directory(); };
     if (std::none_of(fs::directory_iterator(truth_path), fs::directory_iterator(), is_folder)) {
       throw UserError(truth_path.string(),
-                      ": holds no folder of an object's masks; --truth_path takes the folder that "
+                      ": holds no folder of an object's masks; truth_path takes the folder that "
                       "holds one for each object.");
     }
     return truth_path;

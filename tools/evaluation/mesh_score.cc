@@ -85,7 +85,7 @@ std::vector<NamedFile> ListFiles(const fs::path& path,
                                  const std::vector<std::string>& formats,
                                  const char* option) {
   if (!fs::exists(path)) {
-    throw UserError(path.string(), ": there is no such file or folder for --", option, ".");
+    throw UserError(path.string(), ": there is no such file or folder for ", option, ".");
   }
   if (!fs::is_directory(path)) return {NamedByStem(path)};
   std::vector<NamedFile> files = FilesOfExport(path);
@@ -106,7 +106,7 @@ std::vector<NamedFile> ListFiles(const fs::path& path,
   if (files.empty()) {
     throw UserError(
         path.string(),
-        ": has no files for --",
+        ": has no files for ",
         option,
         "; it takes ",
         [&] {
@@ -205,7 +205,7 @@ std::vector<MeshPair> PairMeshes(const fs::path& mesh_path,
     throw UserError(mesh_path.string(),
                     ": has no mesh that is named as a reference; it has ",
                     NamesOf(meshes),
-                    ", and --reference_path has ",
+                    ", and reference_path has ",
                     NamesOf(references),
                     ".");
   }

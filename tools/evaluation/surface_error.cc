@@ -17,6 +17,67 @@ namespace {
 constexpr int64_t kRaysPerBlock = 64;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// The part of a ray in a box: from t_in, at least 0, to t_out; none where t_in is not less.
+struct RayInBox {
+  double t_in = 0;
+  double t_out = kInfinity;
+};
+
+RayInBox ClipToBox(const Eigen::AlignedBox3d& box,
+                   const Eigen::Vector3d& origin,
+                   const Eigen::Vector3d& direction) {
+  RayInBox part;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = (box.min()[axis] - origin[axis]) / direction[axis];
+    const double b = (box.max()[axis] - origin[axis]) / direction[axis];
+    // NaN (a ray in the plane of a side) leaves the bounds as they are.
+    part.t_in = std::max(part.t_in, std::min(a, b));
+    part.t_out = std::min(part.t_out, std::max(a, b));
+  }
+  return part;
+}
+
+// Where a ray has lost half of its light in the voxels of the scene's volume; 0 where it never has.
+// `*cell` is where the search for the first voxel's cell begins, and becomes the last one's. From
+// voxel to voxel by Amanatides and Woo 1987; voxel v is centred on origin + size v.
+float DistanceInVoxels(const ExportableScene& scene,
+                       const VolumeFrame& frame,
+                       float min_optical_depth,
+                       const Eigen::Vector3d& origin,
+                       const Eigen::Vector3d& direction,
+                       uint32_t* cell) {
+  const double size = frame.lattice.voxel_size;
+  const double half_lost = std::log(2.0);
+  auto [t, last] = ClipToBox(frame.box, origin, direction);
+  Eigen::Vector3d voxel, next, step;
+  const Eigen::Vector3d entry = origin + t * direction;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double at = (entry[axis] - frame.lattice.origin[axis]) / size;
+    voxel[axis] = std::floor(at + 0.5);
+    step[axis] = direction[axis] < 0 ? -1 : 1;
+    next[axis] = direction[axis] == 0
+                     ? kInfinity
+                     : t + (voxel[axis] + 0.5 * step[axis] - at) * size / direction[axis];
+  }
+  for (double tau = 0; t < last;) {
+    int axis;
+    const double out = std::min(next.minCoeff(&axis), last);
+    *cell = NearestCell(
+        scene.cell_positions, scene.delaunay, frame.lattice.origin + size * voxel, *cell);
+    const bool is_matter =
+        *cell < scene.NumSites() && scene.density[*cell] * scene.radius[*cell] >= min_optical_depth;
+    const double density = is_matter ? scene.density[*cell] : 0;
+    if (tau + density * (out - t) >= half_lost) {
+      return static_cast<float>(t + (half_lost - tau) / density);
+    }
+    tau += density * (out - t);
+    t = out;
+    voxel[axis] += step[axis];
+    next[axis] += size / std::abs(direction[axis]);
+  }
+  return 0;
+}
+
 }  // namespace
 
 std::vector<DepthView> MakeDepthViews(const Reconstruction& reconstruction,
@@ -110,51 +171,17 @@ std::vector<float> VolumeDistances(const ExportableScene& scene,
                                    const VolumeFrame& frame,
                                    float min_optical_depth,
                                    const DepthView& view) {
-  const double size = frame.lattice.voxel_size;
-  const double half_lost = std::log(2.0);
   std::vector<float> distances(view.directions.size(), 0);
   ParallelForBlocks(
       static_cast<int64_t>(distances.size()), kRaysPerBlock, [&](int64_t begin, int64_t end) {
         uint32_t cell = 0;
         for (int64_t i = begin; i < end; ++i) {
-          const Eigen::Vector3d direction = view.directions[i].cast<double>();
-          // The part of the ray in the box.
-          double t = 0, last = kInfinity;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double a = (frame.box.min()[axis] - view.origin[axis]) / direction[axis];
-            const double b = (frame.box.max()[axis] - view.origin[axis]) / direction[axis];
-            // NaN (a ray in the plane of a side) leaves the bounds as they are.
-            t = std::max(t, std::min(a, b));
-            last = std::min(last, std::max(a, b));
-          }
-          // From voxel to voxel (Amanatides and Woo 1987); voxel v is centred on origin + size v.
-          Eigen::Vector3d voxel, next, step;
-          const Eigen::Vector3d entry = view.origin + t * direction;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double at = (entry[axis] - frame.lattice.origin[axis]) / size;
-            voxel[axis] = std::floor(at + 0.5);
-            step[axis] = direction[axis] < 0 ? -1 : 1;
-            next[axis] = direction[axis] == 0
-                             ? kInfinity
-                             : t + (voxel[axis] + 0.5 * step[axis] - at) * size / direction[axis];
-          }
-          for (double tau = 0; t < last;) {
-            int axis;
-            const double out = std::min(next.minCoeff(&axis), last);
-            cell = NearestCell(
-                scene.cell_positions, scene.delaunay, frame.lattice.origin + size * voxel, cell);
-            const bool is_matter = cell < scene.NumSites() &&
-                                   scene.density[cell] * scene.radius[cell] >= min_optical_depth;
-            const double density = is_matter ? scene.density[cell] : 0;
-            if (tau + density * (out - t) >= half_lost) {
-              distances[i] = static_cast<float>(t + (half_lost - tau) / density);
-              break;
-            }
-            tau += density * (out - t);
-            t = out;
-            voxel[axis] += step[axis];
-            next[axis] += size / std::abs(direction[axis]);
-          }
+          distances[i] = DistanceInVoxels(scene,
+                                          frame,
+                                          min_optical_depth,
+                                          view.origin,
+                                          view.directions[i].cast<double>(),
+                                          &cell);
         }
       });
   return distances;

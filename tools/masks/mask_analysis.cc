@@ -3,6 +3,8 @@
 
 #include "foam/util/error.h"
 #include "plugin/colmap/colmap_model.h"
+#include "plugin/mask/label_naming.h"
+#include "plugin/mask/mask_tables.h"
 #include "plugin/mask/point_labels.h"
 #include "plugin/util/files.h"
 

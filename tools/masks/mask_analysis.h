@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plugin/mask/mask_findings.h"
+#include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/mask_survey.h"
 #include "tools/options/mask_options.h"
 

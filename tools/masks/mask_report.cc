@@ -249,7 +249,7 @@ std::vector<std::string> MaskReportLines(const MaskAnalysis& analysis) {
     lines.push_back(analysis.photos.consistency.Line());
   } else {
     lines.push_back(
-        "Without a COLMAP model (--input_path) nothing tells whether the ids agree from photo to "
+        "Without a COLMAP model (input_path) nothing tells whether the ids agree from photo to "
         "photo");
   }
   AppendSuspicionLines(analysis, &lines);

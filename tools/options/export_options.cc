@@ -2,8 +2,10 @@
 #include "tools/options/export_options.h"
 
 #include "foam/util/error.h"
+#include "tools/options/enum_option.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace semfoam {
@@ -34,10 +36,11 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   add_name("label", &volume->grid_names.label);
   add_name("confidence", &volume->grid_names.confidence);
   add_name("surface", &volume->grid_names.surface);
-  options->AddChoiceOption("VolumeExport.label_grid_type",
-                           &volume->label_grid_type,
-                           {"float", "int32", "both"},
-                           "int32 labels stand in scene_labels_int32.vdb");
+  AddEnumOption(options,
+                "VolumeExport.label_grid_type",
+                &volume->label_grid_type,
+                kLabelGridTypeNames,
+                "int32 labels stand in scene_labels_int32.vdb");
   options->AddDefaultOption("VolumeExport.half_float",
                             &volume->half_float,
                             "save density, color and confidence with 16 bits");
@@ -52,11 +55,12 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
 }
 
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface) {
-  options->AddChoiceOption("MeshExport.method",
-                           &surface->method,
-                           {"cells", "smooth"},
-                           "cells = the exact faces of the cells; smooth = an iso-surface through "
-                           "them, smoothed, with the same volume");
+  AddEnumOption(options,
+                "MeshExport.method",
+                &surface->method,
+                kSurfaceMethodNames,
+                "cells = the exact faces of the cells; smooth = an iso-surface through "
+                "them, smoothed, with the same volume");
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
@@ -77,33 +81,36 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
                             &frame->transform,
                             "a similarity from the COLMAP frame to that of the files: the 12 or 16 "
                             "numbers of its matrix, row by row");
-  options->AddChoiceOption("up_axis",
-                           &frame->up_axis,
-                           {"colmap", "y", "z"},
-                           "then a turn, by a multiple of 90 degrees, of what is up in the photos "
-                           "onto this axis; colmap = none");
+  AddEnumOption(options,
+                "up_axis",
+                &frame->up_axis,
+                kUpAxisNames,
+                "then a turn, by a multiple of 90 degrees, of what is up in the photos "
+                "onto this axis; colmap = none");
   options->AddDefaultOption("scale", &frame->scale, "then so many times as large");
-  options->AddChoiceOption("units",
-                           &frame->units,
-                           LengthUnits(),
-                           "what one unit of the files is then; changes no number");
+  AddEnumOption(options,
+                "units",
+                &frame->units,
+                kLengthUnitNames,
+                "what one unit of the files is then; changes no number");
 }
 
-void AddPieceOptions(OptionManager* options, PieceOptions* pieces) {
+void AddComponentOptions(OptionManager* options, ComponentOptions* components) {
   options->AddDefaultOption("keep_largest",
-                            &pieces->keep_largest,
-                            "of each object's connected pieces the largest so many alone, by "
+                            &components->keep_largest,
+                            "of each object's connected components the largest so many alone, by "
                             "volume; 0 = all");
-  options->AddDefaultOption("min_cells",
-                            &pieces->min_cells,
-                            "no pieces with fewer cells; 0 = none with fewer than a tenth of those "
-                            "of the object's largest, and no fragments");
+  options->AddDefaultOption(
+      "min_cells",
+      &components->min_cells,
+      "no components with fewer cells; 0 = none with fewer than a tenth of those "
+      "of the object's largest, and no fragments");
   options->AddDefaultOption("keep_fragments",
-                            &pieces->keep_fragments,
+                            &components->keep_fragments,
                             "also objects of a few cells that look like a tracker's mistakes");
 }
 
-void RequireValid(const PieceOptions& pieces) {
+void RequireValid(const ComponentOptions& components) {
   const auto require = [](const char* name, int64_t value) {
     if (value >= 0) return;
     throw UserError("Failed to parse options - the argument ('",
@@ -112,8 +119,8 @@ void RequireValid(const PieceOptions& pieces) {
                     name,
                     "' is invalid; it takes a number from 0 on.");
   };
-  require("keep_largest", pieces.keep_largest);
-  require("min_cells", pieces.min_cells);
+  require("keep_largest", components.keep_largest);
+  require("min_cells", components.min_cells);
 }
 
 void RequireValid(const VolumeExportOptions& volume) {
@@ -131,7 +138,7 @@ void RequireValid(const SurfaceExportOptions& surface) {
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
                     const LabelChoice& choice,
-                    const std::set<std::string>& formats) {
+                    const std::set<ExportFormat>& formats) {
   const auto require = [&](const std::string& group, bool is_written, const std::string& named) {
     if (is_written) return;
     std::vector<std::string> names;
@@ -142,8 +149,8 @@ void RequireEffects(const OptionManager& options,
     options.RequireEffect(names,
                           "without " + named + " among the --formats; add it, or leave this out");
   };
-  require("VolumeExport", formats.count("vdb") != 0, "vdb");
-  require("MeshExport", formats != std::set<std::string>{"vdb"}, "a mesh's format");
+  require("VolumeExport", formats.count(ExportFormat::kVdb) != 0, "vdb");
+  require("MeshExport", formats != std::set<ExportFormat>{ExportFormat::kVdb}, "a mesh's format");
   if (volume.voxel_size > 0) {
     options.RequireEffect({"VolumeExport.max_resolution"},
                           "with --VolumeExport.voxel_size; give one of the two");
@@ -154,18 +161,19 @@ void RequireEffects(const OptionManager& options,
   }
 }
 
-std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed) {
+std::set<ExportFormat> ParseFormats(const std::string& formats, const std::string& allowed) {
   const std::vector<std::string> known = SplitAtCommas(allowed);
-  std::set<std::string> parsed;
+  std::set<ExportFormat> parsed;
   for (const std::string& format : SplitAtCommas(formats)) {
-    if (std::find(known.begin(), known.end(), format) == known.end()) {
+    const std::optional<ExportFormat> value = ParseEnum(kExportFormatNames, format);
+    if (!value || std::find(known.begin(), known.end(), format) == known.end()) {
       throw UserError("Failed to parse options - the argument ('",
                       formats,
                       "') for option '--formats' is invalid; it takes any of ",
                       allowed,
                       ", apart by commas.");
     }
-    parsed.insert(format);
+    parsed.insert(*value);
   }
   return parsed;
 }

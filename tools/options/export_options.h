@@ -7,6 +7,7 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
 #include "tools/cli/option_manager.h"
+#include "tools/controllers/export_format.h"
 
 #include <set>
 #include <string>
@@ -28,7 +29,7 @@ inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
 void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 
 // Adds --keep_largest, --min_cells and --keep_fragments.
-void AddPieceOptions(OptionManager* options, PieceOptions* pieces);
+void AddComponentOptions(OptionManager* options, ComponentOptions* components);
 
 // --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
 // nothing else.
@@ -47,16 +48,16 @@ void AddLabelNamesOption(OptionManager* options, std::string* labels_path);
 // These throw UserError, in the words of the option manager, when an option is out of range. To be
 // called before any work.
 void RequireValid(const VolumeExportOptions& volume);
-void RequireValid(const PieceOptions& pieces);
+void RequireValid(const ComponentOptions& components);
 void RequireValid(const SurfaceExportOptions& surface);
 // Throws UserError for an option of volumes or surfaces that the user gave and another one leaves
 // without effect. `formats` are those that the command writes.
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
                     const LabelChoice& choice,
-                    const std::set<std::string>& formats);
+                    const std::set<ExportFormat>& formats);
 
 // The formats of a comma list, each of which `allowed` must have.
-std::set<std::string> ParseFormats(const std::string& formats, const std::string& allowed);
+std::set<ExportFormat> ParseFormats(const std::string& formats, const std::string& allowed);
 
 }  // namespace semfoam

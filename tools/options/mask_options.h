@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "plugin/mask/mask_classes.h"
 #include "plugin/mask/mask_consistency.h"
-#include "plugin/mask/masks.h"
 #include "tools/cli/option_manager.h"
 
 #include <filesystem>

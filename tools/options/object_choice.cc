@@ -192,7 +192,7 @@ void RequireValid(const ObjectSelection& selection) {
 
 ExportableSceneOptions EveryObject() {
   ExportableSceneOptions options;
-  options.pieces.keep_fragments = true;
+  options.components.keep_fragments = true;
   return options;
 }
 
@@ -206,10 +206,11 @@ ChosenObjects ChooseObjects(const Model& model,
 
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
-                            const fs::path& foam_path) {
+                            const fs::path& foam_path,
+                            const Device& device) {
   if (selection.pick.empty()) return ChooseObjects(model, selection.choice, foam_path);
   const PhotoPixel pixel = ParsePhotoPixel("pick", selection.pick);
-  const SeenSurface seen = SurfaceAt(model, ViewRenderer(model.foam), pixel, foam_path);
+  const SeenSurface seen = SurfaceAt(model, ViewRenderer(model.foam, device), pixel, foam_path);
   if (seen.label_id == 0) {
     throw UserError(foam_path.string(),
                     ": what is seen at ",

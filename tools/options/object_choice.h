@@ -3,6 +3,7 @@
 
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
+#include "foam/device/device.h"
 #include "foam/edit/object_editing.h"
 #include "foam/model/model.h"
 #include "foam/view/view_renderer.h"
@@ -73,11 +74,12 @@ ChosenObjects ChooseObjects(const Model& model,
                             const LabelChoice& choice,
                             const std::filesystem::path& foam_path);
 
-// As above; the one object that is seen at the pixel where `selection.pick` is given. Throws
-// UserError also where no object is seen there.
+// As above; the one object that is seen, rendered on `device`, at the pixel where `selection.pick`
+// is given. Throws UserError also where no object is seen there.
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
-                            const std::filesystem::path& foam_path);
+                            const std::filesystem::path& foam_path,
+                            const Device& device);
 
 // output_path/scene.foam. Throws UserError when that is one of the files that are read, or a
 // trained foam, which no edit replaces.

@@ -5,6 +5,8 @@
 
 #include <cerrno>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 namespace {
 
@@ -53,6 +55,13 @@ void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOp
   add("freeze_positions",
       &training->freeze_positions,
       "sites stay from here on, as a share of the run");
+}
+
+// Logs the schedule as options, to be pasted.
+void LogSchedule(const std::vector<std::pair<std::string, std::string>>& schedule) {
+  std::string text;
+  for (const auto& [name, value] : schedule) text += " --FoamTraining." + name + " " + value;
+  LOG(INFO) << "The same foam again, without a budget:" << text;
 }
 
 }  // namespace
@@ -104,6 +113,7 @@ void FinishTrainingRun(const OptionManager& options,
   run->scene.labels_path = training->masks.labels_path;
   run->scene.label_zero = training->masks.Zero();
   run->scene.mask_consistency = training->masks.Consistency();
+  run->device = options.device();
   run->effects = MakeEffectsOptions(training->effects);
   if (!workspace_path.empty()) {
     RequireWorkspace(workspace_path);
@@ -112,14 +122,15 @@ void FinishTrainingRun(const OptionManager& options,
   try {
     CompleteTrainingRun(run);
   } catch (const FieldError& error) {
-    throw UserError("Failed to parse options - --",
-                    error.field() == "image_cache_gb" ? "" : "FoamTraining.",
-                    error.what());
+    if (error.field() == "image_cache_gb") throw;
+    throw FieldError("FoamTraining." + error.field(),
+                     std::string(error.what()).substr(error.field().size()));
   }
   for (const char* name :
        {"num_rays", "rays_per_iteration", "final_sites", "sh_degree", "densify_events"}) {
     if (options.IsGiven(std::string("FoamTraining.") + name)) run->kept_options.insert(name);
   }
+  run->when_schedule_is_known = LogSchedule;
   if (run->time_budget > 0) {
     options.WarnWithoutEffect({"quality"}, "beside --FoamTraining.time_budget");
   }

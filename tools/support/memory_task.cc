@@ -29,7 +29,7 @@ MemoryTask::~MemoryTask() {
 
 std::string MemoryUsedUp() {
   if (current.what_is_done == nullptr) {
-    return "the memory is used up; smaller input or a smaller --num_threads would be right.";
+    return "the memory is used up; smaller input or a smaller num_threads would be right.";
   }
   return std::string("the memory is used up while ") + current.what_is_done + "; " +
          current.advice + " would be right.";

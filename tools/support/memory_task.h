@@ -10,7 +10,7 @@ namespace semfoam {
 // less. For the main thread; both texts must outlive the task.
 class MemoryTask {
  public:
-  // "photos and masks are decoded", "a smaller --num_threads".
+  // "photos and masks are decoded", "a smaller num_threads".
   MemoryTask(const char* what_is_done, const char* advice);
   ~MemoryTask();
   MemoryTask(const MemoryTask&) = delete;

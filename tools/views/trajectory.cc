@@ -274,6 +274,62 @@ Pose PoseAt(const std::vector<Keyframe>& keyframes, bool closed, double place) {
   return LookAt(spline(&Keyframe::position), spline(&Keyframe::look_at), spline(&Keyframe::up));
 }
 
+// The poses of the frames on the way along the keyframes.
+std::vector<Pose> PosesAlong(const std::vector<Keyframe>& keyframes,
+                             bool closed,
+                             int num_frames,
+                             const fs::path& path) {
+  std::vector<Pose> poses;
+  const auto n = static_cast<double>(keyframes.size());
+  for (int frame = 0; frame < num_frames; ++frame) {
+    // A closed path ends one frame before it begins again, an open one in its last keyframe.
+    const double share = closed ? static_cast<double>(frame) / num_frames
+                                : static_cast<double>(frame) / std::max(num_frames - 1, 1);
+    const Pose pose = PoseAt(keyframes, closed, share * (closed ? n : n - 1));
+    if (!pose.rotation.coeffs().allFinite() || !pose.translation.allFinite()) {
+      throw UserError(path.string(),
+                      ": in frame ",
+                      frame,
+                      " the camera would look at where it is, or be too far away; keyframes whose "
+                      "position and look_at stay apart would be right.");
+    }
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+// The file's camera; what the file does not say is as the photos have it. `wanted_width` pixels
+// wide, where that is not 0.
+Camera ReadCamera(const Json& json, const Model& model, int wanted_width, const fs::path& path) {
+  const bool has_camera = json.contains("width") && json.contains("height") && json.contains("fov");
+  if (!has_camera && model.photos.empty()) {
+    throw UserError(
+        path.string(),
+        ": lacks width, height or fov, which the foam has no photos to tell; all three would "
+        "be right.");
+  }
+  const Camera like = has_camera ? Pinhole(1, 1, 1) : CameraLike(model.photos.front(), path, 0);
+  const int width = ReadWhole(json, "width", kMaxWidth, static_cast<int>(like.width), path);
+  const int height = ReadWhole(json, "height", kMaxWidth, static_cast<int>(like.height), path);
+  const double like_fov =
+      360 / pi * std::atan(static_cast<double>(like.width) / 2 / like.params[0]);
+  const double fov = ReadNumber(json, "fov", 1, 170, like_fov, path);
+  const double scale = wanted_width > 0 ? static_cast<double>(wanted_width) / width : 1;
+  const int columns = std::max(1, static_cast<int>(std::lround(scale * width)));
+  const int rows = std::max(1, static_cast<int>(std::lround(scale * height)));
+  if (columns > kMaxWidth || rows > kMaxWidth) {
+    throw UserError(path.string(),
+                    ": frames of ",
+                    columns,
+                    " x ",
+                    rows,
+                    " pixels are too large; at most ",
+                    kMaxWidth,
+                    " a side would be right.");
+  }
+  return Pinhole(columns, rows, columns / 2.0 / std::tan(fov * pi / 360));
+}
+
 }  // namespace
 
 Trajectory MakeTrajectory(const Model& model,
@@ -282,10 +338,9 @@ Trajectory MakeTrajectory(const Model& model,
                           const TrajectoryOptions& options) {
   CHECK(options.path == "orbit" || options.path == "spiral");
   if (model.photos.empty()) {
-    throw UserError(
-        foam_path.string(),
-        ": has no photos, so nothing says from where to look; --trajectory takes a file "
-        "with a path instead.");
+    throw UserError(foam_path.string(),
+                    ": has no photos, so nothing says from where to look; a trajectory from a JSON "
+                    "file would be right.");
   }
   Trajectory trajectory;
   trajectory.camera = CameraLike(model.photos.front(), foam_path, options.width);
@@ -325,8 +380,8 @@ Trajectory ReadTrajectory(const fs::path& path,
       ParseJson(path, ReadFileBytes(path, "a trajectory (orbit, spiral or a JSON file)"));
   if (!json.is_object()) {
     throw UserError(path.string(),
-                    ": is no trajectory; --trajectory takes orbit, spiral or a JSON file with "
-                    "keyframes.");
+                    ": is no trajectory; orbit, spiral or a JSON file with keyframes would be "
+                    "right.");
   }
   RequireKnown(
       json, {"version", "keyframes", "frames", "fps", "closed", "width", "height", "fov"}, path);
@@ -343,52 +398,11 @@ Trajectory ReadTrajectory(const fs::path& path,
   const bool closed = json.value("closed", false);
 
   Trajectory trajectory;
-  const bool has_camera = json.contains("width") && json.contains("height") && json.contains("fov");
-  if (!has_camera && model.photos.empty()) {
-    throw UserError(
-        path.string(),
-        ": lacks width, height or fov, which the foam has no photos to tell; all three would "
-        "be right.");
-  }
-  Camera like = has_camera ? Pinhole(1, 1, 1) : CameraLike(model.photos.front(), path, 0);
-  const int width = ReadWhole(json, "width", kMaxWidth, static_cast<int>(like.width), path);
-  const int height = ReadWhole(json, "height", kMaxWidth, static_cast<int>(like.height), path);
-  const double like_fov =
-      360 / pi * std::atan(static_cast<double>(like.width) / 2 / like.params[0]);
-  const double fov = ReadNumber(json, "fov", 1, 170, like_fov, path);
-  const double scale = options.width > 0 ? static_cast<double>(options.width) / width : 1;
-  const int columns = std::max(1, static_cast<int>(std::lround(scale * width)));
-  const int rows = std::max(1, static_cast<int>(std::lround(scale * height)));
-  if (columns > kMaxWidth || rows > kMaxWidth) {
-    throw UserError(path.string(),
-                    ": frames of ",
-                    columns,
-                    " x ",
-                    rows,
-                    " pixels are too large; at most ",
-                    kMaxWidth,
-                    " a side would be right.");
-  }
-  trajectory.camera = Pinhole(columns, rows, columns / 2.0 / std::tan(fov * pi / 360));
+  trajectory.camera = ReadCamera(json, model, options.width, path);
   trajectory.frames_per_second = ReadNumber(json, "fps", 1, 100, 24, path);
-
   int num_frames = ReadWhole(json, "frames", kMaxFrames, kDefaultFrames, path);
   if (options.num_frames > 0) num_frames = options.num_frames;
-  const auto n = static_cast<double>(keyframes.size());
-  for (int frame = 0; frame < num_frames; ++frame) {
-    // A closed path ends one frame before it begins again, an open one in its last keyframe.
-    const double share = closed ? static_cast<double>(frame) / num_frames
-                                : static_cast<double>(frame) / std::max(num_frames - 1, 1);
-    const Pose pose = PoseAt(keyframes, closed, share * (closed ? n : n - 1));
-    if (!pose.rotation.coeffs().allFinite() || !pose.translation.allFinite()) {
-      throw UserError(path.string(),
-                      ": in frame ",
-                      frame,
-                      " the camera would look at where it is, or be too far away; keyframes whose "
-                      "position and look_at stay apart would be right.");
-    }
-    trajectory.cam_from_world.push_back(pose);
-  }
+  trajectory.cam_from_world = PosesAlong(keyframes, closed, num_frames, path);
   return trajectory;
 }
 

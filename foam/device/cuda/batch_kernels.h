@@ -74,18 +74,8 @@ struct CastRay {
                                gradient.identity,
                                &samples[i]);
     }
-    for (float& g : gradient.color) g *= per_ray;
-    gradient.opacity *= per_ray;
-    for (float& g : gradient.quantile_depth) g *= per_ray;
-    for (float& g : gradient.identity) g *= per_ray;
-    float* const out = outputs[i].parameters;
-    for (int k = 0; k < row.size; ++k) out[k] = 0;
-    for (int k = 0; k < row.position; ++k) out[k] = gradient.identity[k];
-    for (int k = 0; k < NumShCoefficients(shading.sh_degree); ++k) {
-      for (int c = 0; c < 3; ++c) {
-        out[row.sh + 3 * k + c] = gradient.color[c] * record.sh_basis[k];
-      }
-    }
+    ScaleGradient(per_ray, &gradient);
+    outputs[i].Set(row, gradient, record.sh_basis, NumShCoefficients(shading.sh_degree));
     for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
 
     ContributionWriter writer(pool, record.end());
@@ -140,10 +130,7 @@ struct SumTallies {
     const int64_t end = num_rays < (k + 1) * kRaysPerTally ? num_rays : (k + 1) * kRaysPerTally;
     for (int64_t i = k * kRaysPerTally; i < end; ++i) {
       const RayTally& tally = tallies[i];
-      sum.loss.color += tally.loss.color;
-      sum.loss.opacity += tally.loss.opacity;
-      sum.loss.quantile += tally.loss.quantile;
-      sum.loss.identity += tally.loss.identity;
+      sum.loss += tally.loss;
       sum.step_limit_hits += tally.hit_step_limit;
       sum.num_segments += tally.num_segments;
       sum.clamped_segments += tally.num_clamped;

@@ -18,7 +18,7 @@ int NumCudaDevices() {
   return count;
 }
 
-std::string CudaDeviceInWords(int device) {
+std::string CudaDeviceDescription(int device) {
   cudaDeviceProp properties;
   CheckCuda(cudaGetDeviceProperties(&properties, device), "cudaGetDeviceProperties");
   return "cuda:" + std::to_string(device) + " (" + properties.name + ", " +

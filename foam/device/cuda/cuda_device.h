@@ -19,7 +19,7 @@ namespace semfoam {
 int NumCudaDevices();
 
 // "cuda:0 (NVIDIA H200, 140 GB)".
-std::string CudaDeviceInWords(int device);
+std::string CudaDeviceDescription(int device);
 
 // See MakeTrainingDevice and MakeRayCaster. `device` is one of NumCudaDevices. Throws UserError
 // where the GPU has too little memory.

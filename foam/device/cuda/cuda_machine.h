@@ -15,13 +15,13 @@
 
 namespace semfoam {
 
-// The GPU's own errors are ours, but for memory: what does not fit is said to the user.
+// CHECKs that a call of CUDA succeeded; `what` says which. Throws UserError where the GPU has too
+// little memory, which is the user's to change.
 inline void CheckCuda(cudaError_t error, const char* what) {
   if (error == cudaErrorMemoryAllocation) {
     throw UserError(
-        "The GPU has too little free memory; fewer sites "
-        "(--FoamTraining.final_sites), fewer rays at a time (--FoamTraining.rays_per_iteration) or "
-        "--device cpu would be right.");
+        "The GPU has too little free memory; fewer sites (final_sites), fewer rays at a time "
+        "(rays_per_iteration) or the device cpu would be right.");
   }
   CHECK_EQ(error, cudaSuccess) << what << ": " << cudaGetErrorString(error);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/device/cuda/batch_kernels.h"
+#include "foam/device/cuda/gpu_batch.h"
 #include "foam/device/cuda/gpu_scene.h"
 #include "foam/device/cuda/gpu_sites.h"
 #include "foam/device/cuda/render_kernels.h"
@@ -10,7 +11,6 @@
 #include "foam/render/cell_shading.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -21,13 +21,8 @@
 
 namespace semfoam {
 
-// A training on a GPU (Machine: CudaMachine; HostMachine in tests): the state lives in
-// the GPU's memory, and an iteration sends rays there and fetches sums.
-//
-// The gradients of a batch are summed in the order of the rays, whichever thread was first: each
-// ray leaves its contributions in a pool, these are listed in the order of the rays, sorted by cell
-// (stably), and each cell adds up its own. So the bytes of a result depend on the input and the
-// kind of GPU alone.
+// A training on a GPU (Machine: CudaMachine; HostMachine in tests). The state is in the GPU's
+// memory; an iteration sends rays there (GpuBatch), updates all cells, and fetches sums.
 template <typename Machine>
 class GpuTraining : public TrainingDevice {
  public:
@@ -36,7 +31,6 @@ class GpuTraining : public TrainingDevice {
       : state_(state), machine_(std::forward<Arguments>(arguments)...) {
     const std::vector<AdamCorrection>& corrections = AdamCorrections();
     Send(corrections, &corrections_);
-    taken_.Resize(1);
     any_twin_.Resize(1);
   }
 
@@ -133,9 +127,15 @@ class GpuTraining : public TrainingDevice {
 
   TrainingStepResult Step(const TrainingStep& step) override {
     TrainingStepResult result;
-    Cast(step);
-    const int64_t num_contributions = FetchTotals(step.rays.size(), &result.batch);
-    SortContributions(step.rays.size(), num_contributions);
+    batch_.Cast(machine_,
+                step,
+                scene_.Geometry(num_sites_),
+                scene_.Shading(state_->foam.sh_degree),
+                scene_.Classes(NumClasses()),
+                Row());
+    int64_t num_contributions = 0;
+    result.batch = batch_.FetchTotals(machine_, &num_contributions);
+    batch_.SortContributions(machine_, num_sites_, num_contributions);
     const VariationGraph graph = Graph(step.tv_weight);
     if (graph.offsets != nullptr) result.tv_loss = TotalVariation(graph);
     result.skipped_updates = UpdateSites(step.rates, graph);
@@ -189,90 +189,6 @@ class GpuTraining : public TrainingDevice {
     machine_.ForEach(num_sites_, ActivateDensity{sites_.raw_density.data(), scene_.density.data()});
   }
 
-  // Casts the rays forward and backward; their contributions are in the pool then.
-  void Cast(const TrainingStep& step) {
-    const uint32_t num_rays = static_cast<uint32_t>(step.rays.size());
-    const bool has_semantics = state_->foam.HasSemantics();
-    CHECK_LT(num_rays, uint32_t{1} << 29);  // Slot::bits
-    Send(step.rays, &rays_);
-    outputs_.Resize(num_rays);
-    samples_.Resize(has_semantics ? num_rays : 0);
-    tallies_.Resize(num_rays);
-    // Most rays cross some 50 cells.
-    if (chunks_.size() == 0) ResizePool(3 * num_rays);
-    while (true) {
-      machine_.Clear(&taken_);
-      machine_.ForEach(num_rays,
-                       CastRay{scene_.Geometry(num_sites_),
-                               scene_.Shading(state_->foam.sh_degree),
-                               scene_.Classes(NumClasses()),
-                               step.weights,
-                               step.cutoff_tau,
-                               Row(),
-                               num_rays,
-                               rays_.data(),
-                               Pool(),
-                               outputs_.data(),
-                               has_semantics ? samples_.data() : nullptr,
-                               tallies_.data()});
-      uint32_t taken = 0;
-      machine_.Download(taken_, 1, &taken);
-      if (taken <= chunks_.size()) return;
-      // Rays that found no room have stopped, so that still more may be wanted.
-      ResizePool(taken + taken / 4);
-    }
-  }
-
-  SegmentPool Pool() {
-    return {slots_.data(), chunks_.data(), taken_.data(), static_cast<uint32_t>(chunks_.size())};
-  }
-  void ResizePool(uint32_t num_chunks) {
-    CHECK_LT(num_chunks, ~0u / kSlotsPerChunk);
-    chunks_.Resize(num_chunks);
-    slots_.Resize(size_t{num_chunks} * kSlotsPerChunk);
-  }
-
-  // Returns the number of contributions.
-  int64_t FetchTotals(size_t num_rays, BatchTotals* totals) {
-    tally_sums_.Resize((num_rays + kRaysPerTally - 1) / kRaysPerTally);
-    machine_.ForEach(tally_sums_.size(),
-                     SumTallies{tallies_.data(), int64_t(num_rays), tally_sums_.data()});
-    std::vector<TallySum> sums;
-    Fetch(tally_sums_, &sums);
-    *totals = {};
-    int64_t num_contributions = 0;
-    for (const TallySum& sum : sums) {
-      totals->mean_loss.color += sum.loss.color / num_rays;
-      totals->mean_loss.opacity += sum.loss.opacity / num_rays;
-      totals->mean_loss.quantile += sum.loss.quantile / num_rays;
-      totals->mean_loss.identity += sum.loss.identity / num_rays;
-      totals->step_limit_hits += sum.step_limit_hits;
-      totals->num_segments += sum.num_segments;
-      totals->clamped_segments += sum.clamped_segments;
-      num_contributions += sum.num_contributions;
-    }
-    CHECK_LT(num_contributions, int64_t{1} << 32);
-    return num_contributions;
-  }
-
-  void SortContributions(size_t num_rays, int64_t count) {
-    counts_.Resize(num_rays);
-    first_.Resize(num_rays);
-    cells_.Resize(count);
-    order_.Resize(count);
-    machine_.ForEach(num_rays, CountContributions{tallies_.data(), counts_.data()});
-    machine_.SumBefore(counts_, num_rays, &first_);
-    machine_.ForEach(
-        num_rays,
-        ListContributions{Pool(), tallies_.data(), first_.data(), cells_.data(), order_.data()});
-    machine_.SortPairs(count, std::bit_width(num_sites_), &cells_, &order_);
-    begin_.Resize(num_sites_);
-    end_.Resize(num_sites_);
-    machine_.Clear(&begin_);
-    machine_.Clear(&end_);
-    machine_.ForEach(count, FindRuns{cells_.data(), count, begin_.data(), end_.data()});
-  }
-
   VariationGraph Graph(double weight) const {
     if (weight == 0 || !has_graph_) return {};
     return {offsets_.data(), neighbors_.data(), tv_weights_.data(), static_cast<float>(weight)};
@@ -298,6 +214,7 @@ class GpuTraining : public TrainingDevice {
   // Returns the number of cells whose gradient was not finite.
   int64_t UpdateSites(const LearningRates& rates, const VariationGraph& graph) {
     const ParameterRow row = Row();
+    const CellContributions contributions = batch_.Contributions();
     const bool has_variation = graph.offsets != nullptr;
     gradients_.Resize(size_t{num_sites_} * row.size);
     not_finite_.Resize(num_sites_);
@@ -305,26 +222,25 @@ class GpuTraining : public TrainingDevice {
     contribution_.Resize(num_sites_);
     machine_.Clear(&not_finite_);
     const int64_t num_row_threads = int64_t{num_sites_} * kRowThreads;
-    machine_.ForEach(
-        num_row_threads,
-        SumCellGradient{{slots_.data(), order_.data(), begin_.data(), end_.data(), outputs_.data()},
-                        row,
-                        graph,
-                        num_sites_,
-                        sites_.raw_density.data(),
-                        state_->foam.HasSemantics() ? scene_.identity.data() : nullptr,
-                        gradients_.data(),
-                        not_finite_.data(),
-                        squared_error_.data(),
-                        contribution_.data()});
+    machine_.ForEach(num_row_threads,
+                     SumCellGradient{contributions,
+                                     row,
+                                     graph,
+                                     num_sites_,
+                                     sites_.raw_density.data(),
+                                     state_->foam.HasSemantics() ? scene_.identity.data() : nullptr,
+                                     gradients_.data(),
+                                     not_finite_.data(),
+                                     squared_error_.data(),
+                                     contribution_.data()});
     machine_.ForEach(
         num_row_threads,
         AdamStepOfCell{row,
                        {rates.identity, rates.position, rates.density, rates.sh_dc, rates.sh_rest},
                        state_->foam.ShStride(),
                        has_variation,
-                       begin_.data(),
-                       end_.data(),
+                       contributions.begin,
+                       contributions.end,
                        not_finite_.data(),
                        corrections_.data(),
                        static_cast<uint32_t>(corrections_.size()),
@@ -337,8 +253,8 @@ class GpuTraining : public TrainingDevice {
     machine_.ForEach(num_sites_,
                      FinishCell{row,
                                 has_variation,
-                                begin_.data(),
-                                end_.data(),
+                                contributions.begin,
+                                contributions.end,
                                 not_finite_.data(),
                                 gradients_.data(),
                                 radius_.data(),
@@ -357,7 +273,7 @@ class GpuTraining : public TrainingDevice {
   // The classifier is small: its gradient is summed on the GPU, its step taken on the host.
   int64_t UpdateClassifier(const TrainingStep& step) {
     Foam& foam = state_->foam;
-    const int64_t num_samples = samples_.size();
+    const int64_t num_samples = batch_.samples().size();
     const int64_t num_parameters = int64_t{foam.num_classes} * kClassRow;
     // Parts for some 2^16 threads, but none of a few samples only.
     const int64_t wanted = std::max<int64_t>(1, (1 << 16) / foam.num_classes);
@@ -367,7 +283,7 @@ class GpuTraining : public TrainingDevice {
     class_gradient_.Resize(num_parameters);
     machine_.ForEach(num_parts * foam.num_classes,
                      SumClassGradients{scene_.Classes(foam.num_classes),
-                                       samples_.data(),
+                                       batch_.samples().data(),
                                        num_samples,
                                        per_part,
                                        class_sums_.data()});
@@ -404,16 +320,9 @@ class GpuTraining : public TrainingDevice {
 
   Array<AdamCorrection> corrections_;
 
-  // A batch.
-  Array<BatchRay> rays_;
-  Array<RayOutput> outputs_;
-  Array<ClassSample> samples_;
-  Array<RayTally> tallies_;
-  Array<TallySum> tally_sums_;
-  Array<Slot> slots_;
-  Array<uint32_t> chunks_;  // SegmentPool::previous
-  Array<uint32_t> taken_;
-  Array<uint32_t> counts_, first_, cells_, order_, begin_, end_;
+  GpuBatch<Machine> batch_;
+
+  // Scratch of an update.
   Array<float> gradients_;
   Array<uint8_t> not_finite_;
   Array<float> squared_error_, contribution_;
@@ -421,7 +330,7 @@ class GpuTraining : public TrainingDevice {
   Array<float> variation_;
   Array<double> sums_;
 
-  // Rays that are only shown, and their start.
+  // Rays that are rendered only, and the search for the cells where rays start.
   GpuRenderer<Machine, BatchRay> renderer_;
   Array<float> lower_sh_;
   Array<Eigen::Vector3d> origins_;

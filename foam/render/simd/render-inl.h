@@ -64,20 +64,74 @@ HWY_INLINE void PrefetchAppearance(const CellShading<float>& shading,
   }
 }
 
-// Walks a group of rays in turns. Nothing is shaded here: what the walk needs is the optical depth,
-// to know where to stop.
+// The state of a ray that walks.
+struct WalkState {
+  uint32_t cell;
+  float t;    // distance at which the ray entered the cell
+  float tau;  // optical depth up to there
+  bool alive;
+};
+
+// Writes the entry behind the last segment: the cell in which the ray ends.
+HWY_INLINE void RecordEnd(const WalkGeometry<float>& geometry,
+                          const WalkState& state,
+                          RayTrace* ray) {
+  const size_t k = ray->num_segments;
+  const Eigen::Vector3f& site = geometry.positions[state.cell];
+  ray->sites[k] = {site[0], site[1], site[2], 0};
+  ray->segments[k] = {state.cell, 0, state.tau, 0};
+}
+
+// Walks a ray through its cell, records the segment and prefetches the next cell. Returns false
+// where the ray ends: without an exit, or behind the segment at which it passes `cutoff_tau`.
+HWY_INLINE bool StepAndRecord(const WalkGeometry<float>& geometry,
+                              const CellShading<float>& shading,
+                              size_t sh_stride,
+                              float cutoff_tau,
+                              WalkState* state,
+                              RayTrace* ray) {
+  const CellExit<float> exit = FindExitSimd(geometry, state->cell, ray->origin, ray->direction);
+  if (HWY_UNLIKELY(exit.neighbor == kNoCell)) {
+    RecordEnd(geometry, *state, ray);
+    return false;
+  }
+  const size_t k = ray->num_segments;
+  const Eigen::Vector3f& site = geometry.positions[state->cell];
+  if (HWY_UNLIKELY(exit.t < state->t)) ray->clamped.push_back(static_cast<uint32_t>(k));
+  const float t_out = HWY_MAX(exit.t, state->t);
+  const float sigma = shading.density[state->cell];
+  const float shaded = sigma > static_cast<float>(kTransparentDensity) ? sigma : 0.f;
+  const float optical_depth = shaded * (t_out - state->t);
+  ray->sites[k] = {site[0], site[1], site[2], t_out > state->t ? shaded : 0.f};
+  ray->segments[k] = {state->cell, t_out, state->tau, optical_depth};
+  ++ray->num_segments;
+  // The next cell comes while the other rays compute, and what shading will ask for while the walk
+  // goes on: to the second-level cache, for the first has no room for all these rays' cells.
+  PrefetchCell(geometry, shading, exit.neighbor);
+  if (optical_depth > kNegligibleWeight) {
+    PrefetchAppearance<2>(shading, sh_stride, state->cell);
+  } else if (shaded > 0) {
+    __builtin_prefetch(shading.sh + state->cell * sh_stride, 0, 2);
+  }
+  state->tau += optical_depth;
+  state->t = t_out;
+  state->cell = exit.neighbor;
+  if (HWY_UNLIKELY(ray->segments.size() < k + 2 + kPlaneLanes)) Reserve(k + 1, ray);
+  if (HWY_UNLIKELY(!(state->tau < cutoff_tau))) {
+    RecordEnd(geometry, *state, ray);
+    return false;
+  }
+  return true;
+}
+
+// Walks a group of rays in turns. Shades nothing: the walk needs the optical depth only, to know
+// where to stop.
 template <int kRays>
 void WalkAndRecord(const WalkGeometry<float>& geometry,
                    const CellShading<float>& shading,
                    float cutoff_tau,
                    RayTrace* rays) {
-  struct State {
-    uint32_t cell;
-    float t;
-    float tau;
-    bool alive;
-  };
-  State states[kRays];
+  WalkState states[kRays];
   for (int r = 0; r < kRays; ++r) {
     states[r] = {rays[r].start_cell, 0, 0, true};
     rays[r].num_segments = 0;
@@ -91,47 +145,12 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   for (size_t step = 0; step <= limit && num_alive > 0; ++step) {
     for (int r = 0; r < kRays; ++r) {
       // For the ray that is half of the others' turns away from its own.
-      if (const State& later = states[(r + kRays / 2) % kRays]; kRays > 1 && later.alive) {
+      if (const WalkState& later = states[(r + kRays / 2) % kRays]; kRays > 1 && later.alive) {
         PrefetchPlanes(geometry, later.cell);
       }
-      State& state = states[r];
+      WalkState& state = states[r];
       if (!state.alive) continue;
-      RayTrace& ray = rays[r];
-      const CellExit<float> exit = FindExitSimd(geometry, state.cell, ray.origin, ray.direction);
-      const size_t k = ray.num_segments;
-      const Eigen::Vector3f& site = geometry.positions[state.cell];
-      if (HWY_UNLIKELY(exit.neighbor == kNoCell)) {
-        ray.sites[k] = {site[0], site[1], site[2], 0};
-        ray.segments[k] = {state.cell, 0, state.tau, 0};
-        state.alive = false;
-        --num_alive;
-        continue;
-      }
-      if (HWY_UNLIKELY(exit.t < state.t)) ray.clamped.push_back(static_cast<uint32_t>(k));
-      const float t_out = HWY_MAX(exit.t, state.t);
-      const float sigma = shading.density[state.cell];
-      const float shaded = sigma > static_cast<float>(kTransparentDensity) ? sigma : 0.f;
-      const float optical_depth = shaded * (t_out - state.t);
-      ray.sites[k] = {site[0], site[1], site[2], t_out > state.t ? shaded : 0.f};
-      ray.segments[k] = {state.cell, t_out, state.tau, optical_depth};
-      ++ray.num_segments;
-      // The next cell comes while the other rays compute, and what shading will ask for while the
-      // walk goes on: to the second-level cache, for the first has no room for all these rays'
-      // cells.
-      PrefetchCell(geometry, shading, exit.neighbor);
-      if (optical_depth > kNegligibleWeight) {
-        PrefetchAppearance<2>(shading, sh_stride, state.cell);
-      } else if (shaded > 0) {
-        __builtin_prefetch(shading.sh + state.cell * sh_stride, 0, 2);
-      }
-      state.tau += optical_depth;
-      state.t = t_out;
-      state.cell = exit.neighbor;
-      if (HWY_UNLIKELY(ray.segments.size() < k + 2 + kPlaneLanes)) Reserve(k + 1, &ray);
-      if (HWY_UNLIKELY(!(state.tau < cutoff_tau))) {
-        const Eigen::Vector3f& next = geometry.positions[state.cell];
-        ray.sites[k + 1] = {next[0], next[1], next[2], 0};
-        ray.segments[k + 1] = {state.cell, 0, state.tau, 0};
+      if (!StepAndRecord(geometry, shading, sh_stride, cutoff_tau, &state, &rays[r])) {
         state.alive = false;
         --num_alive;
       }
@@ -172,8 +191,8 @@ HWY_INLINE void ShColorSimd(const float* basis,
 #endif
 }
 
-// Weights, depth quantiles, colour and identity of a walked ray.
-inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
+// Computes the segments' weights, and the transmittance behind each.
+HWY_INLINE void ComputeWeights(RayTrace* ray) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
   const size_t n = ray->num_segments;
@@ -190,10 +209,11 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
         hn::Neg(hn::Mul(before, hn::Expm1(f, hn::Neg(optical_depth)))), f, ray->weight.data() + k);
     hn::StoreU(through, f, ray->transmittance.data() + k);
   }
+}
 
+// Sets the composite's depth quantiles, from its optical depth.
+HWY_INLINE void FindQuantiles(RayTrace* ray) {
   RayComposite<float>& composite = ray->composite;
-  composite = {};
-  composite.tau = ray->segments[n].tau_in;
   for (int q = 0; q < kNumQuantiles; ++q) {
     const float quantile = ray->quantile_tau[q];
     composite.quantile_tau[q] = quantile;
@@ -206,7 +226,12 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
     composite.quantile_segment[q] = static_cast<int>(k);
     composite.quantile_depth[q] = depth < segment.t_out ? depth : segment.t_out;
   }
+}
 
+// Computes the segments' colours, and adds their colours and identities to the composite.
+HWY_INLINE void AddAppearance(const CellShading<float>& shading, RayTrace* ray) {
+  RayComposite<float>& composite = ray->composite;
+  const size_t n = ray->num_segments;
   const int num_coefficients = NumShCoefficients(shading.sh_degree);
   ShBasis(shading.sh_degree, ray->direction, ray->sh_basis);
   const hn::CappedTag<float, kIdentityDim> id;
@@ -246,6 +271,15 @@ inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
   }
 }
 
+// Computes weights, depth quantiles, colour and identity of a walked ray.
+inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
+  ComputeWeights(ray);
+  ray->composite = {};
+  ray->composite.tau = ray->segments[ray->num_segments].tau_in;
+  FindQuantiles(ray);
+  AddAppearance(shading, ray);
+}
+
 void TraceRays(const WalkGeometry<float>& geometry,
                const CellShading<float>& shading,
                float cutoff_tau,
@@ -280,8 +314,8 @@ struct BackwardScratch {
   }
 };
 
-// Adds to dL/dw of the segments that show their identity what the rendered identity asks of it, and
-// to `behind` what that adds to the suffix sum.
+// Adds the identity's share to dL/dw of the segments that show their identity, and what that adds
+// to the suffix sum to `behind`.
 inline void AddIdentityByWeight(const RayTrace& ray,
                                 const float* identity_gradient,
                                 const float* identity,
@@ -305,122 +339,137 @@ inline void AddIdentityByWeight(const RayTrace& ray,
   }
 }
 
-void BackpropagateRay(const RayTrace& ray,
-                      const RayGradient<float>& gradient,
-                      uint32_t num_sites,
-                      uint32_t ray_index,
-                      std::vector<GradientRecord>* records,
-                      const float* identity) {
-  const size_t n = ray.num_segments;
-  if (n == 0) return;
-  thread_local BackwardScratch s;
-  s.Reserve(n + 2 * kPlaneLanes);
+// Computes dL/dw, and what each segment adds to the suffix sum of those before it.
+HWY_INLINE void BackpropagateToWeights(const RayTrace& ray,
+                                       const RayGradient<float>& gradient,
+                                       const float* identity,
+                                       BackwardScratch* s) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
-  const Floats zero = hn::Zero(f);
-
-  // dL/dw, and what each segment adds to the suffix sum of those before it.
-  {
-    const Floats opacity = hn::Set(f, gradient.opacity);
-    const Floats red = hn::Set(f, gradient.color[0]);
-    const Floats green = hn::Set(f, gradient.color[1]);
-    const Floats blue = hn::Set(f, gradient.color[2]);
-    for (size_t k = 0; k < n; k += kStep) {
-      const Floats by_weight =
-          hn::MulAdd(red,
-                     hn::LoadU(f, ray.color[0].data() + k),
-                     hn::MulAdd(green,
-                                hn::LoadU(f, ray.color[1].data() + k),
-                                hn::MulAdd(blue, hn::LoadU(f, ray.color[2].data() + k), opacity)));
-      hn::StoreU(by_weight, f, s.by_weight.data() + k);
-      hn::StoreU(hn::Mul(by_weight, hn::LoadU(f, ray.weight.data() + k)), f, s.behind.data() + k);
-    }
+  const size_t n = ray.num_segments;
+  const Floats opacity = hn::Set(f, gradient.opacity);
+  const Floats red = hn::Set(f, gradient.color[0]);
+  const Floats green = hn::Set(f, gradient.color[1]);
+  const Floats blue = hn::Set(f, gradient.color[2]);
+  for (size_t k = 0; k < n; k += kStep) {
+    const Floats by_weight =
+        hn::MulAdd(red,
+                   hn::LoadU(f, ray.color[0].data() + k),
+                   hn::MulAdd(green,
+                              hn::LoadU(f, ray.color[1].data() + k),
+                              hn::MulAdd(blue, hn::LoadU(f, ray.color[2].data() + k), opacity)));
+    hn::StoreU(by_weight, f, s->by_weight.data() + k);
+    hn::StoreU(hn::Mul(by_weight, hn::LoadU(f, ray.weight.data() + k)), f, s->behind.data() + k);
   }
-  if (identity != nullptr) AddIdentityByWeight(ray, gradient.identity, identity, &s);
-  const RayComposite<float>& composite = ray.composite;
+  if (identity != nullptr) AddIdentityByWeight(ray, gradient.identity, identity, s);
   for (int q = 0; q < kNumQuantiles; ++q) {
-    const int k = composite.quantile_segment[q];
-    if (k >= 0) s.behind[k] += gradient.quantile_depth[q] / ray.sites[k].density;
+    const int k = ray.composite.quantile_segment[q];
+    if (k >= 0) s->behind[k] += gradient.quantile_depth[q] / ray.sites[k].density;
   }
+}
+
+// Replaces what each segment adds to the suffix sum by the sum over the segments behind it.
+HWY_INLINE void SumBehind(size_t num_segments, BackwardScratch* s) {
   float suffix = 0;
-  for (size_t k = n; k-- > 0;) {
-    const float own = s.behind[k];
-    s.behind[k] = suffix;
+  for (size_t k = num_segments; k-- > 0;) {
+    const float own = s->behind[k];
+    s->behind[k] = suffix;
     suffix += own;
   }
+}
 
-  // dL/dx, and from it the density's gradient and the faces'.
-  s.by_t_own[n] = 0;
+// Computes dL/dx, and from it the gradients of the densities and of the faces' distances.
+HWY_INLINE void BackpropagateToDensities(const RayTrace& ray,
+                                         const RayGradient<float>& gradient,
+                                         BackwardScratch* s) {
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const size_t n = ray.num_segments;
+  const Floats zero = hn::Zero(f);
   for (size_t k = 0; k < n; k += kStep) {
     Floats x, y, z, density, cell, t_out, tau_in, optical_depth;
     hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
     hn::LoadInterleaved4(
         f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t_out, tau_in, optical_depth);
     const Floats by_depth = hn::Sub(
-        hn::Mul(hn::LoadU(f, s.by_weight.data() + k), hn::LoadU(f, ray.transmittance.data() + k)),
-        hn::LoadU(f, s.behind.data() + k));
+        hn::Mul(hn::LoadU(f, s->by_weight.data() + k), hn::LoadU(f, ray.transmittance.data() + k)),
+        hn::LoadU(f, s->behind.data() + k));
     const Floats by_density = hn::Div(hn::Mul(by_depth, optical_depth), density);
-    hn::StoreU(hn::IfThenElse(hn::Gt(density, zero), by_density, zero), f, s.density.data() + k);
-    hn::StoreU(hn::Mul(by_depth, density), f, s.by_t_own.data() + k);
+    hn::StoreU(hn::IfThenElse(hn::Gt(density, zero), by_density, zero), f, s->density.data() + k);
+    hn::StoreU(hn::Mul(by_depth, density), f, s->by_t_own.data() + k);
   }
-  for (size_t k = n; k < n + kStep; ++k) s.by_t_own[k] = 0;
+  for (size_t k = n; k < n + kStep; ++k) s->by_t_own[k] = 0;
   for (size_t k = 0; k < n; k += kStep) {
     hn::StoreU(
-        hn::Sub(hn::LoadU(f, s.by_t_own.data() + k), hn::LoadU(f, s.by_t_own.data() + k + 1)),
+        hn::Sub(hn::LoadU(f, s->by_t_own.data() + k), hn::LoadU(f, s->by_t_own.data() + k + 1)),
         f,
-        s.by_t.data() + k);
+        s->by_t.data() + k);
   }
+  const RayComposite<float>& composite = ray.composite;
   for (int q = 0; q < kNumQuantiles; ++q) {
     const int k = composite.quantile_segment[q];
     if (k < 0) continue;
     const float by_quantile = gradient.quantile_depth[q];
     const float t_in = k == 0 ? 0.f : ray.segments[k - 1].t_out;
-    s.density[k] -= by_quantile * (composite.quantile_depth[q] - t_in) / ray.sites[k].density;
-    if (k > 0) s.by_t[k - 1] += by_quantile;
+    s->density[k] -= by_quantile * (composite.quantile_depth[q] - t_in) / ray.sites[k].density;
+    if (k > 0) s->by_t[k - 1] += by_quantile;
   }
-  // A clamped exit is the entry's distance: what is asked of it is asked of the entry.
+  // A clamped exit has the entry's distance, so its gradient is added to the entry's.
   for (size_t i = ray.clamped.size(); i-- > 0;) {
     const uint32_t k = ray.clamped[i];
-    if (k > 0) s.by_t[k - 1] += s.by_t[k];
-    s.by_t[k] = 0;
+    if (k > 0) s->by_t[k - 1] += s->by_t[k];
+    s->by_t[k] = 0;
   }
+}
 
-  // The faces' sites. In place of CrossingDerivatives and IsGrazing of walk.h.
-  {
-    const Floats dx = hn::Set(f, ray.direction[0]);
-    const Floats dy = hn::Set(f, ray.direction[1]);
-    const Floats dz = hn::Set(f, ray.direction[2]);
-    const Floats ox = hn::Set(f, ray.origin[0]);
-    const Floats oy = hn::Set(f, ray.origin[1]);
-    const Floats oz = hn::Set(f, ray.origin[2]);
-    const Floats grazing = hn::Set(f, 1e-10f);
-    for (size_t k = 0; k < n; k += kStep) {
-      Floats x, y, z, nx, ny, nz, density, cell, t, tau_in, optical_depth;
-      hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
-      hn::LoadInterleaved4(
-          f, reinterpret_cast<const float*>(&ray.sites[k + 1]), nx, ny, nz, density);
-      hn::LoadInterleaved4(
-          f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t, tau_in, optical_depth);
-      nx = hn::Sub(nx, x);
-      ny = hn::Sub(ny, y);
-      nz = hn::Sub(nz, z);
-      const Floats nd = hn::MulAdd(nx, dx, hn::MulAdd(ny, dy, hn::Mul(nz, dz)));
-      const Floats nn = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, hn::Mul(nz, nz)));
-      const auto is_constant = hn::Lt(hn::Mul(nd, nd), hn::Mul(grazing, nn));
-      const Floats by_t = hn::LoadU(f, s.by_t.data() + k);
-      const Floats scale =
-          hn::IfThenElse(hn::Or(is_constant, hn::Eq(by_t, zero)), zero, hn::Div(by_t, nd));
-      const Floats fx = hn::MulAdd(t, dx, hn::Sub(ox, x));
-      const Floats fy = hn::MulAdd(t, dy, hn::Sub(oy, y));
-      const Floats fz = hn::MulAdd(t, dz, hn::Sub(oz, z));
-      hn::StoreU(hn::Mul(scale, fx), f, s.here[0].data() + k);
-      hn::StoreU(hn::Mul(scale, fy), f, s.here[1].data() + k);
-      hn::StoreU(hn::Mul(scale, fz), f, s.here[2].data() + k);
-      hn::StoreU(hn::Mul(scale, hn::Sub(nx, fx)), f, s.beyond[0].data() + k);
-      hn::StoreU(hn::Mul(scale, hn::Sub(ny, fy)), f, s.beyond[1].data() + k);
-      hn::StoreU(hn::Mul(scale, hn::Sub(nz, fz)), f, s.beyond[2].data() + k);
-    }
+// Computes the gradients of the sites on both sides of each face: CrossingDerivatives and IsGrazing
+// of walk.h as vector code.
+HWY_INLINE void BackpropagateToSites(const RayTrace& ray, BackwardScratch* s) {
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const size_t n = ray.num_segments;
+  const Floats zero = hn::Zero(f);
+  const Floats dx = hn::Set(f, ray.direction[0]);
+  const Floats dy = hn::Set(f, ray.direction[1]);
+  const Floats dz = hn::Set(f, ray.direction[2]);
+  const Floats ox = hn::Set(f, ray.origin[0]);
+  const Floats oy = hn::Set(f, ray.origin[1]);
+  const Floats oz = hn::Set(f, ray.origin[2]);
+  const Floats grazing = hn::Set(f, 1e-10f);
+  for (size_t k = 0; k < n; k += kStep) {
+    Floats x, y, z, nx, ny, nz, density, cell, t, tau_in, optical_depth;
+    hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
+    hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k + 1]), nx, ny, nz, density);
+    hn::LoadInterleaved4(
+        f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t, tau_in, optical_depth);
+    nx = hn::Sub(nx, x);
+    ny = hn::Sub(ny, y);
+    nz = hn::Sub(nz, z);
+    const Floats nd = hn::MulAdd(nx, dx, hn::MulAdd(ny, dy, hn::Mul(nz, dz)));
+    const Floats nn = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, hn::Mul(nz, nz)));
+    const auto is_constant = hn::Lt(hn::Mul(nd, nd), hn::Mul(grazing, nn));
+    const Floats by_t = hn::LoadU(f, s->by_t.data() + k);
+    const Floats scale =
+        hn::IfThenElse(hn::Or(is_constant, hn::Eq(by_t, zero)), zero, hn::Div(by_t, nd));
+    const Floats fx = hn::MulAdd(t, dx, hn::Sub(ox, x));
+    const Floats fy = hn::MulAdd(t, dy, hn::Sub(oy, y));
+    const Floats fz = hn::MulAdd(t, dz, hn::Sub(oz, z));
+    hn::StoreU(hn::Mul(scale, fx), f, s->here[0].data() + k);
+    hn::StoreU(hn::Mul(scale, fy), f, s->here[1].data() + k);
+    hn::StoreU(hn::Mul(scale, fz), f, s->here[2].data() + k);
+    hn::StoreU(hn::Mul(scale, hn::Sub(nx, fx)), f, s->beyond[0].data() + k);
+    hn::StoreU(hn::Mul(scale, hn::Sub(ny, fy)), f, s->beyond[1].data() + k);
+    hn::StoreU(hn::Mul(scale, hn::Sub(nz, fz)), f, s->beyond[2].data() + k);
   }
+}
+
+// Appends a record for every cell on the ray that has a gradient, guards apart.
+HWY_INLINE void AppendRecords(const RayTrace& ray,
+                              const BackwardScratch& s,
+                              uint32_t num_sites,
+                              uint32_t ray_index,
+                              std::vector<GradientRecord>* records) {
+  const size_t n = ray.num_segments;
   for (size_t k = 0; k <= n; ++k) {
     GradientRecord record{ray_index, {ray.segments[k].cell, 0, 0, 0, Eigen::Vector3f::Zero()}};
     CellContribution<float>& c = record.contribution;
@@ -437,19 +486,37 @@ void BackpropagateRay(const RayTrace& ray,
   }
 }
 
-// The part of ClassLoss::Add that is the same for any classifier.
-float AddClassLoss(const ClassifierView<float>& classifier,
-                   const float* transposed,
-                   const float* padded_bias,
-                   size_t padded_classes,
-                   const float* identity,
-                   int32_t class_index,
-                   float weight,
-                   float scale,
-                   float* logits,
-                   float* identity_gradient,
-                   float* weight_gradient,
-                   float* bias_gradient) {
+void BackpropagateRay(const RayTrace& ray,
+                      const RayGradient<float>& gradient,
+                      uint32_t num_sites,
+                      uint32_t ray_index,
+                      std::vector<GradientRecord>* records,
+                      const float* identity) {
+  const size_t n = ray.num_segments;
+  if (n == 0) return;
+  thread_local BackwardScratch s;
+  s.Reserve(n + 2 * kPlaneLanes);
+  BackpropagateToWeights(ray, gradient, identity, &s);
+  SumBehind(n, &s);
+  BackpropagateToDensities(ray, gradient, &s);
+  BackpropagateToSites(ray, &s);
+  AppendRecords(ray, s, num_sites, ray_index, records);
+}
+
+// The softmax of all classes is the exponentials divided by `sum`.
+struct ClassSoftmax {
+  float sum;        // of exp(logit - largest logit)
+  float own_logit;  // of the true class, minus the largest
+};
+
+// Computes the softmax of an identity's logits. Writes exp(logit - largest logit) of each class to
+// `exponentials` [padded_classes].
+HWY_INLINE ClassSoftmax ComputeSoftmax(const float* transposed,
+                                       const float* padded_bias,
+                                       size_t padded_classes,
+                                       const float* identity,
+                                       int32_t class_index,
+                                       float* exponentials) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
   Floats largest = hn::Set(f, padded_bias[0]);
@@ -459,19 +526,35 @@ float AddClassLoss(const ClassifierView<float>& classifier,
       sum = hn::MulAdd(
           hn::Set(f, identity[c]), hn::Load(f, transposed + c * padded_classes + k), sum);
     }
-    hn::Store(sum, f, logits + k);
+    hn::Store(sum, f, exponentials + k);  // the logits, for now
     largest = k == 0 ? sum : hn::Max(largest, sum);
   }
   largest = hn::MaxOfLanes(f, largest);
-  const float own_logit = logits[class_index] - hn::GetLane(largest);
+  const float own_logit = exponentials[class_index] - hn::GetLane(largest);
   Floats total = hn::Zero(f);
   for (size_t k = 0; k < padded_classes; k += kStep) {
-    const Floats e = hn::Exp(f, hn::Sub(hn::Load(f, logits + k), largest));
-    hn::Store(e, f, logits + k);
+    const Floats e = hn::Exp(f, hn::Sub(hn::Load(f, exponentials + k), largest));
+    hn::Store(e, f, exponentials + k);
     total = hn::Add(total, e);
   }
-  const float sum = hn::GetLane(hn::SumOfLanes(f, total));
+  return {hn::GetLane(hn::SumOfLanes(f, total)), own_logit};
+}
 
+// ClassLoss::Add with the arrays of the class. `exponentials` [padded_classes] is scratch.
+float AddClassLoss(const ClassifierView<float>& classifier,
+                   const float* transposed,
+                   const float* padded_bias,
+                   size_t padded_classes,
+                   const float* identity,
+                   int32_t class_index,
+                   float weight,
+                   float scale,
+                   float* exponentials,
+                   float* identity_gradient,
+                   float* weight_gradient,
+                   float* bias_gradient) {
+  const auto [sum, own_logit] =
+      ComputeSoftmax(transposed, padded_bias, padded_classes, identity, class_index, exponentials);
   // dL/dlogit = softmax - 1 at the true class.
   const hn::CappedTag<float, kIdentityDim> id;
   constexpr size_t kIdStep = hn::MaxLanes(id);
@@ -484,7 +567,8 @@ float AddClassLoss(const ClassifierView<float>& classifier,
   const float normalization = static_cast<float>(ClassNormalization(classifier.num_classes));
   const float per_class = weight / normalization;
   for (int k = 0; k < classifier.num_classes; ++k) {
-    const float by_logit = per_class * (logits[k] / sum - static_cast<float>(k == class_index));
+    const float by_logit =
+        per_class * (exponentials[k] / sum - static_cast<float>(k == class_index));
     const auto by = hn::Set(id, by_logit);
     const float* const row = classifier.weight + size_t(k) * kIdentityDim;
     float* const out = weight_gradient + size_t(k) * kIdentityDim;

@@ -205,8 +205,8 @@ TEST_F(GlbFiles, FarFromTheOriginNothingIsLost) {
 
 TEST_F(GlbFiles, AFrameThatIsYUpAlreadyIsNotTurned) {
   ExportTransform transform;
-  transform.up_axis = "y";
-  transform.unit = "cm";
+  transform.up_axis = UpAxis::kY;
+  transform.unit = LengthUnit::kCentimeter;
   const ExportableScene scene = Export(NamedBalls(), transform);
   const Glb glb = ReadGlb(folder_ / "objects/7_mug.glb");
   const json& root = glb.json["nodes"][0];

@@ -42,7 +42,7 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
     EXPECT_EQ(object["name"], info.name);
     EXPECT_EQ(object["color"], json(info.color));
     EXPECT_EQ(object["cells"], info.cells.size());
-    EXPECT_EQ(object["pieces"], info.pieces);
+    EXPECT_EQ(object["pieces"], info.components);
     EXPECT_EQ(object["cavities"], info.cavities);
     EXPECT_EQ(object["genus"], info.genus);
     EXPECT_EQ(object["area"].get<double>(), info.area);
@@ -81,9 +81,9 @@ TEST_F(LabelSidecar, SaysOfWhichModelTheFilesAre) {
   EXPECT_EQ(sidecar["source_model_xxh64"], "0123456789abcdef");
 }
 
-TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {
+TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirComponents) {
   ExportableSceneOptions options;
-  options.pieces.min_cells = 1000;
+  options.components.min_cells = 1000;
   const ExportableScene scene = MakeExportableScene(TouchingBalls(1000), options);
   WriteLabelSidecar(folder_ / "labels.json", scene, {});
   const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
@@ -92,15 +92,15 @@ TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirPieces) {
   EXPECT_EQ(sidecar["labels_left_out"][0]["id"], 7);
   EXPECT_EQ(sidecar["labels_left_out"][0]["name"], "mug");
   EXPECT_EQ(sidecar["labels_left_out"][0]["left_out"]["cells"],
-            scene.labels_left_out[0].pieces.cells);
-  EXPECT_GT(scene.labels_left_out[0].pieces.cells, 0);
+            scene.labels_left_out[0].left_out.cells);
+  EXPECT_GT(scene.labels_left_out[0].left_out.cells, 0);
   EXPECT_EQ(sidecar["labels_left_out"][0]["reason"], "too few cells in every piece");
 }
 
 TEST_F(LabelSidecar, SaysTheFrame) {
   ExportTransformOptions frame;
   frame.transform = "0 -1 0 5 1 0 0 0 0 0 1 0";
-  frame.units = "mm";
+  frame.units = LengthUnit::kMillimeter;
   ExportableSceneOptions options;
   options.transform = ParseExportTransform(frame);
   WriteLabelSidecar(folder_ / "labels.json", MakeExportableScene(TouchingBalls(200), options), {});

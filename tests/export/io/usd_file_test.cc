@@ -65,8 +65,8 @@ TEST_F(UsdFiles, TheStageSaysItsFrame) {
   EXPECT_EQ(stage["children"]["scene"]["type"], "Xform");
 
   ExportTransform transform;
-  transform.up_axis = "y";
-  transform.unit = "foot";
+  transform.up_axis = UpAxis::kY;
+  transform.unit = LengthUnit::kFoot;
   const json turned = Export(Scene({}, {}, transform));
   EXPECT_EQ(turned["metadata"]["upAxis"], "Y");
   EXPECT_EQ(turned["metadata"]["metersPerUnit"], 0.3048);
@@ -187,7 +187,7 @@ TEST_F(UsdFiles, AVolumeThatIsThereIsNamedWithAllItsFields) {
 
   // Other names, even misleading ones, and no grid of labels.
   options.grid_names = {"surface", "Cd", "id", "sure", "density"};
-  options.label_grid_type = "int32";
+  options.label_grid_type = LabelGridType::kInt32;
   ExportVolumes(scene, folder_, options);
   objects = Export(scene)["children"]["scene"]["children"];
   EXPECT_EQ(FieldsOf(objects["mug"]),

@@ -282,7 +282,7 @@ TEST(ExportableScene, UnseenMatterCountsOnlyWhereItHangsTogetherWithSeenMatter) 
   EXPECT_EQ(unseen.labels_without_cells.size(), 1u);
 }
 
-TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
+TEST(ExportableScene, CrumbsAreLeftOutAndLargeComponentsStay) {
   // Two balls of one class, one with a sixth of the other's cells, and a single cell far off.
   const auto shape = [](const Eigen::Vector3f& p) {
     const bool large = (p + Eigen::Vector3f::Constant(0.3f)).norm() < 0.55f;
@@ -291,9 +291,9 @@ TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
   };
   const Model model =
       GridModel(1, [&](const Eigen::Vector3f& p) { return shape(p) > 0 ? 0 : kAir; });
-  const auto pieces_left = [&](float share) {
+  const auto components_left = [&](float share) {
     ExportableSceneOptions options;
-    options.min_piece_share = share;
+    options.min_component_share = share;
     const ExportableScene scene = MakeExportableScene(model, options);
     std::map<int, size_t> cells;
     for (const uint32_t cell : Object(scene, 7).cells) ++cells[shape(scene.cell_positions[cell])];
@@ -305,15 +305,15 @@ TEST(ExportableScene, CrumbsAreLeftOutAndLargePiecesStay) {
     cells[0] = static_cast<size_t>(Object(scene, 7).left_out.cells);
     return cells;
   };
-  const auto all = pieces_left(0);
+  const auto all = components_left(0);
   ASSERT_EQ(all.size(), 4u);
   EXPECT_EQ(all.at(0), 0u);
-  const auto by_default = pieces_left(ExportableSceneOptions().min_piece_share);
+  const auto by_default = components_left(ExportableSceneOptions().min_component_share);
   EXPECT_EQ(by_default.at(1), all.at(1));
   EXPECT_EQ(by_default.at(2), all.at(2));
   EXPECT_EQ(by_default.count(3), 0u);
   EXPECT_EQ(by_default.at(0), 1u);
-  EXPECT_EQ(pieces_left(1).count(2), 0u);
+  EXPECT_EQ(components_left(1).count(2), 0u);
 }
 
 TEST(ExportableScene, NestedObjectsShareNoCell) {

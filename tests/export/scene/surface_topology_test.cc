@@ -18,7 +18,7 @@ namespace semfoam {
 namespace {
 
 struct Expected {
-  int pieces = 1;
+  int components = 1;
   int64_t cavities = 0;
   int64_t genus = 0;
 };
@@ -31,11 +31,11 @@ Model InAGrid(const std::function<bool(const Eigen::Vector3f&)>& is_matter) {
 void ExpectTopology(const std::string& what, const Model& model, const Expected& expected) {
   ExportableSceneOptions options;
   options.fill_hidden_space = false;
-  options.min_piece_share = 0;
+  options.min_component_share = 0;
   const ExportableScene scene = MakeExportableScene(model, options);
   ASSERT_EQ(scene.objects.size(), 1u) << what;
   const ObjectInfo& object = scene.objects[0];
-  EXPECT_EQ(object.pieces, expected.pieces) << what;
+  EXPECT_EQ(object.components, expected.components) << what;
   EXPECT_EQ(object.cavities, expected.cavities) << what;
   EXPECT_EQ(object.genus, expected.genus) << what;
   // What is written is so, whatever the method.
@@ -43,9 +43,9 @@ void ExpectTopology(const std::string& what, const Model& model, const Expected&
   const ObjectSurface smooth = ExtractSmoothSurface(scene, object, cells);
   for (const ObjectSurface& surface : {cells, smooth, Decimate(smooth, 300), Decimate(smooth, 4)}) {
     const SurfaceTopology topology = TopologyOf(surface.vertices.size(), surface.triangles);
-    EXPECT_EQ(topology.shells, expected.pieces + expected.cavities) << what;
+    EXPECT_EQ(topology.shells, expected.components + expected.cavities) << what;
     EXPECT_EQ(topology.genus, expected.genus) << what;
-    EXPECT_EQ(NumCavities(topology, object.pieces), expected.cavities) << what;
+    EXPECT_EQ(NumCavities(topology, object.components), expected.cavities) << what;
   }
 }
 
@@ -91,7 +91,7 @@ TEST(SurfaceTopology, BodiesOfKnownTopology) {
 TEST(SurfaceTopology, AgreesWithShellsLookedAtOneByOne) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     ExportableSceneOptions options;
-    options.min_piece_share = 0;
+    options.min_component_share = 0;
     const ExportableScene scene = MakeExportableScene(ClassesByLot(seed), options);
     for (const ObjectInfo& object : scene.objects) {
       const ObjectSurface surface = ExtractSurface(scene, object);

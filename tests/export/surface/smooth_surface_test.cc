@@ -266,10 +266,9 @@ TEST(SmoothSurface, TheSameOnAnyNumberOfThreads) {
   const Model model = TouchingBalls();
   std::vector<ObjectSurface> surfaces;
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     surfaces.push_back(Smooth(MakeExportableScene(model)));
   }
-  SetNumThreads(-1);
   for (const ObjectSurface& surface : surfaces) {
     EXPECT_EQ(surface.vertices, surfaces[0].vertices);
     EXPECT_EQ(surface.triangles, surfaces[0].triangles);

@@ -69,10 +69,9 @@ TEST(SurfaceGeometry, TheSameOnAnyNumberOfThreads) {
   const ObjectSurface a = BoxSurface(9), b = Moved(a, 0.9, {0.01, 0.02, 0.03});
   std::vector<SurfaceDistance> results;
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     results.push_back(DistanceTo(a.vertices, a.triangles, b.vertices, b.triangles));
   }
-  SetNumThreads(-1);
   for (const SurfaceDistance& result : results) {
     EXPECT_EQ(result.mean, results[0].mean);
     EXPECT_EQ(result.max, results[0].max);

@@ -116,11 +116,10 @@ TEST(SurfaceSmoothing, TheSameOnAnyNumberOfThreads) {
   const ObjectSurface box = NoisyBox();
   std::vector<std::vector<Vector3d>> results;
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     std::vector<Vector3d>& x = results.emplace_back(box.vertices);
     SmoothKeepingEdges(box.triangles, std::vector<double>(x.size(), 1), 8, &x);
   }
-  SetNumThreads(-1);
   EXPECT_EQ(results[0], results[1]);
   EXPECT_EQ(results[0], results[2]);
 }

@@ -127,11 +127,11 @@ TEST(Voxelizer, CentresOnFacesBelongToOneOfTheCells) {
 TEST(Voxelizer, TheThreadsDoNotMatter) {
   const ExportableScene scene = MakeExportableScene(TouchingBalls(3000));
   const VoxelLattice lattice{{-0.9, -0.8, -0.7}, 0.02};
-  SetNumThreads(1);
-  const auto alone = VoxelizeCells(scene, AllCells(scene), lattice, kBox);
-  SetNumThreads(5);
-  const auto together = VoxelizeCells(scene, AllCells(scene), lattice, kBox);
-  SetNumThreads(-1);
+  const auto voxelize = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return VoxelizeCells(scene, AllCells(scene), lattice, kBox);
+  };
+  const auto alone = voxelize(1), together = voxelize(5);
   ASSERT_EQ(alone.size(), together.size());
   for (size_t k = 0; k < alone.size(); ++k) {
     EXPECT_EQ(alone[k].origin, together[k].origin);

@@ -225,7 +225,7 @@ TEST(PixelCache, ARunHasTheSameBytesWhateverTheMemory) {
   const TrainingOptions options = SmallRun();
   const uint64_t in_memory = DigestOfRun(RoomPhotos(16), options);
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     const RoomPhotos one_chapter(16, 10'000'000);
     EXPECT_EQ(DigestOfRun(one_chapter, options), in_memory) << threads;
     EXPECT_EQ(one_chapter.num_opened(), 16) << "each photo once";
@@ -233,7 +233,6 @@ TEST(PixelCache, ARunHasTheSameBytesWhateverTheMemory) {
     EXPECT_EQ(DigestOfRun(many_chapters, options), in_memory) << threads;
     EXPECT_GT(many_chapters.num_opened(), 4 * 16);
   }
-  SetNumThreads(-1);
   TrainingOptions other = options;
   other.random_seed = 1;
   EXPECT_NE(DigestOfRun(RoomPhotos(16), other), in_memory) << "the digest tells nothing";

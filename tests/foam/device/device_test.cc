@@ -16,26 +16,33 @@
 #include "tests/foam/synthetic_views.h"
 #include "tests/mistake.h"
 #include "tests/process_state.h"
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace semfoam {
 namespace {
 
+using testing::AllOf;
+using testing::HasSubstr;
+
 TEST(Device, IsFoundByItsName) {
   for (const std::optional<int> gpus : {std::optional<int>(), std::optional(0), std::optional(3)}) {
-    EXPECT_EQ(FindCudaDevice("cpu", gpus), std::nullopt);
+    EXPECT_EQ(Device::Find("cpu", gpus).gpu(), std::nullopt);
   }
-  EXPECT_EQ(FindCudaDevice("auto", std::nullopt), std::nullopt);
-  EXPECT_EQ(FindCudaDevice("auto", 0), std::nullopt);
-  EXPECT_EQ(FindCudaDevice("auto", 3), 0);
-  EXPECT_EQ(FindCudaDevice("cuda:0", 1), 0);
-  EXPECT_EQ(FindCudaDevice("cuda:2", 3), 2);
+  EXPECT_EQ(Device::Find("auto", std::nullopt).gpu(), std::nullopt);
+  EXPECT_EQ(Device::Find("auto", 0).gpu(), std::nullopt);
+  EXPECT_EQ(Device::Find("auto", 3).gpu(), 0);
+  EXPECT_EQ(Device::Find("cuda:0", 1).gpu(), 0);
+  EXPECT_EQ(Device::Find("cuda:2", 3).gpu(), 2);
+  EXPECT_EQ(Device::Find("cuda:2", 3).kind(), DeviceKind::kGpu);
 }
 
+// The sentence that refuses `device`, which must name the field.
 std::string Refusal(const std::string& device, std::optional<int> gpus) {
   try {
-    FindCudaDevice(device, gpus);
-  } catch (const UserError& error) {
+    Device::Find(device, gpus);
+  } catch (const FieldError& error) {
+    EXPECT_EQ(error.field(), "device");
     return error.what();
   }
   return "";
@@ -58,27 +65,38 @@ TEST(Device, SaysWhyThereIsNone) {
   }
 }
 
-TEST(Device, CoresAreNamedByTheirThreads) {
-  UseDevice("cpu");
-  SetNumThreads(1);
-  EXPECT_EQ(DeviceInWords(), "1 thread");
-  SetNumThreads(3);
-  EXPECT_EQ(DeviceInWords(), "3 threads");
-  EXPECT_THROW(UseDevice("gpu"), UserError);
-  EXPECT_EQ(DeviceInWords(), "3 threads");
-  SetNumThreads(-1);
+TEST(Device, TheCpuIsDescribedByItsThreads) {
+  const Device cpu = Device::Find("cpu");
+  for (const int threads : {1, 3}) {
+    const ThreadLimit limit(threads);
+    EXPECT_EQ(cpu.Description(), threads == 1 ? "1 thread" : "3 threads");
+  }
+}
+
+// Of several limits the smallest holds, and each ends with its scope.
+TEST(ThreadLimit, EndsWithItsScope) {
+  const int all = NumThreads();
+  {
+    const ThreadLimit three(3);
+    EXPECT_EQ(NumThreads(), 3);
+    {
+      const ThreadLimit one(1);
+      EXPECT_EQ(NumThreads(), 1);
+    }
+    EXPECT_EQ(NumThreads(), 3);
+  }
+  EXPECT_EQ(NumThreads(), all);
 }
 
 // Where no GPU is to be seen, "auto" is the CPU, in every respect.
 TEST(Device, AutoIsTheCpuWhereThereIsNoGpu) {
   // Hides GPUs from CUDA, if there are any; read once, at the first look for them.
   const EnvironmentVariable hidden("CUDA_VISIBLE_DEVICES", "");
-  UseDevice("auto");
-  EXPECT_EQ(CudaDeviceInUse(), std::nullopt);
-  EXPECT_EQ(DeviceKindInUse(), DeviceKind::kCores);
-  SetNumThreads(2);
-  EXPECT_EQ(DeviceInWords(), "2 threads");
-  SetNumThreads(-1);
+  const Device device = Device::Find("auto");
+  EXPECT_EQ(device.gpu(), std::nullopt);
+  EXPECT_EQ(device.kind(), DeviceKind::kCpu);
+  const ThreadLimit limit(2);
+  EXPECT_EQ(device.Description(), "2 threads");
 }
 
 // A small room, trained, as a device has it.

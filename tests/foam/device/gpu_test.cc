@@ -164,7 +164,7 @@ TEST_P(GpuBasics, GivesTheSameBytesOnAnyNumberOfThreads) {
   const std::vector<Eigen::Vector3f> sites = RandomSites(200, 33);
   std::vector<uint64_t> digests;
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     const auto state = MakeState(sites, {});
     const std::vector<BatchRay> rays = RandomRays(*state, 900);
     const auto gpu = MakeTraining(state.get());
@@ -178,7 +178,6 @@ TEST_P(GpuBasics, GivesTheSameBytesOnAnyNumberOfThreads) {
     digest = DigestOf(state->foam.classifier_weight, digest);
     digests.push_back(DigestOf(state->optimizer->second_moments(), digest));
   }
-  SetNumThreads(-1);
   EXPECT_EQ(digests[0], digests[1]);
   EXPECT_EQ(digests[0], digests[2]);
 }

@@ -91,11 +91,11 @@ TEST(Delaunay, GivesADuplicateSiteAnEmptyCellAndTheLowestIndexTheFullOne) {
 
 TEST(Delaunay, DoesNotDependOnTheThreads) {
   const auto positions = WithGuardSites(RandomSites(3000, 6));
-  SetNumThreads(1);
-  const Delaunay one = Triangulate(positions);
-  SetNumThreads(5);
-  const Delaunay five = Triangulate(positions);
-  SetNumThreads(-1);
+  const auto triangulate = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return Triangulate(positions);
+  };
+  const Delaunay one = triangulate(1), five = triangulate(5);
   EXPECT_EQ(one.neighbors, five.neighbors);
   EXPECT_EQ(one.tets, five.tets);
 }

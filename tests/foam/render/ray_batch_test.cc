@@ -48,10 +48,7 @@ class RayBatch : public testing::TestWithParam<std::string> {
     }
   }
   void SetUp() override { UseSimdTarget(GetParam()); }
-  void TearDown() override {
-    UseSimdTarget("");
-    SetNumThreads(-1);
-  }
+  void TearDown() override { UseSimdTarget(""); }
 
   BatchResult CastRays(const RayLossWeights& weights) const {
     const std::vector<float> density = parameters_.Densities();
@@ -110,11 +107,13 @@ TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
 
 TEST_P(RayBatch, DoesNotDependOnTheThreads) {
   const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.25};
-  SetNumThreads(1);
-  const BatchResult one = CastRays(weights);
+  const auto cast = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return CastRays(weights);
+  };
+  const BatchResult one = cast(1);
   for (const int threads : {2, 5}) {
-    SetNumThreads(threads);
-    const BatchResult other = CastRays(weights);
+    const BatchResult other = cast(threads);
     EXPECT_EQ(IdentityGradient(other), IdentityGradient(one));
     EXPECT_EQ(other.classifier_weight_gradient, one.classifier_weight_gradient);
   }

@@ -48,10 +48,12 @@ TEST_F(ResumeTest, EndsWithTheSameBytesWhereverItStopped) {
 
 TEST_F(ResumeTest, EndsWithTheSameBytesOnAnyNumberOfThreads) {
   const TrainingOptions options = EventfulRun();
-  SetNumThreads(1);
-  const TrainingSummary whole = TrainAndSave(options);
+  const TrainingSummary whole = [&] {
+    const ThreadLimit limit(1);
+    return TrainAndSave(options);
+  }();
   for (const int threads : {1, 2, 5}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     for (const int64_t stop : {17, 62}) {
       SCOPED_TRACE(std::to_string(threads) + " threads");
       ExpectSame(Resume(options, stop), whole);
@@ -157,7 +159,7 @@ TEST_F(ResumeTest, RefusesAnotherRun) {
   TrainingOptions other = options;
   other.tv_weight = 3;
   std::string text = Refusal([&] { Resume(other, 10); });
-  EXPECT_NE(text.find("--FoamTraining.tv_weight 2, not 3"), std::string::npos) << text;
+  EXPECT_NE(text.find("with tv_weight 2, not 3"), std::string::npos) << text;
   other = options;
   other.random_seed = 7;
   text = Refusal([&] { Resume(other, 10); });

@@ -55,10 +55,7 @@ class ResumeTest : public testing::Test {
               ("semfoam_resume_test" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
   }
-  ~ResumeTest() override {
-    SetNumThreads(-1);
-    std::filesystem::remove_all(folder_);
-  }
+  ~ResumeTest() override { std::filesystem::remove_all(folder_); }
 
   std::filesystem::path PathOf(int64_t iteration) const {
     return folder_ / (std::to_string(iteration) + ".ckpt");

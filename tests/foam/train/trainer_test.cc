@@ -98,10 +98,9 @@ TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
   uint64_t digest[3];
   const int threads[3] = {1, 2, 5};
   for (int k = 0; k < 3; ++k) {
-    SetNumThreads(threads[k]);
+    const ThreadLimit limit(threads[k]);
     digest[k] = DigestOf(TrainFoam(views, views.Seeds(500), 3, options, nullptr));
   }
-  SetNumThreads(-1);
   EXPECT_EQ(digest[0], digest[1]);
   EXPECT_EQ(digest[0], digest[2]);
   options.random_seed = 1;

@@ -28,8 +28,10 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
   const TrainingOptions options = EventfulRun();
   TrainingHooks none;
   const TrainingSummary at_once = Train(options, std::move(none));
-  SetNumThreads(1);
-  const TrainingSummary whole = TrainAndSave(options, MakeDeviceOfLag3);
+  const TrainingSummary whole = [&] {
+    const ThreadLimit limit(1);
+    return TrainAndSave(options, MakeDeviceOfLag3);
+  }();
   EXPECT_EQ(at_once.triangulation_lag, 0);
   EXPECT_EQ(whole.triangulation_lag, 3);
   EXPECT_NE(DigestOf(whole), DigestOf(at_once));
@@ -74,7 +76,7 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
     if (k % 2 == 0) stops.insert({k - 1, k});
   }
   for (const int64_t stop : stops) {
-    SetNumThreads(stop % 3 == 0 ? 5 : 2);
+    const ThreadLimit limit(stop % 3 == 0 ? 5 : 2);
     SCOPED_TRACE("stopped after iteration " + std::to_string(stop));
     ExpectSame(Resume(options, stop, MakeDeviceOfLag3), whole);
   }

@@ -90,17 +90,18 @@ TEST(CellStatistics, AreTheSameOnAnyNumberOfThreads) {
   const Foam foam = RandomFoam();
   const SyntheticViews views(6, 32, 24);
   const ViewRenderer renderer(foam);
-  SetNumThreads(1);
-  const CellStatistics one = MeasureCells(foam, renderer, views, 1);
+  const auto measure = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return MeasureCells(foam, renderer, views, 1);
+  };
+  const CellStatistics one = measure(1);
   for (const int threads : {2, 5}) {
-    SetNumThreads(threads);
-    const CellStatistics more = MeasureCells(foam, renderer, views, 1);
+    const CellStatistics more = measure(threads);
     EXPECT_EQ(more.contribution, one.contribution);
     EXPECT_EQ(more.mean_color, one.mean_color);
     EXPECT_EQ(more.passed, one.passed);
     EXPECT_EQ(more.stopped, one.stopped);
   }
-  SetNumThreads(-1);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 // Models as COLMAP's other commands leave them: moved, merged, cut, undistorted. What they mean to
 // us must be what they mean to COLMAP.
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/training_scene.h"
 #include "plugin/photo/photo.h"
 
 #include <algorithm>

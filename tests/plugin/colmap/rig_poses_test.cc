@@ -5,7 +5,7 @@
 #include "plugin/colmap/rig_poses.h"
 
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <map>
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/dataset/scene.h"
-
 #include "foam/geometry/guard_sites.h"
+#include "plugin/dataset/scene_memory.h"
+#include "plugin/dataset/scene_plan.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -118,10 +119,10 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   EXPECT_EQ(plan.num_unregistered, 0);
   EXPECT_EQ(plan.num_rescaled, 0);
   // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
-  EXPECT_EQ(plan.MemoryBytes(), 64u * 320 * 240 * 5);
+  EXPECT_EQ(MemoryOf(plan).held, 64u * 320 * 240 * 5);
   // A decoded photo and the classes of its mask; one more image of classes.
-  EXPECT_EQ(plan.OpeningBytes(), 320u * 240 * (3 + 2));
-  EXPECT_EQ(plan.LoadingBytes(), 320u * 240 * 2);
+  EXPECT_EQ(MemoryOf(plan).opening, 320u * 240 * (3 + 2));
+  EXPECT_EQ(MemoryOf(plan).loading, 320u * 240 * 2);
   const TrainingScene scene(std::move(plan));
   EXPECT_EQ(scene.NumViews(), 64);
   EXPECT_THAT(scene.MaskReport(),
@@ -280,7 +281,7 @@ TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
   const ScenePlan plan = PlanScene(workspace.Options());
   // Two views share the distorted camera, and one table.
   EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
-  EXPECT_EQ(plan.MemoryBytes(), 8u * 6 * (3 * 3 + 3 * 2 + 12));
+  EXPECT_EQ(MemoryOf(plan).held, 8u * 6 * (3 * 3 + 3 * 2 + 12));
 }
 
 TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
@@ -591,7 +592,7 @@ void ExpectTheSameWithoutMemory(const SceneOptions& options) {
   const TrainingScene held(PlanScene(options));
   ScenePlan plan = PlanScene(options);
   LoadOptions load;
-  load.cache_bytes = static_cast<int64_t>(plan.MemoryBytes()) - 1;
+  load.cache_bytes = static_cast<int64_t>(MemoryOf(plan).held) - 1;
   std::vector<int> reports;
   load.report = [&](int done, int total) {
     EXPECT_EQ(total, held.NumViews());

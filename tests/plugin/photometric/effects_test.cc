@@ -197,7 +197,7 @@ TEST(Effects, ShDegreeStaysWithinThePresets) {
 
 TEST(Effects, SameOnAnyNumberOfThreads) {
   const auto probe = [](int threads) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     const TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
     EffectsOptions options;
     options.white_balance = EffectSwitch::kOn;
@@ -205,7 +205,6 @@ TEST(Effects, SameOnAnyNumberOfThreads) {
   };
   const SceneEffects one = probe(1);
   const SceneEffects five = probe(5);
-  SetNumThreads(-1);
   ASSERT_EQ(one.lights.size(), five.lights.size());
   for (size_t i = 0; i < one.lights.size(); ++i) {
     EXPECT_EQ(one.lights[i].gain, five.lights[i].gain);  // to the bit

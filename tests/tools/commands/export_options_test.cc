@@ -305,7 +305,7 @@ TEST_F(ExportOptionsTest, TheStageNamesTheGridsAsTheVolumesDo) {
 }
 
 // Both exporters take them, and both say what is left out.
-TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
+TEST_F(ExportOptionsTest, ComponentsAreThoseAskedFor) {
   // A second ball of the mug's, with a quarter of its cells.
   Model model = MakeModel(RandomSites(3000, 1), 2, [](const Eigen::Vector3f& p) {
     if ((p - Eigen::Vector3f(-0.4f, 0, 0)).norm() < 0.4f) return 0;
@@ -324,7 +324,7 @@ TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
 
   const Outcome largest = Run("mesh_exporter", "largest", all({"--keep_largest", "1"}));
   ASSERT_EQ(largest.exit_code, 0) << largest.err;
-  EXPECT_THAT(largest.err, HasSubstr("Left out of mug (7): 1 piece of "));
+  EXPECT_THAT(largest.err, HasSubstr("Left out of mug (7): 1 component of "));
   const json kept = Labels("largest")["objects"];
   EXPECT_EQ(kept[0]["pieces"], 1);
   EXPECT_EQ(kept[0]["left_out"]["pieces"], 1);
@@ -341,7 +341,7 @@ TEST_F(ExportOptionsTest, PiecesAreThoseAskedFor) {
                             {"--max_resolution", "16", "--min_cells", std::to_string(few + 1)});
   ASSERT_EQ(large.exit_code, 0) << large.err;
   EXPECT_THAT(large.err,
-              HasSubstr("No object label_8 (8), too few cells in every piece: 1 piece of "));
+              HasSubstr("No object label_8 (8), too few cells in every piece: 1 component of "));
   EXPECT_THAT(FilesBelow(folder_ / "large"),
               UnorderedElementsAre("labels.json", "scene.vdb", "objects/7_mug.vdb"));
   EXPECT_EQ(Labels("large")["objects"][0]["pieces"], 2);

@@ -36,8 +36,8 @@ TEST(GltfValidator, FindsNoErrors) {
   export_to("near", named);
   named.world_from_normalized = {50, {5e5, 4.5e6, 250}};
   ExportTransformOptions frame;
-  frame.up_axis = "y";
-  frame.units = "mm";
+  frame.up_axis = UpAxis::kY;
+  frame.units = LengthUnit::kMillimeter;
   export_to("far", named, frame);
   // Vertices that coincide, faces without area.
   export_to("cospherical", MakeModel(GridSites(8, 0.25f, 0, 0), 1, [](const Eigen::Vector3f& p) {

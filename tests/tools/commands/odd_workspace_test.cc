@@ -6,7 +6,7 @@
 // and with broken ones, files that are no photos.
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/training_scene.h"
 #include "plugin/photo/photo.h"
 
 #include <map>

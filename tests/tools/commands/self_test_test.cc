@@ -38,9 +38,9 @@ TEST(SelfTestHardCases, HaveNamesOfTheirOwnAndStateTheirOutcome) {
 TEST(SelfTestHardCases, FailWhereTheBoundIsTooTight) {
   const RayScene scene(RandomSites(50, 1), 1);
   RayBounds bounds;
-  EXPECT_TRUE(CheckRays(scene, RaysFromEverywhere(8, 1), bounds, nullptr).failures.empty());
+  EXPECT_TRUE(CheckRays(scene, RaysFromEverywhere(8, 1), bounds).failures.empty());
   bounds.gradient_float = 0;
-  EXPECT_FALSE(CheckRays(scene, RaysFromEverywhere(8, 1), bounds, nullptr).failures.empty());
+  EXPECT_FALSE(CheckRays(scene, RaysFromEverywhere(8, 1), bounds).failures.empty());
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 #include "export/scene/exportable_scene.h"
 #include "export/surface/semantic_mesh.h"
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/dataset/scene.h"
+#include "plugin/dataset/scene_plan.h"
+#include "plugin/dataset/training_scene.h"
 
 #include <cstring>
 #include <sstream>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/mask/masks.h"
+#include "plugin/mask/mask_pairing.h"
 #include "tools/views/capture_path.h"
 
 #include <algorithm>

@@ -174,7 +174,7 @@ TEST_F(ExportChoice, ATiltedModelIsWarnedAbout) {
   const std::string tilted = said(29.5, "y");
   EXPECT_THAT(tilted, HasSubstr("up_axis y leaves the photos' mean upward direction 29.5"));
   EXPECT_THAT(tilted, HasSubstr("colmap model_orientation_aligner"));
-  EXPECT_THAT(tilted, HasSubstr("--transform"));
+  EXPECT_THAT(tilted, HasSubstr("the rotation with transform"));
   EXPECT_THAT(said(29.5, "colmap"), Not(HasSubstr("upward")));
 }
 

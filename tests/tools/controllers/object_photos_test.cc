@@ -78,7 +78,7 @@ TEST(ObjectPhotos, AreTheSameOnAnyNumberOfThreads) {
   const Model model = BallsWithPhotos();
   std::vector<std::vector<PhotoObservation>> first;
   for (const int threads : {1, 3, -1}) {
-    SetNumThreads(threads);
+    const ThreadLimit limit(threads);
     ExportableScene scene = MakeExportableScene(model);
     FindPhotosOfObjects(model, "scene.foam", &scene);
     for (size_t k = 0; k < scene.objects.size(); ++k) {
@@ -90,7 +90,6 @@ TEST(ObjectPhotos, AreTheSameOnAnyNumberOfThreads) {
       }
     }
   }
-  SetNumThreads(-1);
 }
 
 // Matter that is no object's stands in the way; glass does not.

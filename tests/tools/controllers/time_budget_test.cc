@@ -43,7 +43,7 @@ TEST(TimeBudgetPresetLine, GrowsWithTheRaysAndIsValidEverywhere) {
 
 TEST(TimeBudgetModel, FillsSecondsOnTheLine) {
   const SyntheticViews views(8, 32, 24);
-  const TrainingTimeModel model(views, views.Seeds(500), 3, 0.1);
+  const TrainingTimeModel model(views, views.Seeds(500), 3, Device(), 0.1);
   const int64_t rays = model.RaysOnPresetLine(100);
   const TrainingOptions options = OptionsOnPresetLine(rays);
   EXPECT_NEAR(model.TrainingSeconds(options) + model.ClosingSeconds(options), 100, 2);

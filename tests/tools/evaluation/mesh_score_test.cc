@@ -77,9 +77,8 @@ TEST(MeshScore, SamplesLieEvenlyOnTheSurface) {
   }
   EXPECT_NEAR(low, 2000, 2);
   EXPECT_NEAR(quarter, 2000, 150);
-  SetNumThreads(1);
+  const ThreadLimit limit(1);
   EXPECT_EQ(SampleSurface(mesh, 10000), points);
-  SetNumThreads(-1);
 }
 
 // A mesh that covers half of the reference, above it, and as much that is far from it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/scene/object_pieces.h"
+#include "export/scene/object_components.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,35 +9,35 @@
 namespace semfoam {
 namespace {
 
-struct Piece {
+struct Component {
   std::vector<uint32_t> cells;
   double volume = 0;
 };
 
-// The connected pieces of an object's cells, by their lowest cells.
-std::vector<Piece> PiecesOf(const ExportableScene& scene,
-                            int32_t object_index,
-                            std::vector<uint8_t>* visited) {
-  std::vector<Piece> pieces;
+// The connected components of an object's cells, by their lowest cells.
+std::vector<Component> ComponentsOf(const ExportableScene& scene,
+                                    int32_t object_index,
+                                    std::vector<uint8_t>* visited) {
+  std::vector<Component> components;
   for (const uint32_t start : scene.objects[object_index].cells) {
     if ((*visited)[start]) continue;
-    Piece& piece = pieces.emplace_back();
-    piece.cells.push_back(start);
+    Component& component = components.emplace_back();
+    component.cells.push_back(start);
     (*visited)[start] = 1;
-    for (size_t k = 0; k < piece.cells.size(); ++k) {
-      for (const uint32_t next : scene.delaunay.Neighbors(piece.cells[k])) {
+    for (size_t k = 0; k < component.cells.size(); ++k) {
+      for (const uint32_t next : scene.delaunay.Neighbors(component.cells[k])) {
         if (next >= scene.NumSites() || scene.object_of_cell[next] != object_index ||
             (*visited)[next]) {
           continue;
         }
         (*visited)[next] = 1;
-        piece.cells.push_back(next);
+        component.cells.push_back(next);
       }
     }
-    std::sort(piece.cells.begin(), piece.cells.end());
-    for (const uint32_t cell : piece.cells) piece.volume += scene.volume[cell];
+    std::sort(component.cells.begin(), component.cells.end());
+    for (const uint32_t cell : component.cells) component.volume += scene.volume[cell];
   }
-  return pieces;
+  return components;
 }
 
 // Of cells, over those of the object's own class.
@@ -60,51 +60,52 @@ MeanConfidence ConfidenceOf(const ExportableScene& scene, const ObjectInfo& obje
 }  // namespace
 
 void LeaveOut(const ExportableScene& scene,
-              const std::vector<uint32_t>& piece,
-              LeftOutPieces* left_out) {
+              const std::vector<uint32_t>& component,
+              LeftOutComponents* left_out) {
   double volume = 0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  for (const uint32_t cell : piece) {
+  for (const uint32_t cell : component) {
     volume += scene.volume[cell];
     moment += scene.volume[cell] * scene.cell_positions[cell].cast<double>();
   }
   const double scale = scene.world_from_normalized.scale;
   const double file_volume = volume * scale * scale * scale;
-  const auto cells = static_cast<int64_t>(piece.size());
-  if (left_out->pieces == 0 || file_volume > left_out->largest_volume) {
+  const auto cells = static_cast<int64_t>(component.size());
+  if (left_out->components == 0 || file_volume > left_out->largest_volume) {
     left_out->largest_cells = cells;
     left_out->largest_volume = file_volume;
     // A cell that nothing bounds but its near-duplicates has no volume.
     left_out->largest_center = scene.FileFromNormalized(
         volume > 0 ? Eigen::Vector3d(moment / volume)
-                   : Eigen::Vector3d(scene.cell_positions[piece.front()].cast<double>()));
+                   : Eigen::Vector3d(scene.cell_positions[component.front()].cast<double>()));
   }
-  left_out->pieces += 1;
+  left_out->components += 1;
   left_out->cells += cells;
   left_out->volume += file_volume;
 }
 
-void KeepPieces(const PieceOptions& options, ExportableScene* scene) {
+void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
   CHECK_GE(options.min_cells, 0);
   CHECK_GE(options.keep_largest, 0);
   std::vector<ObjectInfo> kept_objects;
   std::vector<uint8_t> visited(scene->NumSites(), 0);
   for (size_t index = 0; index < scene->objects.size(); ++index) {
-    std::vector<Piece> pieces = PiecesOf(*scene, static_cast<int32_t>(index), &visited);
-    std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
-      return a.volume > b.volume;
-    });
+    std::vector<Component> components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
+    std::stable_sort(components.begin(),
+                     components.end(),
+                     [](const Component& a, const Component& b) { return a.volume > b.volume; });
     ObjectInfo& object = scene->objects[index];
     object.cells.clear();
-    for (const Piece& piece : pieces) {
-      const bool is_wanted = static_cast<int64_t>(piece.cells.size()) >= options.min_cells &&
-                             (options.keep_largest == 0 || object.pieces < options.keep_largest);
-      if (!is_wanted) LeaveOut(*scene, piece.cells, &object.left_out);
+    for (const Component& component : components) {
+      const bool is_wanted =
+          static_cast<int64_t>(component.cells.size()) >= options.min_cells &&
+          (options.keep_largest == 0 || object.components < options.keep_largest);
+      if (!is_wanted) LeaveOut(*scene, component.cells, &object.left_out);
       const int32_t owner = is_wanted ? static_cast<int32_t>(kept_objects.size()) : -1;
-      for (const uint32_t cell : piece.cells) scene->object_of_cell[cell] = owner;
+      for (const uint32_t cell : component.cells) scene->object_of_cell[cell] = owner;
       if (!is_wanted) continue;
-      object.cells.insert(object.cells.end(), piece.cells.begin(), piece.cells.end());
-      ++object.pieces;
+      object.cells.insert(object.cells.end(), component.cells.begin(), component.cells.end());
+      ++object.components;
     }
     if (object.cells.empty()) {
       scene->labels_left_out.push_back(
@@ -135,22 +136,26 @@ void LeaveOutFragments(ExportableScene* scene) {
   for (size_t index = 0; index < scene->objects.size(); ++index) {
     ObjectInfo& object = scene->objects[index];
     const double share = static_cast<double>(object.cells.size()) / static_cast<double>(num_cells);
-    std::vector<Piece> pieces;
+    std::vector<Component> components;
     size_t largest = 0;
     if (share < kTinyShare) {
-      pieces = PiecesOf(*scene, static_cast<int32_t>(index), &visited);
-      for (const Piece& piece : pieces) largest = std::max(largest, piece.cells.size());
+      components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
+      for (const Component& component : components) {
+        largest = std::max(largest, component.cells.size());
+      }
     }
     const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
     const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
-    const bool is_fragment = !pieces.empty() && (is_unsure || is_strewn);
+    const bool is_fragment = !components.empty() && (is_unsure || is_strewn);
     const int32_t owner = is_fragment ? -1 : static_cast<int32_t>(kept_objects.size());
     for (const uint32_t cell : object.cells) scene->object_of_cell[cell] = owner;
     if (!is_fragment) {
       kept_objects.push_back(std::move(object));
       continue;
     }
-    for (const Piece& piece : pieces) LeaveOut(*scene, piece.cells, &object.left_out);
+    for (const Component& component : components) {
+      LeaveOut(*scene, component.cells, &object.left_out);
+    }
     char reason[200];
     std::snprintf(reason,
                   sizeof(reason),

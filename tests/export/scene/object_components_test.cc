@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/scene/object_pieces.h"
+#include "export/scene/object_components.h"
 
 #include "export/scene/object_selection.h"
 #include "foam/util/error.h"
@@ -19,8 +19,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // Of class 0: a large and a middling ball, three cells in a row, and a single cell. Of class 1: a
-// pair of cells. Numbers of the pieces, 0 = air. The outermost cells, which are large, are air.
-int PieceAt(const Eigen::Vector3f& p) {
+// pair of cells. Numbers of the components, 0 = air. The outermost cells, which are large, are air.
+int ComponentAt(const Eigen::Vector3f& p) {
   const auto is_outer = [](float x) { return x > 0.75f && x < 0.85f; };
   if ((p + Eigen::Vector3f::Constant(0.3f)).norm() < 0.5f) return 1;
   if ((p - Eigen::Vector3f::Constant(0.5f)).norm() < 0.3f) return 2;
@@ -30,79 +30,79 @@ int PieceAt(const Eigen::Vector3f& p) {
   return p.z() < -0.65f && p.z() > -0.85f ? 5 : 0;
 }
 
-Model Pieces() {
+Model Components() {
   return MakeModel(GridSites(16, 0.125f, 0, 0), 2, [](const Eigen::Vector3f& p) {
-    const int piece = PieceAt(p);
-    return piece == 0 ? kAir : piece == 5 ? 1 : 0;
+    const int component = ComponentAt(p);
+    return component == 0 ? kAir : component == 5 ? 1 : 0;
   });
 }
 
 ExportableScene Kept(int64_t min_cells, int keep_largest, double scale = 1) {
-  Model model = Pieces();
+  Model model = Components();
   model.world_from_normalized = {scale, {100, 200, 300}};
   ExportableSceneOptions options;
-  options.pieces = {min_cells, keep_largest};
+  options.components = {min_cells, keep_largest};
   return MakeExportableScene(model, options);
 }
 
-// The cells of each piece that belong to any object.
-std::map<int, int> CellsOfPieces(const ExportableScene& scene) {
+// The cells of each component that belong to any object.
+std::map<int, int> CellsOfComponents(const ExportableScene& scene) {
   std::map<int, int> cells;
   for (const ObjectInfo& object : scene.objects) {
-    for (const uint32_t cell : object.cells) ++cells[PieceAt(scene.cell_positions[cell])];
+    for (const uint32_t cell : object.cells) ++cells[ComponentAt(scene.cell_positions[cell])];
   }
   return cells;
 }
 
-TEST(ObjectPieces, ByDefaultTheCrumbRuleAloneCounts) {
+TEST(ObjectComponents, ByDefaultTheCrumbRuleAloneCounts) {
   const ExportableScene scene = Kept(0, 0);
-  const std::map<int, int> cells = CellsOfPieces(scene);
+  const std::map<int, int> cells = CellsOfComponents(scene);
   ASSERT_EQ(cells.size(), 3u);
   EXPECT_EQ(cells.count(3) + cells.count(4), 0u);
   ASSERT_EQ(scene.objects.size(), 2u);
-  EXPECT_EQ(scene.objects[0].pieces, 2);
-  EXPECT_EQ(scene.objects[0].left_out.pieces, 2);
+  EXPECT_EQ(scene.objects[0].components, 2);
+  EXPECT_EQ(scene.objects[0].left_out.components, 2);
   EXPECT_EQ(scene.objects[0].left_out.cells, 4);
-  EXPECT_EQ(scene.objects[1].pieces, 1);
-  EXPECT_EQ(scene.objects[1].left_out.pieces, 0);
+  EXPECT_EQ(scene.objects[1].components, 1);
+  EXPECT_EQ(scene.objects[1].left_out.components, 0);
   EXPECT_THAT(scene.labels_left_out, IsEmpty());
 }
 
-TEST(ObjectPieces, TooFewCellsAreLeftOutInsteadOfCrumbs) {
-  EXPECT_EQ(CellsOfPieces(Kept(1, 0)).size(), 5u) << "every piece has a cell";
-  EXPECT_EQ(CellsOfPieces(Kept(2, 0)).count(4), 0u);
-  EXPECT_EQ(CellsOfPieces(Kept(3, 0)).at(3), 3);
-  EXPECT_EQ(CellsOfPieces(Kept(4, 0)).count(3), 0u);
-  EXPECT_EQ(CellsOfPieces(Kept(4, 0)).size(), 2u);
+TEST(ObjectComponents, TooFewCellsAreLeftOutInsteadOfCrumbs) {
+  EXPECT_EQ(CellsOfComponents(Kept(1, 0)).size(), 5u) << "every component has a cell";
+  EXPECT_EQ(CellsOfComponents(Kept(2, 0)).count(4), 0u);
+  EXPECT_EQ(CellsOfComponents(Kept(3, 0)).at(3), 3);
+  EXPECT_EQ(CellsOfComponents(Kept(4, 0)).count(3), 0u);
+  EXPECT_EQ(CellsOfComponents(Kept(4, 0)).size(), 2u);
 }
 
-TEST(ObjectPieces, TheLargestOfEachObjectAreKept) {
+TEST(ObjectComponents, TheLargestOfEachObjectAreKept) {
   const ExportableScene one = Kept(0, 1);
-  std::map<int, int> cells = CellsOfPieces(one);
+  std::map<int, int> cells = CellsOfComponents(one);
   EXPECT_EQ(cells.size(), 2u) << "one of each object";
   EXPECT_EQ(cells.count(1) + cells.count(5), 2u);
-  EXPECT_EQ(one.objects[0].pieces, 1);
-  EXPECT_EQ(one.objects[0].left_out.pieces, 3);
-  cells = CellsOfPieces(Kept(1, 3));
+  EXPECT_EQ(one.objects[0].components, 1);
+  EXPECT_EQ(one.objects[0].left_out.components, 3);
+  cells = CellsOfComponents(Kept(1, 3));
   EXPECT_EQ(cells.count(1) + cells.count(2) + cells.count(3), 3u);
   EXPECT_EQ(cells.count(4), 0u);
-  EXPECT_EQ(CellsOfPieces(Kept(1, 9)), CellsOfPieces(Kept(1, 0)));
+  EXPECT_EQ(CellsOfComponents(Kept(1, 9)), CellsOfComponents(Kept(1, 0)));
 }
 
-TEST(ObjectPieces, SaysWhatIsLeftOutInTheFrameOfTheFiles) {
+TEST(ObjectComponents, SaysWhatIsLeftOutInTheFrameOfTheFiles) {
   const ExportableScene scene = Kept(4, 1, 2);
   ASSERT_EQ(scene.objects.size(), 1u);
-  const LeftOutPieces& left_out = scene.objects[0].left_out;
-  EXPECT_EQ(left_out.pieces, 3);
+  const LeftOutComponents& left_out = scene.objects[0].left_out;
+  EXPECT_EQ(left_out.components, 3);
   double volume = 0, weight = 0;
   int64_t cells = 0, largest = 0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (uint32_t i = 0; i < scene.NumSites(); ++i) {
-    const int piece = PieceAt(scene.cell_positions[i]);
-    if (piece < 2 || piece > 4) continue;
+    const int component = ComponentAt(scene.cell_positions[i]);
+    if (component < 2 || component > 4) continue;
     ++cells;
     volume += scene.volume[i];
-    if (piece != 2) continue;
+    if (component != 2) continue;
     ++largest;
     weight += scene.volume[i];
     center += scene.volume[i] * scene.cell_positions[i].cast<double>();
@@ -115,24 +115,24 @@ TEST(ObjectPieces, SaysWhatIsLeftOutInTheFrameOfTheFiles) {
   EXPECT_LT((left_out.largest_center - expected).norm(), 1e-9);
 }
 
-TEST(ObjectPieces, AnObjectThatLosesAllItsPiecesIsNone) {
+TEST(ObjectComponents, AnObjectThatLosesAllItsComponentsIsNone) {
   const ExportableScene scene = Kept(4, 0);
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_EQ(scene.objects[0].id, 7);
   ASSERT_EQ(scene.labels_left_out.size(), 1u);
   EXPECT_EQ(scene.labels_left_out[0].id, 8);
   EXPECT_EQ(scene.labels_left_out[0].name, "label_8");
-  EXPECT_EQ(scene.labels_left_out[0].pieces.cells, 2);
+  EXPECT_EQ(scene.labels_left_out[0].left_out.cells, 2);
   EXPECT_THAT(scene.labels_without_cells, IsEmpty());
   for (uint32_t i = 0; i < scene.NumSites(); ++i) {
-    const int piece = PieceAt(scene.cell_positions[i]);
-    EXPECT_EQ(scene.object_of_cell[i], piece == 1 || piece == 2 ? 0 : -1);
+    const int component = ComponentAt(scene.cell_positions[i]);
+    EXPECT_EQ(scene.object_of_cell[i], component == 1 || component == 2 ? 0 : -1);
   }
   try {
     SelectObjects(scene, LabelChoice{"label_8"});
     FAIL();
   } catch (const UserError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("'label_8', all of whose pieces are left out"));
+    EXPECT_THAT(error.what(), HasSubstr("'label_8', all of whose components are left out"));
   }
   EXPECT_THAT(Kept(100000, 0).objects, IsEmpty());
 }
@@ -172,11 +172,11 @@ Model WithAFragment(int count, bool in_a_lump, float identity) {
   return model;
 }
 
-TEST(ObjectPieces, FragmentsAreNoObjects) {
+TEST(ObjectComponents, FragmentsAreNoObjects) {
   const auto left_out = [](const Model& model, bool keep_fragments = false, int64_t min_cells = 0) {
     ExportableSceneOptions options;
-    options.pieces.keep_fragments = keep_fragments;
-    options.pieces.min_cells = min_cells;
+    options.components.keep_fragments = keep_fragments;
+    options.components.min_cells = min_cells;
     const ExportableScene scene = MakeExportableScene(model, options);
     for (const int32_t object : scene.object_of_cell) EXPECT_LT(object, std::ssize(scene.objects));
     EXPECT_EQ(scene.objects.size() + scene.labels_left_out.size(), 3u);
@@ -188,7 +188,7 @@ TEST(ObjectPieces, FragmentsAreNoObjects) {
   ASSERT_EQ(scattered.size(), 1u);
   EXPECT_EQ(scattered[0].id, 9);
   EXPECT_TRUE(scattered[0].is_fragment);
-  EXPECT_EQ(scattered[0].pieces.cells, 12);
+  EXPECT_EQ(scattered[0].left_out.cells, 12);
   EXPECT_THAT(scattered[0].reason, HasSubstr("a fragment: 12 cells, 0.0"));
   EXPECT_THAT(scattered[0].reason, HasSubstr("; confidence 0.9"));
   // Cells of which the photos say different things, however they hang together.
@@ -203,7 +203,7 @@ TEST(ObjectPieces, FragmentsAreNoObjects) {
   EXPECT_THAT(left_out(WithAFragment(40, false, kSure)), IsEmpty());
 }
 
-TEST(ObjectPieces, AFragmentIsNamedToWhoAsksForIt) {
+TEST(ObjectComponents, AFragmentIsNamedToWhoAsksForIt) {
   const ExportableScene scene = MakeExportableScene(WithAFragment(12, false, 3));
   try {
     SelectObjects(scene, LabelChoice{"9"});
@@ -216,11 +216,11 @@ TEST(ObjectPieces, AFragmentIsNamedToWhoAsksForIt) {
 }
 
 // The first object goes, and the second takes its place in every table.
-TEST(ObjectPieces, IndicesFollowTheObjectsThatStay) {
-  Model model = Pieces();
+TEST(ObjectComponents, IndicesFollowTheObjectsThatStay) {
+  Model model = Components();
   std::swap(model.labels[0].id, model.labels[1].id);
   ExportableSceneOptions options;
-  options.pieces.min_cells = 4;
+  options.components.min_cells = 4;
   const ExportableScene scene = MakeExportableScene(model, options);
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_EQ(scene.objects[0].id, 8);

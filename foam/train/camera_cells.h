@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/training_views.h"
+#include "foam/optim/training_device.h"
+
+#include <cstdint>
+#include <vector>
+
+// The cells that hold the cameras: where the rays of a view start.
+
+namespace semfoam {
+
+// Finds the cells of the cameras in a foam whose sites move. Each search begins at the cell that
+// was found last, which is the same or near.
+class CameraCells {
+ public:
+  // Starts with cell 0 for every view. Both arguments must outlive this.
+  CameraCells(const TrainingViews& views, TrainingDevice* device);
+
+  // Starts with cell 0 again: to be called when the sites change their order.
+  void Reset();
+
+  // Searches the cells of `views` by the device's current planes and remembers them. Returns the
+  // cells of all views [NumViews]; those of other views are as they were.
+  const std::vector<uint32_t>& Update(const std::vector<int>& views);
+
+  // Returns what Update would, and remembers nothing.
+  std::vector<uint32_t> Find(const std::vector<int>& views) const;
+
+  // Describes the remembered cells (checkpoint_state.h).
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    archive->Array("start_cells", &cells_, views_.NumViews());
+  }
+
+ private:
+  const TrainingViews& views_;
+  TrainingDevice* const device_;
+  // [NumViews] The cell of each camera, as found last.
+  std::vector<uint32_t> cells_;
+};
+
+}  // namespace semfoam

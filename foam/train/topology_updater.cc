@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/train/topology_updater.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/train/checkpoint_state.h"
+#include "foam/util/elapsed_time.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <future>
+#include <span>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// The planes follow the sites every so many iterations: moving all of them costs as much as casting
+// a thousand rays, and between two of its own steps a cell waits longer than that.
+constexpr int64_t kRefreshInterval = 2;
+
+// A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
+// ray leaves before it has entered them, and after so many iterations at the latest. But a stale
+// one is only renewed while the sites triangulated so far are no more than so many per segment of a
+// ray cast: some 9 % of the time of a run, whatever the scene. Counted in sites and segments, not
+// seconds, so that the machine changes no byte.
+constexpr double kStaleShare = 2e-3;
+constexpr double kTriangulatedSitesPerSegment = 1.5e-3;
+constexpr int64_t kMinTriangulationInterval = 20;
+constexpr int64_t kMaxTriangulationInterval = 1000;
+
+// A triangulation beside the iterations takes no more than this share of those in which sites come,
+// however short the run.
+constexpr double kMostLagShare = 1.0 / 16;
+
+}  // namespace
+
+// A triangulation computed while iterations run.
+struct TopologyUpdater::PendingTriangulation {
+  // When it was asked for.
+  int64_t iteration = 0;
+  // Its positions are triangulated. A densification takes effect with the new topology; without an
+  // origin the sites stay those that there are.
+  Rearrangement plan;
+  // Declared last, so that it goes first, and waits for the thread that reads the positions.
+  std::future<TrainingTopology> topology;
+
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    size_t num_sites = plan.positions.size(), num_origins = plan.origin.size();
+    archive->Number("iteration", &iteration);
+    archive->Number("sites", &num_sites);
+    archive->Number("origins", &num_origins);
+    archive->Array("pending_positions", &plan.positions, num_sites);
+    archive->Array("pending_origin", &plan.origin, num_origins);
+    archive->Array("pending_is_new", &plan.is_new, num_origins);
+  }
+};
+
+TopologyUpdater::TopologyUpdater(const TrainingViews& views,
+                                 const std::vector<SeedPoint>& seeds,
+                                 const TrainingOptions& options,
+                                 const TrainingSchedule& schedule,
+                                 CameraCells* camera_cells,
+                                 TrainingState* state,
+                                 TrainingDevice* device)
+    : options_(options),
+      schedule_(schedule),
+      free_space_(views, seeds),
+      camera_cells_(camera_cells),
+      state_(state),
+      device_(device) {}
+
+TopologyUpdater::~TopologyUpdater() = default;
+
+void TopologyUpdater::Observe(const BatchTotals& batch) {
+  num_segments_ += batch.num_segments;
+  batch_segments_ = batch.num_segments;
+  batch_clamped_segments_ = batch.clamped_segments;
+}
+
+// While a triangulation is under way nothing asks for another one.
+void TopologyUpdater::Update(int64_t iteration) {
+  if (pending_ != nullptr) {
+    const int lag = TriangulationLag(pending_->plan.positions.size());
+    if (iteration >= pending_->iteration + lag) return TakeOver();
+  } else if (DensificationIsDue(iteration)) {
+    device_->DownloadSites();
+    Rearrangement plan = PlanNextDensification();
+    if (TriangulationLag(plan.positions.size()) == 0) {
+      CarryOut(plan);
+      plan = {};
+      return Triangulate(iteration);
+    }
+    Begin(iteration, std::move(plan));
+  } else if (!is_frozen_ && (!PositionsMove(iteration) || TopologyIsStale(iteration))) {
+    is_frozen_ = !PositionsMove(iteration);
+    if (TriangulationLag(state_->foam.NumSites()) == 0) return Triangulate(iteration);
+    device_->DownloadSites();
+    Begin(iteration, {});
+  }
+  if ((!is_frozen_ || pending_ != nullptr) && iteration % kRefreshInterval == 0) {
+    device_->FollowSites();
+  }
+}
+
+void TopologyUpdater::Abandon() { pending_.reset(); }
+
+void TopologyUpdater::Summarize(TrainingSummary* summary) const {
+  summary->segments = num_segments_;
+  summary->triangulations = num_triangulations_;
+  summary->seconds_triangulating = seconds_triangulating_;
+  summary->triangulation_lag = TriangulationLag(state_->foam.NumSites());
+}
+
+// Returns how many iterations pass from the begin to the end of a triangulation of so many sites;
+// 0: none is ever pending.
+int TopologyUpdater::TriangulationLag(size_t num_sites) const {
+  const auto most =
+      static_cast<int>(std::min(kMostLagShare * double(schedule_.early_iterations()), 1e9));
+  return std::clamp(device_->TriangulationLag(num_sites), 0, most);
+}
+
+bool TopologyUpdater::TopologyIsStale(int64_t iteration) const {
+  const int64_t age = iteration - last_triangulation_;
+  const bool affordable = double(triangulated_sites_ + state_->foam.NumSites()) <=
+                          kTriangulatedSitesPerSegment * double(num_segments_);
+  return age >= kMaxTriangulationInterval ||
+         (age >= kMinTriangulationInterval && affordable &&
+          batch_clamped_segments_ > kStaleShare * batch_segments_);
+}
+
+// Spreads densifications evenly over [densify_from, densify_until].
+bool TopologyUpdater::DensificationIsDue(int64_t iteration) const {
+  if (num_densifications_ >= options_.densify_events) return false;
+  const double due = options_.densify_from + (options_.densify_until - options_.densify_from) *
+                                                 num_densifications_ /
+                                                 std::max(1, options_.densify_events - 1);
+  return schedule_.RunFraction(iteration) >= due && PositionsMove(iteration);
+}
+
+// Multiplies the sites by what is left to reach the final number, so that prunings are made up for.
+Rearrangement TopologyUpdater::PlanNextDensification() {
+  const double growth = std::pow(double(options_.final_sites) / state_->foam.NumSites(),
+                                 1.0 / (options_.densify_events - num_densifications_));
+  DensificationOptions densify;
+  densify.num_to_add = static_cast<size_t>(std::max(0.0, state_->foam.NumSites() * (growth - 1)));
+  return PlanDensification(state_->topology.delaunay(),
+                           state_->densification,
+                           densify,
+                           options_.random_seed,
+                           num_densifications_++,
+                           state_->foam);
+}
+
+void TopologyUpdater::CarryOut(const Rearrangement& densification) {
+  device_->Rearrange(densification);
+  camera_cells_->Reset();
+}
+
+// Begins a triangulation beside the iterations; without a plan of change, of the host's sites.
+void TopologyUpdater::Begin(int64_t iteration, Rearrangement plan) {
+  pending_ = std::make_unique<PendingTriangulation>();
+  pending_->iteration = iteration;
+  pending_->plan = std::move(plan);
+  if (pending_->plan.positions.empty()) pending_->plan.positions = state_->foam.positions;
+  StartThread();
+}
+
+void TopologyUpdater::StartThread() {
+  const std::vector<Eigen::Vector3f>& sites = pending_->plan.positions;
+  const bool with_areas = state_->foam.HasSemantics();
+  pending_->topology = std::async(std::launch::async, [this, &sites, with_areas] {
+    TrainingTopology topology;
+    topology.Triangulate(sites, free_space_, with_areas);
+    return topology;
+  });
+}
+
+void TopologyUpdater::TakeOver() {
+  const auto begin = std::chrono::steady_clock::now();
+  TrainingTopology topology = pending_->topology.get();
+  const double waited = SecondsSince(begin);
+  if (!pending_->plan.origin.empty()) CarryOut(pending_->plan);
+  state_->topology = std::move(topology);
+  HandOver(pending_->iteration);
+  device_->FollowSites();
+  pending_.reset();
+  const double seconds = SecondsSince(begin);
+  seconds_triangulating_ += seconds;
+  VLOG(1) << "Took over the triangulation of " << state_->foam.NumSites() << " sites: waited "
+          << waited << " s for it, " << seconds << " s in all";
+}
+
+void TopologyUpdater::Triangulate(int64_t iteration) {
+  const auto begin = std::chrono::steady_clock::now();
+  device_->DownloadSites();
+  state_->topology.Triangulate(state_->foam.positions, free_space_, state_->foam.HasSemantics());
+  HandOver(iteration);
+  seconds_triangulating_ += SecondsSince(begin);
+}
+
+// Uploads the host's new topology, of the sites of an iteration.
+void TopologyUpdater::HandOver(int64_t iteration) {
+  device_->UploadTopology();
+  device_->HoldDensities();
+  last_triangulation_ = iteration;
+  if (num_triangulations_ > 0) triangulated_sites_ += state_->foam.NumSites();
+  ++num_triangulations_;
+}
+
+void TopologyUpdater::Save(CheckpointContents* contents) const {
+  const size_t num_sites = state_->foam.NumSites();
+  const std::span planes(state_->topology.geometry().positions.data(), num_sites);
+  StateWriter state("state", contents);
+  state.Array("triangulated_positions", &state_->topology.triangulated_sites(), num_sites);
+  state.Array("plane_positions", &planes, num_sites);
+  if (pending_ != nullptr) {
+    StateWriter pending("pending", contents);
+    pending_->Serialize(&pending);
+  }
+}
+
+TopologyUpdater::SavedSites TopologyUpdater::Read(const Checkpoint& checkpoint, int64_t iteration) {
+  const size_t num_sites = state_->foam.NumSites();
+  StateReader state("state", checkpoint);
+  SavedSites saved;
+  state.Array("triangulated_positions", &saved.triangulated, num_sites);
+  state.Array("plane_positions", &saved.planes, num_sites);
+  std::vector<const std::vector<Eigen::Vector3f>*> all = {
+      &state_->foam.positions, &saved.triangulated, &saved.planes};
+  if (!checkpoint.Texts("pending").empty()) {
+    pending_ = std::make_unique<PendingTriangulation>();
+    StateReader pending("pending", checkpoint);
+    pending_->Serialize(&pending);
+    const Rearrangement& plan = pending_->plan;
+    const size_t num_pending = plan.positions.size();
+    if (num_pending != (plan.origin.empty() ? num_sites : plan.origin.size()) ||
+        std::any_of(
+            plan.origin.begin(), plan.origin.end(), [&](uint32_t i) { return i >= num_sites; })) {
+      checkpoint.ThrowDamaged("its next triangulation has other sites");
+    }
+    if (pending_->iteration < 0 || pending_->iteration > iteration) {
+      checkpoint.ThrowDamaged("its next triangulation is of an iteration to come");
+    }
+    all.push_back(&plan.positions);
+  }
+  for (const auto* sites : all) {
+    for (const Eigen::Vector3f& site : *sites) {
+      if (site.norm() > 1.01f * kFarRadius) checkpoint.ThrowDamaged("a site is out of bounds");
+    }
+  }
+  return saved;
+}
+
+void TopologyUpdater::Restore(const SavedSites& sites) {
+  state_->topology.Triangulate(sites.triangulated, free_space_, state_->foam.HasSemantics());
+  state_->topology.Follow(sites.planes);
+  device_->Upload();
+  device_->UploadTopology();
+  if (pending_ != nullptr) StartThread();
+}
+
+}  // namespace semfoam

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/pixel_cache.h"
+#include "foam/data/pixel_range.h"
+#include "foam/data/training_views.h"
+#include "foam/render/ray_batch.h"
+#include "foam/train/training_options.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+// The pixels that a training looks at: those that it learns from, the probes on which the SH degree
+// is settled (sh_degree_selector.h), and those of held-out views that show its progress.
+
+namespace semfoam {
+
+// Whether an iteration draws from the probes' photos too, as far as that is known ahead.
+enum class ProbeUse { kSetApart, kTrainedOn, kUnknown };
+
+// Divides the views of a training into photos to learn from and probes, draws the rays of its
+// iterations, and keeps the pixels of views that do not fit into memory (foam/data/pixel_cache.h).
+// Random numbers are keyed by (TrainingOptions::random_seed, iteration).
+class TrainingPixels {
+ public:
+  // Sets probes apart where the SH degree has to be settled and there are photos to spare. Both
+  // arguments must outlive this.
+  TrainingPixels(const TrainingViews& views, const TrainingOptions& options);
+
+  // Returns the views that are not held out, ascending; the probes are among them.
+  const std::vector<int>& training_views() const { return training_views_; }
+
+  // Returns whether there is no pixel to learn from.
+  bool IsEmpty() const { return drawn_.size() == 0; }
+  bool HasProbes() const { return probes_.size() > 0; }
+
+  // Draws from the probes' photos too, from the next iteration on; there are no probes then.
+  void ReleaseProbes();
+
+  // Prepares to keep the pixels of views that do not hold theirs; does nothing for other views. To
+  // be called once, before any pixel is asked for. `probe_use` tells of every iteration from
+  // `first_iteration` on what it may draw from, and must stay valid as long as this. Throws
+  // UserError as PixelCache does.
+  void OpenCache(int64_t first_iteration, std::function<ProbeUse(int64_t iteration)> probe_use);
+
+  // Reads what has to be kept for `first_iteration`, calling `report`, which may be empty, for
+  // every view. `num_iterations`: of the run, as known by now. Throws as PixelCache::Drawn does.
+  void Read(int64_t first_iteration, int64_t num_iterations, PixelCache::Report report);
+
+  // Draws the rays of an iteration (DrawRays), which must not be lower than the one before.
+  // `start_cells`: per view. Returns the number of pixels left out because their colour is not
+  // finite. Throws as PixelCache::Drawn does.
+  int64_t Draw(int64_t iteration,
+               int64_t num_iterations,
+               const std::vector<uint32_t>& start_cells,
+               std::vector<BatchRay>* rays);
+
+  // Returns the rays of the probes, always of the same pixels; empty without probes.
+  std::vector<BatchRay> ProbeRays(const std::vector<uint32_t>& start_cells) const;
+
+  // Returns a grid of pixels over the held-out views (EvaluationStride), view by view.
+  std::vector<ViewPixel> HeldOutPixels() const;
+
+  // Returns what the photo stores of the k-th of HeldOutPixels(), for views that do not hold their
+  // pixels; null for others.
+  const PixelValue* HeldOutValue(size_t k) const;
+
+ private:
+  // Indices into DrawingPlan::ranges.
+  enum Range { kAllButProbes, kAllViews };
+
+  Range DrawnRange() const { return HasProbes() ? kAllButProbes : kAllViews; }
+  std::vector<ViewPixel> ProbePixels() const;
+
+  const TrainingViews& views_;
+  const TrainingOptions& options_;
+  const std::vector<int> training_views_;
+  // The pixels that iterations draw from.
+  PixelRange drawn_;
+  // The pixels of photos that iterations do not draw from; empty when the SH degree is settled.
+  PixelRange probes_;
+  // Null for views that hold their pixels.
+  std::unique_ptr<PixelCache> cache_;
+  // How many of the cache's kept pixels are probes; they come first.
+  size_t num_probes_kept_ = 0;
+};
+
+}  // namespace semfoam

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/training_views.h"
+#include "foam/geometry/similarity.h"
+#include "foam/image/image.h"
+#include "foam/model/model.h"
+#include "plugin/colmap/camera_rays.h"
+#include "plugin/dataset/scene_plan.h"
+#include "plugin/mask/class_image.h"
+#include "plugin/mask/mask_classes.h"
+#include "plugin/mask/mask_consistency.h"
+#include "plugin/mask/mask_decoding.h"
+#include "plugin/photo/photo_light.h"
+#include "plugin/photo/photo_survey.h"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace semfoam {
+
+// Loads a planned scene: photos and masks become views with rays, colours and classes, ready to
+// train on and to compare with.
+
+struct LoadOptions {
+  // Memory in bytes for photos and masks. They are kept if SceneMemory::held does not exceed this;
+  // otherwise none is kept, and this much is used for the pixels that training draws.
+  int64_t cache_bytes = std::numeric_limits<int64_t>::max();
+  // Maximum number of photos and masks decoded at a time; 0 = one per thread.
+  int most_at_once = 0;
+  // Called with the number of decoded photos and of all photos; from any thread, one at a time.
+  std::function<void(int done, int total)> report;
+};
+
+// The photos, their cameras and their labels. Views are sorted by name. In memory: 3 bytes a pixel
+// for the photo, 1 or 2 for its classes, where all of them fit into LoadOptions::cache_bytes (else
+// HoldsPixels is false, and a photo and its mask are decoded whenever they are asked for); and 12
+// for each distorted camera's table of rays (ray_tables.h; cameras without a table compute each
+// ray).
+class TrainingScene final : public TrainingViews {
+ public:
+  // Decodes every photo and mask completely, in parallel, and names the labels
+  // (NameCorrectedLabels). Throws UserError naming the first, by name, that is damaged, and
+  // whatever DecodeMask, NumberMasks, CorrectMasks and NameLabels throw. Also throws where masks in
+  // a folder that the user named have no id but 0.
+  explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
+
+  int NumViews() const override { return static_cast<int>(views_.size()); }
+  int Width(int view) const override { return plan_.photos[view].width; }
+  int Height(int view) const override { return plan_.photos[view].height; }
+  bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
+  Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
+  // The colour is the pixel's; after SetLights, what ReferenceColor makes of it: not a number where
+  // that is not known.
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override;
+  bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
+  bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
+
+  bool HoldsPixels() const override { return holds_pixels_; }
+  int64_t CacheBytes() const override { return cache_bytes_; }
+  int MostOpenViews() const override { return most_open_views_; }
+  // Throws UserError also where a file is not what it was when the scene was loaded: gone, of
+  // another size, or a mask with other ids.
+  std::unique_ptr<ViewPixels> OpenView(int view) const override;
+
+  // Brings the colours of rays to the reference exposure from now on. `lights` [views]; empty: the
+  // colours stay as they are.
+  void SetLights(std::vector<PhotoLight> lights);
+
+  const ScenePlan& Plan() const { return plan_; }
+  const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
+  const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
+  const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
+
+  // Returns one label for each class; none without masks, or when they are empty.
+  const std::vector<Label>& Labels() const { return labels_; }
+  int NumClasses() const { return static_cast<int>(labels_.size()); }
+
+  // CHECKs HoldsPixels().
+  const Image8& Photo(int view) const;
+  // Returns the survey at the places of ScenePlan::tracks in this view, in their order.
+  const PhotoSurvey& Survey(int view) const { return surveys_[view]; }
+  bool HasMask(int view) const { return !plan_.masks.masks[view].empty(); }
+  // Returns the label ids (Label::id) of a view's pixels at the photo's size; 0 where unlabelled or
+  // without a mask.
+  LabelImage LabelIds(int view) const;
+
+  // Returns the time that decoding and checking the photos and masks took.
+  double SecondsDecoding() const { return seconds_decoding_; }
+
+  // Returns "64 of 64 photos have a mask, 13 labels, 0 masks unused", or that there are none.
+  std::string MaskReport() const;
+  // Returns sentences for the user about the masks and their names, besides those of the plan.
+  std::vector<std::string> Warnings() const;
+  // Returns what the correction of the masks by the tracks has made of them.
+  const MaskConsistencyReport& Consistency() const { return consistency_; }
+  // Returns one line about the photos: how many, how many held out, what was left out or rescaled.
+  std::string PhotoReport() const;
+
+ private:
+  struct View {
+    Image8 photo;
+    ClassImage classes;
+    // Camera centre in the normalised frame, and rotation.
+    Eigen::Vector3d origin;
+    Eigen::Matrix3d world_from_cam;
+    std::shared_ptr<const PixelRays> rays;
+  };
+
+  // What remains of the masks after all are decoded, until their ids have classes.
+  struct DecodedMasks {
+    // [views] DecodedMask::indices; empty where pixels are not held.
+    std::vector<ClassImage> indices;
+    // [views] In indices of each mask's own ids; empty unless masks are held against the tracks.
+    std::vector<ViewEvidence> evidence;
+  };
+
+  void LoadPhotosAndMasks(const LoadOptions& load);
+  DecodedMasks DecodeAll(const LoadOptions& load);
+  // Corrects the masks by the tracks; takes them from the plan.
+  void CorrectMaskClasses(std::vector<ViewEvidence> evidence);
+  // Returns a sentence about masks without an id but 0; empty where there are ids, or no masks.
+  std::string NoIdsSentence() const;
+  void PlaceCameras();
+  Image8 DecodePhoto(int view) const;
+  // Returns the classes of the corrected mask; `indices` as of DecodedMask.
+  ClassImage ClassesOfMask(int view, ClassImage indices) const;
+  PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
+
+  ScenePlan plan_;
+  std::vector<View> views_;
+  std::vector<PhotoSurvey> surveys_;
+  bool holds_pixels_ = true;
+  int64_t cache_bytes_ = 0;
+  int most_open_views_ = 1;
+  std::vector<MaskContents> mask_contents_;
+  MaskClasses mask_classes_;
+  std::shared_ptr<const MaskRewriter> mask_rewriter_;
+  // Empty: none.
+  std::vector<PhotoLight> lights_;
+  std::vector<Label> labels_;
+  MaskConsistencyReport consistency_;
+  std::string names_warning_;
+  double seconds_decoding_ = 0;
+};
+
+}  // namespace semfoam

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/model.h"
+#include "plugin/mask/mask_decoding.h"
+#include "plugin/mask/mask_pairing.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <vector>
+
+namespace semfoam {
+
+// Numbers the ids of a set of masks as classes, 0, 1, ...
+
+// What id 0 of the masks is. Trackers write 0 where they follow nothing. Where that is the odd gap,
+// it says nothing of the pixel (kIgnore). Where few things were masked and the rest is 0, it says
+// that the pixel is none of them, and without it everything would be learned as one of them
+// (kClass). kAuto: a class where at least a fifth of the masks' pixels are 0.
+enum class LabelZero { kIgnore, kClass, kAuto };
+
+// The classes of a set of masks.
+struct MaskClasses {
+  // One for each class, ascending by source id.
+  std::vector<Label> labels;
+  // Whether masks of colours are grey masks saved as RGB.
+  bool colors_are_grey = false;
+  std::map<uint32_t, int32_t> class_of_id;
+
+  // Returns the class of each of the mask's ids, for ClassesOf.
+  std::vector<int32_t> Of(const MaskContents& mask) const;
+};
+
+// Numbers the ids of all masks as classes; `contents` [pairing.masks] are of each.
+//
+// A pixel's id is: the value of a grey mask (1 to 16 bits); the index, never the colour, of a
+// palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set
+// has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. Id 0 is no
+// object: it becomes kUnlabelled, or a class of its own (`label_zero`).
+//
+// Label::id is the mask's id where all ids of the set are at most 65535; else they are numbered
+// from 1 in ascending order, and Label::source_id keeps the mask's.
+//
+// Throws UserError, one sentence naming the file: long ids that DEVA's pred.json, in the mask
+// folder or beside it, does not have (a resampled mask); more than kMaxMaskClasses classes.
+MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
+                        const MaskPairing& pairing,
+                        const std::filesystem::path& mask_folder,
+                        LabelZero label_zero);
+
+}  // namespace semfoam

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "plugin/mask/class_image.h"
+#include "plugin/photo/photo.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace semfoam {
+
+// Decodes one mask, a PNG whose pixels hold the ids of objects, such as DEVA writes, at the size of
+// its photo. Which classes the ids have depends on all masks of a set (mask_classes.h).
+
+// What must be known of each mask before its ids have classes.
+struct MaskContents {
+  // Whether it stores colours; false: grey values or palette indices.
+  bool is_rgb = false;
+  // Every value that occurs, in the order of first occurrence.
+  std::vector<uint32_t> ids;
+  // Number of pixels of id 0, at the mask's size.
+  int64_t num_zero = 0;
+  // Size of the file; 0 x 0 where there is no mask.
+  PhotoSize size;
+};
+
+struct DecodedMask {
+  MaskContents contents;
+  // At the photo's size, read at the nearest pixel centre: indices into contents.ids, never
+  // kUnlabelled. One byte a pixel of the photo up to 255 ids, else two.
+  ClassImage indices;
+};
+
+// Takes, besides the result, the memory that MaskHeader::decoding_bytes tells. Throws UserError,
+// one sentence naming the file: a mask that is damaged or no PNG; one whose aspect is not the
+// photo's (to a pixel); one with more than kMaxMaskClasses ids; interlaced rows that do not fit
+// into memory.
+DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
+
+// Decodes a mask that had these contents when it was decoded before. Also throws UserError where
+// its ids are others now: what is known of them would be wrong.
+DecodedMask DecodeMaskAgain(const std::filesystem::path& path,
+                            const PhotoSize& photo_size,
+                            const MaskContents& contents);
+
+}  // namespace semfoam

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/export_objects.h"
+
+#include "export/scene/names.h"
+#include "foam/util/error.h"
+#include "tools/controllers/object_photos.h"
+
+#include <cstdint>
+#include <iomanip>
+#include <sstream>
+#include <string>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// "3 components of 25 cells, volume 0.00123; the largest, of 20 cells, at (1, 2, 3)".
+std::string Describe(const LeftOutComponents& left_out) {
+  const auto plural = [](int64_t count, const char* noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+  };
+  const Eigen::Vector3d& at = left_out.largest_center;
+  std::ostringstream text;
+  text << plural(left_out.components, "component") << " of " << plural(left_out.cells, "cell")
+       << ", volume " << left_out.volume << "; the largest, of "
+       << plural(left_out.largest_cells, "cell") << ", at (" << std::setprecision(9) << at.x()
+       << ", " << at.y() << ", " << at.z() << ")";
+  return text.str();
+}
+
+// Logs what a turn by multiples of 90 degrees leaves.
+void LogTilt(const ExportTransform& transform) {
+  constexpr double kLevelDegrees = 5;
+  if (transform.up_axis == UpAxis::kColmap) return;
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << "up_axis "
+       << NameOf(kUpAxisNames, transform.up_axis) << " leaves the photos' mean upward direction "
+       << transform.up_tilt_degrees << " degrees off that axis";
+  if (transform.up_tilt_degrees < kLevelDegrees) {
+    LOG(INFO) << text.str();
+  } else {
+    LOG(WARNING) << text.str()
+                 << ", because it turns by multiples of 90 degrees; level the model with `colmap "
+                    "model_orientation_aligner`, or give the rotation with transform.";
+  }
+}
+
+// Logs what is left out of the objects, and which labels have no object.
+void LogLeftOut(const ExportableScene& scene) {
+  for (const ObjectInfo& object : scene.objects) {
+    if (object.left_out.components == 0) continue;
+    LOG(INFO) << "Left out of " << object.name << " (" << object.id
+              << "): " << Describe(object.left_out);
+  }
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
+              << Describe(label.left_out) << (label.is_fragment ? "; keep_fragments keeps it" : "");
+  }
+  std::string without_cells;
+  for (const Label& label : scene.labels_without_cells) {
+    if (!without_cells.empty()) without_cells += ", ";
+    without_cells += DisplayName(label.id, label.name) + " (" + std::to_string(label.id) + ")";
+  }
+  if (!without_cells.empty()) {
+    LOG(INFO) << "Labels without solid cells, for which there will be no object: " << without_cells;
+  }
+}
+
+}  // namespace
+
+ExportableScene PrepareExport(const Model& model,
+                              const std::filesystem::path& foam_path,
+                              ExportTransform transform,
+                              const ComponentOptions& components) {
+  TurnUpright(model.photos, &transform);
+  LogTilt(transform);
+  ExportableSceneOptions options;
+  options.transform = transform;
+  options.components = components;
+  ExportableScene scene = MakeExportableScene(model, options);
+  FindPhotosOfObjects(model, foam_path, &scene);
+  LogLeftOut(scene);
+  return scene;
+}
+
+void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path) {
+  if (!scene.objects.empty()) return;
+  if (!scene.labels_left_out.empty()) {
+    throw UserError(
+        foam_path.string(),
+        ": all components of its objects are left out, so there is no surface to write; a "
+        "smaller min_cells would be right.");
+  }
+  if (!scene.labels_without_cells.empty()) {
+    throw UserError(foam_path.string(),
+                    ": none of its ",
+                    scene.labels_without_cells.size(),
+                    " labels has solid cells, so there is no surface to write; a longer training "
+                    "would be right, or volume_exporter, which writes the whole scene.");
+  }
+  throw UserError(foam_path.string(),
+                  ": has no labels, so there is no object whose surface could be written; a "
+                  "training with masks would be right, or volume_exporter, which writes the whole "
+                  "scene.");
+}
+
+}  // namespace semfoam

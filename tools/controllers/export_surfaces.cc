@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/export_surfaces.h"
+
+#include "tools/controllers/written_files.h"
+#include "tools/support/memory_task.h"
+
+#include <glog/logging.h>
+
+namespace semfoam {
+
+std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
+                                     const std::filesystem::path& output_path,
+                                     const std::set<ExportFormat>& formats,
+                                     SurfaceExportOptions surface) {
+  if (scene.objects.empty()) {
+    LOG(WARNING) << "There is no object, so no meshes are written.";
+    return {};
+  }
+  const MemoryTask task("meshes are made", "a foam of fewer objects (object_extractor)");
+  surface.om = formats.count(ExportFormat::kOm) != 0;
+  surface.ply = formats.count(ExportFormat::kPly) != 0;
+  surface.obj = formats.count(ExportFormat::kObj) != 0;
+  surface.glb = formats.count(ExportFormat::kGlb) != 0;
+  surface.usda = formats.count(ExportFormat::kUsda) != 0;
+  surface.creator = "semfoam " SEMFOAM_VERSION;
+  LOG(INFO) << "Writing meshes";
+  std::vector<WrittenFile> files = ExportSurfaces(scene, output_path, surface);
+  // The formats of one object hold the same surface: one line for all of them.
+  for (size_t i = 0; i < files.size();) {
+    WrittenFile line = files[i];
+    for (++i; i < files.size() && files[i].object_id == line.object_id; ++i) {
+      line.path += ", ." + files[i].format;
+    }
+    LogWritten(line);
+  }
+  return files;
+}
+
+}  // namespace semfoam

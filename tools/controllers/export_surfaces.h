@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "export/io/surface_export.h"
+#include "export/scene/exportable_scene.h"
+#include "tools/controllers/export_format.h"
+
+#include <filesystem>
+#include <set>
+#include <vector>
+
+namespace semfoam {
+
+// Writes the surfaces of the objects (ExportSurfaces) into `output_path`, in these formats
+// (kVdb holds none). Logs what was written, one line for all formats of an object, and returns it;
+// warns where the scene has no object. `surface` says all but the formats and the creator, which is
+// this program and version. Throws UserError as ExportSurfaces does.
+std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
+                                     const std::filesystem::path& output_path,
+                                     const std::set<ExportFormat>& formats,
+                                     SurfaceExportOptions surface = {});
+
+}  // namespace semfoam

@@ -10,8 +10,10 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::Contains;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
+using testing::Not;
 
 TEST(Library, IsFoundByOtherProjectsAndMakesTheBytesOfTheProgram) {
   const TempFolder folder;
@@ -44,6 +46,23 @@ TEST(Library, IsFoundByOtherProjectsAndMakesTheBytesOfTheProgram) {
         << file;
   }
   run("cmake", {"--build", build});
+
+  // All that a public header includes is there, and nothing that only the libraries need.
+  const std::string include = prefix + "/include/SemanticFoam";
+  const std::vector<std::string> headers = FilesBelow(include);
+  EXPECT_THAT(headers, IsSupersetOf({"foam/model/model.h", "tools/controllers/scene_segmenter.h"}));
+  EXPECT_THAT(headers, Not(Contains(HasSubstr("simd"))));
+  EXPECT_THAT(headers, Not(Contains(HasSubstr("_internal"))));
+  std::string all;
+  for (const std::string& header : headers) all += "#include \"" + header + "\"\n";
+  WriteFile(folder / "all.cc", all);
+  run("c++",
+      {"-std=c++20",
+       "-fsyntax-only",
+       "-I" + include,
+       "-isystem",
+       "/usr/include/eigen3",
+       (folder / "all.cc").string()});
 
   // The same bytes as the command's, in every file but those that tell how long it took and those
   // that the program alone draws.

@@ -1,0 +1,16 @@
+# Installs the public headers, and those that they include, as they lie in the tree. Run by `cmake --install`, with
+# SEMFOAM_SOURCE, SEMFOAM_HEADERS (paths in it) and SEMFOAM_DESTINATION (below the prefix) set.
+set(waiting ${SEMFOAM_HEADERS})
+set(installed "")
+while(waiting)
+  list(POP_FRONT waiting header)
+  if(header IN_LIST installed OR NOT EXISTS ${SEMFOAM_SOURCE}/${header})
+    continue()
+  endif()
+  list(APPEND installed ${header})
+  get_filename_component(folder ${header} DIRECTORY)
+  file(INSTALL ${SEMFOAM_SOURCE}/${header} DESTINATION ${CMAKE_INSTALL_PREFIX}/${SEMFOAM_DESTINATION}/${folder})
+  file(STRINGS ${SEMFOAM_SOURCE}/${header} includes REGEX "^#include \"[^\"]+\"")
+  list(TRANSFORM includes REPLACE "^#include \"([^\"]+)\".*" "\\1")
+  list(APPEND waiting ${includes})
+endwhile()

@@ -190,7 +190,7 @@ TEST(MaskAnalyzer, WorksOnMasksAloneAndSaysWhatItCannotTell) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("64 masks for 64 photos"));
   EXPECT_THAT(outcome.out, HasSubstr("47 ids"));
-  EXPECT_THAT(outcome.out, HasSubstr("Without a COLMAP model (--input_path) nothing tells"));
+  EXPECT_THAT(outcome.out, HasSubstr("nothing tells whether the ids agree"));
   EXPECT_THAT(outcome.out, HasSubstr("0 suspicious photos\n"));
   WriteFile(folder / "w/pred.json", "{\"annotations\": []}");
   const json report = AnalyzeAsJson(arguments);

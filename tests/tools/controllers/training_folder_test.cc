@@ -13,7 +13,6 @@
 namespace semfoam {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

@@ -80,7 +80,7 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
       if (is_judged) masks.evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
       if (holds_pixels_) masks.indices[i] = std::move(mask.indices);
     } else {
-      masks.evidence[i].class_at.assign(seed_places[i].size(), kNoLabel);
+      masks.evidence[i].class_at.assign(seed_places[i].size(), kUnlabelled);
     }
     if (!load.report) return;
     const std::lock_guard lock(report_mutex);

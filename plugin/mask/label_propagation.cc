@@ -2,6 +2,7 @@
 #include "plugin/mask/label_propagation.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
 #include <map>
 #include <set>
@@ -37,7 +38,7 @@ void PropagateRegionLabels(Evidence* evidence) {
 
 // Sets the verdict of the other photos on each observation.
 void JudgeObservations(Evidence* evidence) {
-  std::vector<Vote> votes;
+  std::vector<Vote<RegionLabel>> votes;
   for (Observation& observation : evidence->observations) {
     votes.clear();
     float total = 0;
@@ -48,7 +49,7 @@ void JudgeObservations(Evidence* evidence) {
     });
     observation.verdict = kNoLabel;
     if (total < kLeastVotes) continue;
-    for (const Vote& vote : votes) {
+    for (const Vote<RegionLabel>& vote : votes) {
       if (vote.weight > 0.5f * total) observation.verdict = vote.label;
     }
   }
@@ -60,7 +61,7 @@ std::vector<char> RareLabels(int num_labels, const std::vector<Region>& regions)
   std::set<int32_t> all_views;
   for (const Region& region : regions) {
     all_views.insert(region.view);
-    if (region.label != kNoLabel) views[region.label].insert(region.view);
+    if (region.label != kNoLabel) views[Value(region.label)].insert(region.view);
   }
   const double enough = std::max(2.0, kShareOfPhotos * static_cast<double>(all_views.size()));
   std::vector<char> is_rare;
@@ -70,7 +71,7 @@ std::vector<char> RareLabels(int num_labels, const std::vector<Region>& regions)
 }
 
 // Number of observations with a verdict, by (view, verdict).
-using VerdictsOfViews = std::map<std::pair<int32_t, int32_t>, int>;
+using VerdictsOfViews = std::map<std::pair<int32_t, RegionLabel>, int>;
 
 VerdictsOfViews CountVerdicts(const Evidence& evidence) {
   VerdictsOfViews counts;
@@ -85,14 +86,14 @@ VerdictsOfViews CountVerdicts(const Evidence& evidence) {
 // few photos have where `is_rare`.
 void JudgeRegion(const std::vector<Observation>& observations,
                  const VerdictsOfViews& in_view,
-                 int32_t believed,
+                 RegionLabel believed,
                  bool is_rare,
                  double clear_share,
                  Region* region) {
-  std::map<int32_t, int> count;
+  std::map<RegionLabel, int> count;
   int judged = 0;
   for (const uint32_t i : region->observations) {
-    const int32_t verdict = observations[i].verdict;
+    const RegionLabel verdict = observations[i].verdict;
     if (verdict == kNoLabel) continue;
     ++count[verdict];
     ++judged;
@@ -101,10 +102,10 @@ void JudgeRegion(const std::vector<Observation>& observations,
   region->label = believed;
   region->parts.clear();
   if (!region->is_judged) return;
-  const auto holds_most_of = [&](int32_t label, int n) {
+  const auto holds_most_of = [&](RegionLabel label, int n) {
     return n >= kShareOfLabel * in_view.at({region->view, label});
   };
-  std::vector<int32_t> present;
+  std::vector<RegionLabel> present;
   int most = 0;
   for (const auto& [label, n] : count) {
     most = std::max(most, n);
@@ -129,7 +130,7 @@ void JudgeRegion(const std::vector<Observation>& observations,
   }
 }
 
-void JudgeRegions(const std::vector<int32_t>& believed,
+void JudgeRegions(const std::vector<RegionLabel>& believed,
                   const std::vector<char>& is_rare,
                   double clear_share,
                   Evidence* evidence) {
@@ -138,7 +139,7 @@ void JudgeRegions(const std::vector<int32_t>& believed,
     JudgeRegion(evidence->observations,
                 in_view,
                 believed[r],
-                is_rare[believed[r]] != 0,
+                is_rare[Value(believed[r])] != 0,
                 clear_share,
                 &evidence->regions[r]);
   }
@@ -148,19 +149,19 @@ void DropUnconfirmed(int num_labels, Evidence* evidence) {
   std::vector<int> confirmed(num_labels, 0);
   for (const Observation& observation : evidence->observations) {
     if (observation.label != kNoLabel && observation.label == observation.verdict) {
-      ++confirmed[observation.label];
+      ++confirmed[Value(observation.label)];
     }
   }
   const std::vector<char> is_rare = RareLabels(num_labels, evidence->regions);
   for (Region& region : evidence->regions) {
-    if (region.label == kNoLabel || confirmed[region.label] >= kLeastPoints) continue;
-    if (is_rare[region.label]) region.label = kNoLabel;
+    if (region.label == kNoLabel || confirmed[Value(region.label)] >= kLeastPoints) continue;
+    if (is_rare[Value(region.label)]) region.label = kNoLabel;
   }
 }
 
 }  // namespace
 
-std::vector<char> PropagateLabels(const std::vector<int32_t>& believed,
+std::vector<char> PropagateLabels(const std::vector<RegionLabel>& believed,
                                   int num_labels,
                                   Evidence* evidence) {
   const std::vector<char> is_rare = RareLabels(num_labels, evidence->regions);

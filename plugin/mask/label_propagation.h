@@ -3,7 +3,6 @@
 
 #include "plugin/mask/mask_evidence.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -18,7 +17,7 @@ namespace semfoam {
 // `believed` [regions] are the labels, below `num_labels`, that the regions begin with. Sets label,
 // parts and is_judged of the regions, and label and verdict of the observations. Returns for each
 // region whether its points contradict it, so that it was dropped for them.
-std::vector<char> PropagateLabels(const std::vector<int32_t>& believed,
+std::vector<char> PropagateLabels(const std::vector<RegionLabel>& believed,
                                   int num_labels,
                                   Evidence* evidence);
 

@@ -14,10 +14,10 @@ namespace {
 
 constexpr size_t kNumNeighbors = 4;
 
-// The class of a pixel that is not near a border; else kNoLabel.
+// The class of a pixel that is not near a border; else kUnlabelled.
 int32_t InnerClass(const ClassImage& image, const PhotoRecord& photo, float x, float y) {
   const int radius = RaggedRadius(photo);
-  if (UniformRadius(image, photo, x, y, radius) < radius) return kNoLabel;
+  if (UniformRadius(image, photo, x, y, radius) < radius) return kUnlabelled;
   return image[static_cast<size_t>(y) * photo.width + static_cast<size_t>(x)];
 }
 
@@ -52,15 +52,6 @@ int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, fl
   return most;
 }
 
-void AddVote(int32_t label, float weight, std::vector<Vote>* votes) {
-  for (Vote& vote : *votes) {
-    if (vote.label != label) continue;
-    vote.weight += weight;
-    return;
-  }
-  votes->push_back({label, weight});
-}
-
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views) {
   std::vector<std::vector<Eigen::Vector2f>> places(num_views);
@@ -76,7 +67,7 @@ ViewEvidence LookAtMask(const ClassImage& image,
                         const PhotoRecord& photo,
                         const std::vector<Eigen::Vector2f>& places) {
   ViewEvidence evidence;
-  evidence.class_at.assign(places.size(), kNoLabel);
+  evidence.class_at.assign(places.size(), kUnlabelled);
   if (photo.held_out || image.Empty()) return evidence;
   int32_t last = kUnlabelled;
   int64_t run = 0;
@@ -106,7 +97,7 @@ void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence) {
     if (classes[own] != kUnlabelled) pixels_of[classes[own]] = pixels;
   }
   evidence->pixels_of = std::move(pixels_of);
-  for (int32_t& c : evidence->class_at) c = c == kNoLabel ? kNoLabel : classes[c];
+  for (int32_t& c : evidence->class_at) c = c == kUnlabelled ? kUnlabelled : classes[c];
 }
 
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,
@@ -118,7 +109,8 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
       region_of[view][c] = static_cast<int32_t>(regions.size());
       Region& region = regions.emplace_back();
       region.view = static_cast<int32_t>(view);
-      region.mask_class = region.label = c;
+      region.mask_class = c;
+      region.label = RegionLabel{c};
       region.num_pixels = pixels;
     }
   }
@@ -128,14 +120,14 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
     const size_t before = observations.size();
     for (const PixelObservation& seen : tracks[i]) {
       const int32_t c = views[seen.view].class_at.at(next_place[seen.view]++);
-      if (c == kNoLabel) continue;
+      if (c == kUnlabelled) continue;
       const Eigen::Vector2f pixel = seen.pixel.cast<float>();
       Observation& observation = observations.emplace_back();
       observation.point = static_cast<uint32_t>(positions.size());
       observation.region = region_of[seen.view].at(c);
       observation.x = pixel.x();
       observation.y = pixel.y();
-      observation.label = c;
+      observation.label = RegionLabel{c};
       regions[observation.region].observations.push_back(
           static_cast<uint32_t>(observations.size() - 1));
     }
@@ -165,7 +157,7 @@ void Evidence::FindNeighbors(const std::vector<Eigen::Vector3f>& positions) {
 }
 
 Evidence::PairAgreement Evidence::Agreement() const {
-  std::map<int32_t, double> count_of_label;
+  std::map<RegionLabel, double> count_of_label;
   double count = 0;
   int64_t same = 0, pairs = 0;
   for (size_t point = 0; point + 1 < offsets_.size(); ++point) {

@@ -20,20 +20,24 @@ namespace semfoam {
 // *observation* is a point of the model seen in a region, and observations of one point or of
 // neighbouring points in two photos are *linked*.
 
-inline constexpr int32_t kNoLabel = -1;
+// A label of regions while masks are corrected: an index into RegionLabels::labels. Regions begin
+// with the class of their id as their label.
+enum class RegionLabel : int32_t {};
+inline constexpr RegionLabel kNoLabel{-1};
+constexpr int32_t Value(RegionLabel label) { return static_cast<int32_t>(label); }
 
 struct Region {
   int32_t view = 0;
   int32_t mask_class = 0;
   int64_t num_pixels = 0;
   // Label assigned to the region; kNoLabel: dropped or split.
-  int32_t label = 0;
+  RegionLabel label{0};
   // Whether it has enough points to be judged.
   bool is_judged = false;
   // Indices into Evidence::observations.
   std::vector<uint32_t> observations;
   // Labels of the parts of a split region, ascending.
-  std::vector<int32_t> parts;
+  std::vector<RegionLabel> parts;
 };
 
 struct Observation {
@@ -44,20 +48,29 @@ struct Observation {
   // Pixel of the photo record's size.
   float x = 0, y = 0;
   // Label voted for: that of the region, of the part of it that holds the pixel, or kNoLabel.
-  int32_t label = 0;
+  RegionLabel label{0};
   // Label that the other photos vote for.
-  int32_t verdict = kNoLabel;
+  RegionLabel verdict = kNoLabel;
 };
 
-// A label and the weight of the votes for it. Few labels occur around a point, so a vector of votes
-// is searched linearly.
+// A label of any type and the weight of the votes for it. Few labels occur around a point, so a
+// vector of votes is searched linearly.
+template <typename T>
 struct Vote {
-  int32_t label = 0;
+  T label{};
   float weight = 0;
 };
 
 // Adds `weight` to the vote for `label`.
-void AddVote(int32_t label, float weight, std::vector<Vote>* votes);
+template <typename T>
+void AddVote(T label, float weight, std::vector<Vote<T>>* votes) {
+  for (Vote<T>& vote : *votes) {
+    if (vote.label != label) continue;
+    vote.weight += weight;
+    return;
+  }
+  votes->push_back({label, weight});
+}
 
 // Returns the radius in pixels, at most `most`, of the largest square around pixel (x, y) that lies
 // inside the photo and is all of one class; -1 if (x, y) lies outside of the image, which has the
@@ -73,7 +86,7 @@ int RaggedRadius(const PhotoRecord& photo);
 struct ViewEvidence {
   // Number of pixels by class.
   std::map<int32_t, int64_t> pixels_of;
-  // Class at each place; kNoLabel where there is none or within RaggedRadius of a border.
+  // Class at each place; kUnlabelled where there is none or within RaggedRadius of a border.
   std::vector<int32_t> class_at;
 };
 

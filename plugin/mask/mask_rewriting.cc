@@ -24,8 +24,8 @@ class SplitRegion {
         evidence_(evidence),
         region_(region) {}
 
-  int32_t LabelAt(int x, int y) {
-    int32_t& label = labels_[static_cast<size_t>(y / block_) * columns_ + x / block_];
+  RegionLabel LabelAt(int x, int y) {
+    RegionLabel& label = labels_[static_cast<size_t>(y / block_) * columns_ + x / block_];
     if (label == kUnknown) {
       const auto middle = [&](int at) {
         const int block = at / block_;
@@ -37,10 +37,10 @@ class SplitRegion {
   }
 
  private:
-  static constexpr int32_t kUnknown = -2;
+  static constexpr RegionLabel kUnknown{-2};
 
-  int32_t Nearest(float x, float y) const {
-    int32_t nearest = kNoLabel;
+  RegionLabel Nearest(float x, float y) const {
+    RegionLabel nearest = kNoLabel;
     float distance = INFINITY, distance_of_others = INFINITY;
     for (const uint32_t i : region_.observations) {
       const Observation& observation = evidence_.observations[i];
@@ -59,7 +59,7 @@ class SplitRegion {
 
   int block_;
   int columns_;
-  std::vector<int32_t> labels_;
+  std::vector<RegionLabel> labels_;
   const Evidence& evidence_;
   const Region& region_;
 };
@@ -67,15 +67,15 @@ class SplitRegion {
 }  // namespace
 
 MaskRewriter::MaskRewriter(Evidence evidence,
-                           std::vector<int32_t> label_of_class,
+                           std::vector<RegionLabel> label_of_class,
                            const std::vector<Label>& labels)
     : evidence_(std::move(evidence)),
       label_of_class_(std::move(label_of_class)),
       class_of_label_(labels.size(), kUnlabelled) {
   std::vector<char> is_used(labels.size(), 0);
   for (const Region& region : evidence_.regions) {
-    if (region.label != kNoLabel) is_used[region.label] = 1;
-    for (const int32_t part : region.parts) is_used[part] = 1;
+    if (region.label != kNoLabel) is_used[Value(region.label)] = 1;
+    for (const RegionLabel part : region.parts) is_used[Value(part)] = 1;
   }
   for (size_t label = 0; label < labels.size(); ++label) {
     if (!is_used[label]) continue;
@@ -91,10 +91,10 @@ ClassImage MaskRewriter::Rewrite(int view,
   std::vector<int32_t> class_of_class(label_of_class_.size(), kUnlabelled);
   std::vector<std::unique_ptr<SplitRegion>> split(label_of_class_.size());
   if (photo.held_out) {
-    std::transform(
-        label_of_class_.begin(), label_of_class_.end(), class_of_class.begin(), [&](int32_t label) {
-          return NewClass(label);
-        });
+    std::transform(label_of_class_.begin(),
+                   label_of_class_.end(),
+                   class_of_class.begin(),
+                   [&](RegionLabel label) { return NewClass(label); });
   }
   auto region = std::lower_bound(
       evidence_.regions.begin(), evidence_.regions.end(), view, [](const Region& r, int v) {

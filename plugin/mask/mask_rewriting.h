@@ -19,7 +19,7 @@ namespace semfoam {
 class MaskRewriter {
  public:
   MaskRewriter(Evidence evidence,
-               std::vector<int32_t> label_of_class,
+               std::vector<RegionLabel> label_of_class,
                const std::vector<Label>& labels);
 
   const Evidence& evidence() const { return evidence_; }
@@ -32,13 +32,13 @@ class MaskRewriter {
   ClassImage Rewrite(int view, const PhotoRecord& photo, const ClassImage& image) const;
 
  private:
-  int32_t NewClass(int32_t label) const {
-    return label == kNoLabel ? kUnlabelled : class_of_label_[label];
+  int32_t NewClass(RegionLabel label) const {
+    return label == kNoLabel ? kUnlabelled : class_of_label_[Value(label)];
   }
 
   Evidence evidence_;
   // As given to the constructor.
-  std::vector<int32_t> label_of_class_;
+  std::vector<RegionLabel> label_of_class_;
   std::vector<Label> labels_;
   std::vector<int32_t> class_of_label_;
 };

@@ -72,7 +72,7 @@ std::vector<ViewEvidence> DecodeMasks(const std::vector<PixelObservations>& trac
   std::vector<ViewEvidence> evidence(num_views);
   photos->contents.resize(num_views);
   ForEachFile(static_cast<int64_t>(num_views), [&](int64_t i) {
-    evidence[i].class_at.assign(places[i].size(), kNoLabel);
+    evidence[i].class_at.assign(places[i].size(), kUnlabelled);
     if (!photos->HasMask(static_cast<int>(i))) return;
     const PhotoRecord& photo = photos->photos[i];
     DecodedMask mask = DecodeMask(photos->pairing.masks[i], {photo.width, photo.height});

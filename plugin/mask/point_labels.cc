@@ -37,10 +37,10 @@ float BorderWeight(int radius, const PhotoRecord& photo) {
   return (distance + 0.5f) / (kSafePixels + 0.5f);
 }
 
-PointLabel Winner(const std::vector<Vote>& votes) {
+PointLabel Winner(const std::vector<Vote<int32_t>>& votes) {
   PointLabel label;
   float most = 0, total = 0;
-  for (const Vote& vote : votes) {
+  for (const Vote<int32_t>& vote : votes) {
     total += vote.weight;
     if (vote.weight < most || (vote.weight == most && vote.label > label.class_index)) continue;
     most = vote.weight;
@@ -57,7 +57,7 @@ std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
   std::vector<PointLabel> labels(photos.observations.size());
   constexpr int64_t kBlock = 1024;
   ParallelForBlocks(static_cast<int64_t>(labels.size()), kBlock, [&](int64_t begin, int64_t end) {
-    std::vector<Vote> votes;
+    std::vector<Vote<int32_t>> votes;
     for (int64_t i = begin; i < end; ++i) {
       votes.clear();
       for (size_t k = 0; k < photos.observations[i].size(); ++k) {

@@ -5,7 +5,7 @@
 #include "plugin/mask/class_image.h"
 #include "plugin/mask/mask_association.h"
 
-#include <numeric>
+#include <cstdint>
 #include <set>
 
 namespace semfoam {
@@ -13,8 +13,8 @@ namespace {
 
 bool HasZeroClass(const std::vector<Label>& mask_labels) { return mask_labels[0].source_id == 0; }
 
-std::vector<int32_t> LabelsOf(const std::vector<Region>& regions) {
-  std::vector<int32_t> labels;
+std::vector<RegionLabel> LabelsOf(const std::vector<Region>& regions) {
+  std::vector<RegionLabel> labels;
   labels.reserve(regions.size());
   for (const Region& region : regions) labels.push_back(region.label);
   return labels;
@@ -28,10 +28,12 @@ void JoinLabels(int num_labels, Evidence* evidence) {
     ++num_regions[region.mask_class];
   }
   const std::vector<int32_t> roots = ClusterNodes(*evidence, node_of_region, num_labels);
-  std::vector<int32_t> main_label(num_labels, kNoLabel);  // of each root
+  std::vector<RegionLabel> main_label(num_labels, kNoLabel);  // of each root
   for (int32_t label = 0; label < num_labels; ++label) {
-    int32_t& main = main_label[roots[label]];
-    if (main == kNoLabel || num_regions[label] > num_regions[main]) main = label;
+    RegionLabel& main = main_label[roots[label]];
+    if (main == kNoLabel || num_regions[label] > num_regions[Value(main)]) {
+      main = RegionLabel{label};
+    }
   }
   for (Region& region : evidence->regions) region.label = main_label[roots[region.mask_class]];
 }
@@ -45,12 +47,12 @@ int AssociateRegions(bool has_zero_class, Evidence* evidence) {
     node_of_region.push_back(is_zero ? 0 : num_nodes++);
   }
   const std::vector<int32_t> roots = ClusterNodes(*evidence, node_of_region, num_nodes);
-  std::vector<int32_t> label_of_root(num_nodes, kNoLabel);
+  std::vector<RegionLabel> label_of_root(num_nodes, kNoLabel);
   int num_labels = 0;
-  if (has_zero_class) label_of_root[roots[0]] = num_labels++;
+  if (has_zero_class) label_of_root[roots[0]] = RegionLabel{num_labels++};
   for (size_t r = 0; r < evidence->regions.size(); ++r) {
-    int32_t& label = label_of_root[roots[node_of_region[r]]];
-    if (label == kNoLabel) label = num_labels++;
+    RegionLabel& label = label_of_root[roots[node_of_region[r]]];
+    if (label == kNoLabel) label = RegionLabel{num_labels++};
     evidence->regions[r].label = label;
   }
   return num_labels;
@@ -63,11 +65,12 @@ RegionLabels JoinIds(const std::vector<Label>& mask_labels, Evidence* evidence) 
   result.labels = mask_labels;
   result.has_zero_class = HasZeroClass(mask_labels);
   JoinLabels(static_cast<int>(mask_labels.size()), evidence);
-  result.label_of_class.resize(mask_labels.size());
-  std::iota(result.label_of_class.begin(), result.label_of_class.end(), 0);
+  for (size_t c = 0; c < mask_labels.size(); ++c) {
+    result.label_of_class.push_back(static_cast<RegionLabel>(c));
+  }
   for (const Region& region : evidence->regions) {
     result.label_of_class[region.mask_class] = region.label;
-    result.given.push_back(region.mask_class);
+    result.given.push_back(RegionLabel{region.mask_class});
   }
   result.believed = LabelsOf(evidence->regions);
   return result;
@@ -80,7 +83,7 @@ RegionLabels MatchRegions(const std::vector<Label>& mask_labels, Evidence* evide
   result.label_of_class.assign(mask_labels.size(), kNoLabel);
   if (result.has_zero_class) {
     result.labels[0] = mask_labels[0];
-    result.label_of_class[0] = 0;
+    result.label_of_class[0] = RegionLabel{0};
   }
   result.believed = LabelsOf(evidence->regions);
   result.given = result.believed;
@@ -88,7 +91,7 @@ RegionLabels MatchRegions(const std::vector<Label>& mask_labels, Evidence* evide
 }
 
 void NumberLabels(const std::vector<Region>& regions, RegionLabels* labels) {
-  std::set<int32_t> used;
+  std::set<RegionLabel> used;
   for (const Region& region : regions) {
     if (region.label != kNoLabel) used.insert(region.label);
     used.insert(region.parts.begin(), region.parts.end());
@@ -102,10 +105,11 @@ void NumberLabels(const std::vector<Region>& regions, RegionLabels* labels) {
                      " are possible; masks with fewer regions would be right.");
   }
   int32_t next_id = 1;
-  for (const int32_t label : used) {
-    if (labels->has_zero_class && label == 0) continue;
-    labels->labels[label].id = next_id;
-    labels->labels[label].source_id = next_id++;
+  for (const RegionLabel region_label : used) {
+    if (labels->has_zero_class && region_label == RegionLabel{0}) continue;
+    Label& label = labels->labels[Value(region_label)];
+    label.id = next_id;
+    label.source_id = next_id++;
   }
 }
 

@@ -4,7 +4,6 @@
 #include "foam/model/model.h"
 #include "plugin/mask/mask_evidence.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -13,14 +12,14 @@ namespace semfoam {
 // regions begin with, and which ids they get in the end.
 
 struct RegionLabels {
-  // Labels by the index that Region::label holds.
+  // Labels by the value of RegionLabel.
   std::vector<Label> labels;
   // [classes of the masks] Label of each; kNoLabel where a class has no label of its own.
-  std::vector<int32_t> label_of_class;
+  std::vector<RegionLabel> label_of_class;
   // [regions] Label that each begins with.
-  std::vector<int32_t> believed;
+  std::vector<RegionLabel> believed;
   // [regions] Label that the masks gave to each. Differs from `believed` where ids were joined.
-  std::vector<int32_t> given;
+  std::vector<RegionLabel> given;
   // Whether labels[0] is that of id 0.
   bool has_zero_class = false;
 };

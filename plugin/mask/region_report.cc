@@ -18,12 +18,12 @@ void LogChangedRegions(const Evidence& evidence,
     text << photos[region.view].name << ", id " << mask_labels[region.mask_class].source_id << ", "
          << region.observations.size() << " points: ";
     if (region.label != kNoLabel) {
-      text << "is " << labels.labels[region.label].id;
+      text << "is " << labels.labels[Value(region.label)].id;
     } else if (region.parts.empty()) {
       text << "dropped";
     } else {
       text << "split into";
-      for (const int32_t part : region.parts) text << " " << labels.labels[part].id;
+      for (const RegionLabel part : region.parts) text << " " << labels.labels[Value(part)].id;
     }
     VLOG(1) << text.str();
   }
@@ -48,8 +48,9 @@ std::vector<RegionReport> ReportRegions(const Evidence& evidence,
     report.view = region.view;
     report.given_class = region.mask_class;
     report.num_pixels = region.num_pixels;
-    if (region.label != kNoLabel) report.classes.push_back(class_of_label[region.label]);
-    for (const int32_t part : region.parts) report.classes.push_back(class_of_label[part]);
+    if (region.label != kNoLabel) report.classes.push_back(class_of_label[Value(region.label)]);
+    for (const RegionLabel part : region.parts)
+      report.classes.push_back(class_of_label[Value(part)]);
     report.is_renamed = region.label != kNoLabel && region.label != labels.given[r];
     report.is_contradicted = is_contradicted[r] != 0;
     report.num_points = static_cast<int>(region.observations.size());

@@ -171,7 +171,7 @@ bool TrainingFolder::IsTrained() {
         "would be right.");
   }
   LOG(INFO) << "Training is done already: going on with " << foam_path.string();
-  say_.emplace([this] { SayStoppedAfterTraining(); });
+  log_how_to_resume_.emplace([this] { LogHowToResumeAfterTraining(); });
   return true;
 }
 
@@ -271,7 +271,7 @@ void TrainingFolder::Write(int64_t iteration, CheckpointContents contents) {
           << std::chrono::duration<double>(last_ - begin).count() << " s";
 }
 
-void TrainingFolder::SayStopped(int64_t iteration) const {
+void TrainingFolder::LogHowToResume(int64_t iteration) const {
   std::vector<int64_t> iterations;
   try {
     iterations = Iterations();
@@ -289,7 +289,7 @@ void TrainingFolder::SayStopped(int64_t iteration) const {
   }
 }
 
-void TrainingFolder::SayStoppedAfterTraining() const {
+void TrainingFolder::LogHowToResumeAfterTraining() const {
   LOG(WARNING) << "Stopped after training. To go on from there: " << resume_command_;
 }
 
@@ -298,7 +298,7 @@ void TrainingFolder::EndTraining() {
   contents.texts = identity_;
   contents.texts["result"]["scene.foam"] = ModelChecksum(output_path_ / "scene.foam");
   WriteCheckpoint(folder_ / kTrained, contents);
-  say_.emplace([this] { SayStoppedAfterTraining(); });
+  log_how_to_resume_.emplace([this] { LogHowToResumeAfterTraining(); });
   std::error_code ignored;
   for (const int64_t iteration : Iterations()) fs::remove(PathOf(iteration), ignored);
 }
@@ -311,7 +311,7 @@ void TrainingFolder::RemoveReplaced(const std::string& file) const {
 }
 
 void TrainingFolder::Finish() {
-  say_.reset();
+  log_how_to_resume_.reset();
   std::error_code error;
   for (const int64_t iteration : Iterations()) fs::remove(PathOf(iteration), error);
   for (const char* name : {kReplaced, kDamaged}) {

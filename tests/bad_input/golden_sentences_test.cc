@@ -45,14 +45,13 @@ TEST(GoldenSentences, OfCommands) {
        "--quality|best",
        "Failed to parse options - the argument ('best') for option '--quality' is invalid; it "
        "takes {low, medium, high, extreme}."},
-      // Of a field that is out of range: the program puts "Failed to parse options - --" before it.
       {"train",
        "--FoamTraining.num_rays|0",
-       "FoamTraining.num_rays is 0; it must be greater than 0."},
+       "Failed to parse options - --FoamTraining.num_rays is 0; it must be greater than 0."},
       {"train",
        "--output_path|IN/trained",
-       "IN/trained/scene.foam: holds a trained foam; overwrite = 1 to replace it and its exports, "
-       "or another output_path, would be right."},
+       "IN/trained/scene.foam: holds a trained foam; --overwrite 1 to replace it and its "
+       "exports, or another --output_path, would be right."},
       {"volumes", "--nosuch|1", "Failed to parse options - unrecognised option '--nosuch'."},
       {"volumes",
        "stray",

@@ -131,7 +131,9 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     photo.width,
                     "x",
                     photo.height,
-                    "; image_path takes the photos of the training.");
+                    "; ",
+                    Field{"image_path"},
+                    " takes the photos of the training.");
   }
   const RenderedView rendered = RenderCamera(renderer,
                                              CameraOf(photo, foam_path),
@@ -214,13 +216,17 @@ fs::path FindTruth(const fs::path& truth_path, const fs::path& image_path) {
   if (!truth_path.empty()) {
     if (!fs::is_directory(truth_path)) {
       throw UserError(truth_path.string(),
-                      ": there is no such folder; truth_path takes the folder that holds one "
+                      ": there is no such folder; ",
+                      Field{"truth_path"},
+                      " takes the folder that holds one "
                       "folder of masks for each object.");
     }
     const auto is_folder = [](const fs::directory_entry& entry) { return entry.is_directory(); };
     if (std::none_of(fs::directory_iterator(truth_path), fs::directory_iterator(), is_folder)) {
       throw UserError(truth_path.string(),
-                      ": holds no folder of an object's masks; truth_path takes the folder that "
+                      ": holds no folder of an object's masks; ",
+                      Field{"truth_path"},
+                      " takes the folder that "
                       "holds one for each object.");
     }
     return truth_path;

@@ -19,7 +19,9 @@ Json LabelTable(const std::vector<Label>& labels) {
     if (label.id == 0) continue;
     const std::string id = std::to_string(label.id);
     table["labels"][id] = DisplayName(label.id, label.name);
-    if (label.source_id != static_cast<uint32_t>(label.id)) source_ids[id] = label.source_id;
+    if (Value(label.source_id) != static_cast<uint32_t>(label.id)) {
+      source_ids[id] = Value(label.source_id);
+    }
   }
   if (!source_ids.empty()) table["source_ids"] = source_ids;
   return table;

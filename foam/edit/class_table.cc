@@ -151,7 +151,7 @@ void KeepClasses(const std::vector<int32_t>& classes, Model* model) {
 IdentityFeature AddClass(const Label& label, Model* model) {
   Foam& foam = model->foam;
   if (!foam.HasSemantics()) {
-    model->labels.push_back({0, 0, ""});
+    model->labels.push_back({});
     foam.num_classes = 1;
     foam.identity.assign(foam.NumSites() * kIdentityDim, 0.f);
     foam.classifier_weight.assign(kIdentityDim, 0.f);

@@ -3,6 +3,7 @@
 
 #include "foam/geometry/similarity.h"
 #include "foam/model/foam.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -20,7 +21,7 @@ struct Label {
   // The value that renders and exports write: 1 to 65535, or 0 for the class of unlabelled pixels.
   int32_t id = 0;
   // The value in the masks; equals `id` unless one of the set's ids is above 65535.
-  uint32_t source_id = 0;
+  MaskId source_id{0};
   // From labels.json; empty: none.
   std::string name;
 };

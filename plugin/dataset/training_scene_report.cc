@@ -25,8 +25,9 @@ std::string TrainingScene::MaskReport() const {
 
 std::string TrainingScene::NoIdsSentence() const {
   const std::vector<Label>& labels = mask_classes_.labels;
-  const bool has_ids = std::any_of(
-      labels.begin(), labels.end(), [](const Label& label) { return label.source_id != 0; });
+  const bool has_ids = std::any_of(labels.begin(), labels.end(), [](const Label& label) {
+    return label.source_id != kZeroMaskId;
+  });
   const int paired = plan_.masks.NumPaired();
   if (has_ids || paired == 0) return "";
   return plan_.mask_folder.string() + ": its " + Plural(paired, "mask") +

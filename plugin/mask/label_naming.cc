@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/mask/label_naming.h"
 
+#include "foam/util/ids.h"
 #include "foam/util/input_file.h"
 #include "plugin/mask/mask_tables.h"
 
@@ -13,7 +14,7 @@ namespace semfoam {
 namespace fs = std::filesystem;
 
 void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
-  std::multimap<uint32_t, LabelName> names;  // by the masks' ids
+  std::multimap<MaskId, LabelName> names;  // by the masks' ids
   for (LabelName& name : ReadLabelNames(labels_file)) names.emplace(name.source_id, name);
   for (Label& label : *labels) {
     const auto [begin, end] = names.equal_range(label.source_id);
@@ -27,7 +28,7 @@ void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
 
 std::string UnusedNamesWarning(const fs::path& labels_file, const std::vector<Label>& labels) {
   constexpr size_t kMostNamed = 3;
-  std::set<uint32_t> ids = {0};
+  std::set<MaskId> ids = {kZeroMaskId};
   for (const Label& label : labels) ids.insert(label.source_id);
   const std::vector<LabelName> names = ReadLabelNames(labels_file);
   size_t unused = 0;
@@ -35,7 +36,7 @@ std::string UnusedNamesWarning(const fs::path& labels_file, const std::vector<La
   for (const LabelName& name : names) {
     if (ids.contains(name.source_id)) continue;
     if (++unused > kMostNamed) continue;
-    first += (unused == 1 ? "" : ", ") + std::to_string(name.source_id) + " (" +
+    first += (unused == 1 ? "" : ", ") + std::to_string(Value(name.source_id)) + " (" +
              Shortened(name.name) + ")";
   }
   if (unused == 0) return "";

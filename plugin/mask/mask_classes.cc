@@ -18,6 +18,9 @@ namespace fs = std::filesystem;
 // From this share of their pixels on, id 0 is what the masks say, not what they leave out.
 constexpr double kBackgroundShare = 0.2;
 
+// The id that a pixel's value stands for.
+MaskId IdOf(uint32_t value, bool is_grey_rgb) { return MaskId{is_grey_rgb ? value & 0xff : value}; }
+
 bool IsGrey(uint32_t rgb) { return (rgb & 0xff) == (rgb >> 8 & 0xff) && (rgb & 0xff) == rgb >> 16; }
 
 // Long ids and nothing between them: interpolated colours are no ids.
@@ -26,11 +29,11 @@ void CheckPredictedIds(const fs::path& mask_folder,
                        const std::vector<MaskContents>& masks) {
   const fs::path file = FindPredictions(mask_folder);
   if (file.empty()) return;
-  const std::set<uint32_t> predicted = ReadPredictedIds(file);
+  const std::set<MaskId> predicted = ReadPredictedIds(file);
   for (size_t i = 0; i < masks.size(); ++i) {
     if (!masks[i].is_rgb) continue;
     const auto unknown = std::count_if(masks[i].ids.begin(), masks[i].ids.end(), [&](uint32_t id) {
-      return id != 0 && !predicted.contains(id);
+      return id != 0 && !predicted.contains(MaskId{id});
     });
     if (unknown == 0) continue;
     throw UserError(paths[i].string(),
@@ -56,8 +59,8 @@ double ShareOfZero(const std::vector<MaskContents>& masks) {
 
 std::vector<int32_t> MaskClasses::Of(const MaskContents& mask) const {
   std::vector<int32_t> of_ids;
-  for (const uint32_t id : mask.ids) {
-    const auto found = class_of_id.find(mask.is_rgb && colors_are_grey ? id & 0xff : id);
+  for (const uint32_t value : mask.ids) {
+    const auto found = class_of_id.find(IdOf(value, mask.is_rgb && colors_are_grey));
     of_ids.push_back(found == class_of_id.end() ? kUnlabelled : found->second);
   }
   return of_ids;
@@ -74,13 +77,13 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
   });
   if (long_ids) CheckPredictedIds(mask_folder, pairing.masks, contents);
   result.colors_are_grey = !long_ids;
-  std::set<uint32_t> ids;
+  std::set<MaskId> ids;
   for (const MaskContents& mask : contents) {
-    for (const uint32_t id : mask.ids) ids.insert(mask.is_rgb && !long_ids ? id & 0xff : id);
+    for (const uint32_t value : mask.ids) ids.insert(IdOf(value, mask.is_rgb && !long_ids));
   }
   if (label_zero == LabelZero::kIgnore ||
       (label_zero == LabelZero::kAuto && ShareOfZero(contents) < kBackgroundShare)) {
-    ids.erase(0);
+    ids.erase(kZeroMaskId);
   }
   if (ids.size() > kMaxMaskClasses) {
     throw UserError(mask_folder.string(),
@@ -90,13 +93,13 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
                     kMaxMaskClasses,
                     " are possible; are they resampled, or photos?");
   }
-  const bool keep_ids = ids.empty() || *ids.rbegin() <= kMaxMaskClasses;
+  const bool keep_ids = ids.empty() || Value(*ids.rbegin()) <= kMaxMaskClasses;
   int32_t next_id = 1;
-  for (const uint32_t id : ids) {
+  for (const MaskId id : ids) {
     result.class_of_id.emplace(id, static_cast<int32_t>(result.labels.size()));
     Label label;
     label.source_id = id;
-    label.id = keep_ids || id == 0 ? static_cast<int32_t>(id) : next_id++;
+    label.id = keep_ids || id == kZeroMaskId ? static_cast<int32_t>(Value(id)) : next_id++;
     result.labels.push_back(label);
   }
   return result;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/mask/mask_decoding.h"
 #include "plugin/mask/mask_pairing.h"
 
@@ -26,7 +27,7 @@ struct MaskClasses {
   std::vector<Label> labels;
   // Whether masks of colours are grey masks saved as RGB.
   bool colors_are_grey = false;
-  std::map<uint32_t, int32_t> class_of_id;
+  std::map<MaskId, int32_t> class_of_id;
 
   // Returns the class of each of the mask's ids, for ClassesOf.
   std::vector<int32_t> Of(const MaskContents& mask) const;

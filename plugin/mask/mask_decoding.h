@@ -17,7 +17,7 @@ namespace semfoam {
 struct MaskContents {
   // Whether it stores colours; false: grey values or palette indices.
   bool is_rgb = false;
-  // Every value that occurs, in the order of first occurrence.
+  // Every value that occurs, in the order of first occurrence; MaskClasses interprets them.
   std::vector<uint32_t> ids;
   // Number of pixels of id 0, at the mask's size.
   int64_t num_zero = 0;

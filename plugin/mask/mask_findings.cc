@@ -16,7 +16,7 @@ constexpr int kLeastPoints = 3;
 constexpr float kLeastConfidence = 0.5f;
 
 bool IsZero(const std::vector<Label>& labels, int32_t class_index) {
-  return labels[class_index].source_id == 0;
+  return labels[class_index].source_id == kZeroMaskId;
 }
 
 // Which ids few photos have: no thing of their own.

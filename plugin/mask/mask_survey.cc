@@ -43,7 +43,7 @@ CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
     const int64_t pixels = int64_t{photos.photos[view].width} * photos.photos[view].height;
     int64_t unlabelled = pixels;
     for (const auto& [c, count] : photos.pixels[view]) {
-      if (labels[c].source_id == 0) continue;
+      if (labels[c].source_id == kZeroMaskId) continue;
       unlabelled -= count;
       views_of[c].push_back(static_cast<int32_t>(view));
       shares_of[c].push_back(static_cast<double>(count) / static_cast<double>(pixels));
@@ -52,7 +52,7 @@ CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
   }
   for (size_t c = 0; c < labels.size(); ++c) {
     // An id may vanish where its mask is read at a smaller size.
-    if (labels[c].source_id == 0 || views_of[c].empty()) continue;
+    if (labels[c].source_id == kZeroMaskId || views_of[c].empty()) continue;
     std::sort(shares_of[c].begin(), shares_of[c].end());
     IdSurvey& id = survey.ids.emplace_back();
     id.given_class = static_cast<int32_t>(c);

@@ -53,9 +53,9 @@ fs::path FindPredictions(const fs::path& mask_folder) {
   return {};
 }
 
-std::set<uint32_t> ReadPredictedIds(const fs::path& file) {
+std::set<MaskId> ReadPredictedIds(const fs::path& file) {
   const Json json = ReadJsonFile(file);
-  std::set<uint32_t> ids;
+  std::set<MaskId> ids;
   for (const Json& annotation : ArrayOf(file, json, "annotations")) {
     for (const Json& segment : ArrayOf(file, annotation, "segments_info")) {
       const bool has_id = segment.is_object() && segment.contains("id");
@@ -69,7 +69,7 @@ std::set<uint32_t> ReadPredictedIds(const fs::path& file) {
             kLargestId,
             " for each segment would be right.");
       }
-      ids.insert(static_cast<uint32_t>(*id));
+      ids.insert(static_cast<MaskId>(*id));
     }
   }
   return ids;
@@ -100,7 +100,7 @@ std::vector<LabelName> ReadLabelNames(const fs::path& file) {
                       Shortened(key),
                       "\" is not as in {\"labels\": {\"7\": \"mug\"}}, an id with a name.");
     }
-    if (!names.emplace(*id, LabelName{*id, *id, value.get<std::string>()}).second) {
+    if (!names.emplace(*id, LabelName{*id, MaskId{*id}, value.get<std::string>()}).second) {
       throw UserError(
           file.string(), ": names the label ", *id, " twice; one name for each id would be right.");
     }
@@ -123,7 +123,7 @@ std::vector<LabelName> ReadLabelNames(const fs::path& file) {
                         "an id of its labels.");
       }
       const auto name = names.find(*id);
-      if (name != names.end()) name->second.source_id = static_cast<uint32_t>(*source_id);
+      if (name != names.end()) name->second.source_id = static_cast<MaskId>(*source_id);
     }
   }
   std::vector<LabelName> table;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/ids.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <set>
@@ -17,7 +19,7 @@ namespace semfoam {
 std::filesystem::path FindPredictions(const std::filesystem::path& mask_folder);
 
 // Returns the ids that DEVA lists in pred.json: annotations[].segments_info[].id, 0 to 0xffffff.
-std::set<uint32_t> ReadPredictedIds(const std::filesystem::path& file);
+std::set<MaskId> ReadPredictedIds(const std::filesystem::path& file);
 
 // Returns the file of the labels' names: `labels_path` where it is given (throws UserError when
 // there is no such file), else labels.json beside `mask_folder`; empty where there is none.
@@ -29,7 +31,7 @@ struct LabelName {
   // Id in the table.
   uint32_t id = 0;
   // Id in the masks.
-  uint32_t source_id = 0;
+  MaskId source_id{0};
   std::string name;
 };
 

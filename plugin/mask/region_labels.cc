@@ -11,7 +11,9 @@
 namespace semfoam {
 namespace {
 
-bool HasZeroClass(const std::vector<Label>& mask_labels) { return mask_labels[0].source_id == 0; }
+bool HasZeroClass(const std::vector<Label>& mask_labels) {
+  return mask_labels[0].source_id == kZeroMaskId;
+}
 
 std::vector<RegionLabel> LabelsOf(const std::vector<Region>& regions) {
   std::vector<RegionLabel> labels;
@@ -109,7 +111,7 @@ void NumberLabels(const std::vector<Region>& regions, RegionLabels* labels) {
     if (labels->has_zero_class && region_label == RegionLabel{0}) continue;
     Label& label = labels->labels[Value(region_label)];
     label.id = next_id;
-    label.source_id = next_id++;
+    label.source_id = static_cast<MaskId>(next_id++);
   }
 }
 

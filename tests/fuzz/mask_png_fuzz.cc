@@ -92,8 +92,8 @@ void Read(const MemoryFile& file) {
   for (size_t i = 0; i < mask.values.size(); ++i) {
     const int32_t k = image[i];
     Require(k < static_cast<int32_t>(labels.size()), "a pixel's class is in the table");
-    Require(k < 0 || labels[k].source_id == mask.values[i] ||
-                labels[k].source_id == (mask.values[i] & 0xff),
+    Require(k < 0 || Value(labels[k].source_id) == mask.values[i] ||
+                Value(labels[k].source_id) == (mask.values[i] & 0xff),
             "a pixel's class is that of its id");
   }
 }

@@ -14,8 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const semfoam::MemoryFile file;
   file.Set({reinterpret_cast<const char*>(data), size});
   semfoam::ReadsOrRefuses(file.path(), [] {
-    for (const uint32_t id : semfoam::ReadPredictedIds(file.path())) {
-      semfoam::Require(id <= 0xffffff, "an id has three bytes");
+    for (const semfoam::MaskId id : semfoam::ReadPredictedIds(file.path())) {
+      semfoam::Require(Value(id) <= 0xffffff, "an id has three bytes");
     }
   });
   return 0;

@@ -51,7 +51,7 @@ std::vector<SheetLegendEntry> Legend(const MaskAnalysis& analysis) {
   std::vector<SheetLegendEntry> legend;
   for (const IdSurvey& id : ids) {
     const Label& label = analysis.photos.given.labels[id.given_class];
-    std::string name = std::to_string(label.source_id);
+    std::string name = std::to_string(Value(label.source_id));
     if (!label.name.empty()) name.append(" ").append(OneLine(label.name));
     legend.push_back({name, LabelColor(label.id)});
   }

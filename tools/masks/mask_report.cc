@@ -38,7 +38,7 @@ std::string SizeText(const PhotoSize& size) {
 // "7 (mug)", or "7".
 std::string LabelText(const std::vector<Label>& labels, int32_t class_index) {
   const Label& label = labels[class_index];
-  const std::string id = std::to_string(label.source_id);
+  const std::string id = std::to_string(Value(label.source_id));
   return label.name.empty() ? id : id + " (" + OneLine(label.name) + ")";
 }
 
@@ -93,8 +93,8 @@ void AppendCoverageLines(const MaskAnalysis& analysis, std::vector<std::string>*
   }
   if (shares.empty()) return;
   std::sort(shares.begin(), shares.end());
-  const bool zero_is_class =
-      !analysis.photos.given.labels.empty() && analysis.photos.given.labels[0].source_id == 0;
+  const bool zero_is_class = !analysis.photos.given.labels.empty() &&
+                             analysis.photos.given.labels[0].source_id == kZeroMaskId;
   lines->push_back(
       Format("Id 0 covers %.1f %% to %.1f %% of a photo, half of them %.1f %% or more; "
              "it is taken for %s",
@@ -124,7 +124,7 @@ void AppendIdLines(const MaskAnalysis& analysis, std::vector<std::string>* lines
   for (const IdSurvey* id : ids) {
     const Label& label = labels[id->given_class];
     lines->push_back(Format("  %8u  %-20.100s %6zu %6.2f %% %6.2f %% %6.2f %%",
-                            label.source_id,
+                            Value(label.source_id),
                             OneLine(label.name).c_str(),
                             id->views.size(),
                             100 * id->least,
@@ -165,7 +165,7 @@ void AppendSuspicionLines(const MaskAnalysis& analysis, std::vector<std::string>
 }
 
 Json LabelJson(const std::vector<Label>& labels, int32_t class_index) {
-  Json json = {{"id", labels[class_index].source_id}};
+  Json json = {{"id", Value(labels[class_index].source_id)}};
   if (!labels[class_index].name.empty()) json["name"] = labels[class_index].name;
   return json;
 }

@@ -111,7 +111,7 @@ TEST_F(LabelSidecar, SaysTheFrame) {
 TEST_F(LabelSidecar, KeepsLabelsWithoutObjectsAndTheMasksOwnIds) {
   Model model = TouchingBalls(200);
   model.foam.raw_density.assign(200, -10.f);
-  model.labels[1].source_id = 8'421'504;
+  model.labels[1].source_id = MaskId{8'421'504};
   const ExportableScene scene = MakeExportableScene(model);
   WriteLabelSidecar(folder_ / "labels.json", scene, {});
   const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
@@ -125,13 +125,13 @@ TEST_F(LabelSidecar, WithoutLabelsItIsStillASidecar) {
 }
 
 TEST_F(LabelSidecar, IdsStandInTheOrderOfTheTableAndZeroIsNoLabel) {
-  EXPECT_EQ(LabelTableJson({{0, 0, ""}, {2, 2, "b"}, {10, 10, "a"}}),
+  EXPECT_EQ(LabelTableJson({{0, MaskId{0}, ""}, {2, MaskId{2}, "b"}, {10, MaskId{10}, "a"}}),
             R"({"version":1,"labels":{"2":"b","10":"a"}})");
 }
 
 TEST_F(LabelSidecar, BytesThatAreNoTextDoNotStopIt) {
   const json table = json::parse(LabelTableJson({{3,
-                                                  3,
+                                                  MaskId{3},
                                                   "a\xFF"
                                                   "b"}}));
   EXPECT_EQ(table["labels"]["3"],

@@ -785,7 +785,7 @@ TEST_F(VolumeExport, AnObjectOfOneVoxelGivesAWarningAndAValidFile) {
 
 TEST_F(VolumeExport, AnObjectOfOneCellIsSeen) {
   Model model = TestModel();
-  model.labels.push_back({9, 9, "bead"});
+  model.labels.push_back({9, MaskId{9}, "bead"});
   Foam& foam = model.foam;
   foam.num_classes = 3;
   foam.classifier_bias.push_back(0);

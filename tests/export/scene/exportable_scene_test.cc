@@ -87,7 +87,7 @@ TEST(ExportableScene, LabelZeroAndEmptyLabelsMakeNoObject) {
     if (p.norm() > 0.5f) return kAir;
     return p.x() > 0 ? 1 : 2;  // nothing of class 0
   });
-  model.labels[2] = {0, 0, ""};
+  model.labels[2] = {0, MaskId{0}, ""};
   const ExportableScene scene = MakeExportableScene(model);
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_EQ(scene.objects[0].id, 8);

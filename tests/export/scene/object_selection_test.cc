@@ -32,7 +32,7 @@ std::string Error(const ExportableScene& scene, const std::string& labels) {
 ExportableScene TestScene() {
   Model model = TouchingBalls(400);
   // A label that no cell has.
-  model.labels.push_back({9, 9, "ghost"});
+  model.labels.push_back({9, MaskId{9}, "ghost"});
   model.foam.num_classes = 3;
   model.foam.classifier_bias.push_back(-100);
   model.foam.classifier_weight.resize(3 * kIdentityDim, 0.f);

@@ -150,7 +150,7 @@ TEST(Scene, TabletopSaysWhatItMatched) {
                                 [](const Label& label) { return label.name == "mug"; });
   ASSERT_NE(mug, scene.Labels().end());
   EXPECT_EQ(mug->id, 6);
-  EXPECT_EQ(mug->source_id, 6u);
+  EXPECT_EQ(mug->source_id, MaskId{6});
 }
 
 // Photos, poses, camera and frame together: the ray of the pixel at which COLMAP saw a point must

@@ -41,7 +41,7 @@ std::vector<int32_t> IdsOf(const LoadedMasks& set) {
 
 std::vector<uint32_t> SourceIdsOf(const LoadedMasks& set) {
   std::vector<uint32_t> ids;
-  for (const Label& label : set.labels) ids.push_back(label.source_id);
+  for (const Label& label : set.labels) ids.push_back(Value(label.source_id));
   return ids;
 }
 

@@ -70,7 +70,7 @@ class Wall {
     for (const int id : all) {
       Label label;
       label.id = id;
-      label.source_id = id;
+      label.source_id = static_cast<MaskId>(id);
       painted.labels.push_back(label);
     }
     for (int view = 0; view < kViews; ++view) {

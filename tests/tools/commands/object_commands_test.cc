@@ -46,7 +46,7 @@ PhotoRecord PhotoFrom(const std::string& name, const Eigen::Vector3d& center) {
 // ten times as large.
 Model Scene() {
   Model model = RingTableBallModel(1);
-  model.labels = {{10, 10, "ring"}, {11, 11, "table"}, {12, 12, "ball"}};
+  model.labels = {{10, MaskId{10}, "ring"}, {11, MaskId{11}, "table"}, {12, MaskId{12}, "ball"}};
   model.world_from_normalized = {10, {5, 0, 0}};
   int index = 0;
   for (const Eigen::Vector3d& center : {Eigen::Vector3d(1.5, 0, 1.2),

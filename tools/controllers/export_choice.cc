@@ -6,7 +6,7 @@
 #include "foam/util/error.h"
 #include "plugin/mask/mask_tables.h"
 
-#include <map>
+#include <vector>
 
 namespace semfoam {
 namespace {
@@ -20,10 +20,10 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
                      " chooses objects, and without masks there will be none; leave it out, or "
                      "give the masks with mask_path.");
   }
-  std::map<uint32_t, std::string> names;
+  std::vector<NamedLabel> names;
   if (!plan.labels_file.empty()) {
     for (const LabelName& label : ReadLabelNames(plan.labels_file)) {
-      names.emplace(label.id, label.name);
+      names.push_back({label.id, label.name});
     }
   }
   RequirePossible(choice,

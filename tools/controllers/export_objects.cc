@@ -60,7 +60,8 @@ void LogLeftOut(const ExportableScene& scene) {
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
     if (!without_cells.empty()) without_cells += ", ";
-    without_cells += DisplayName(label.id, label.name) + " (" + std::to_string(label.id) + ")";
+    without_cells +=
+        DisplayName(label.id, label.name) + " (" + std::to_string(Value(label.id)) + ")";
   }
   if (!without_cells.empty()) {
     LOG(INFO) << "Labels without solid cells, for which there will be no object: " << without_cells;

@@ -152,7 +152,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
 // The checkpoint's labels are for people who look into the file.
 std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) {
   std::map<std::string, std::string> texts;
-  for (const Label& label : labels) texts[std::to_string(label.id)] = label.name;
+  for (const Label& label : labels) texts[std::to_string(Value(label.id))] = label.name;
   return texts;
 }
 
@@ -315,7 +315,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
     LOG(INFO) << scene.Consistency().Line();
   }
-  if (scene.NumClasses() > 0 && scene.Labels()[0].id == 0) {
+  if (scene.NumClasses() > 0 && scene.Labels()[0].id == kNoObject) {
     LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
   }
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";

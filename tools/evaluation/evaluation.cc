@@ -26,13 +26,13 @@ class ObjectScorers {
   // The folders of masks in `truth_path`; none where that is empty.
   ObjectScorers(const fs::path& truth_path, const Model& model) {
     if (truth_path.empty()) return;
-    std::map<std::string, int32_t> id_of_name;
+    std::map<std::string, LabelId> id_of_name;
     for (const Label& label : model.labels) id_of_name[label.name] = label.id;
     for (const fs::directory_entry& folder : fs::directory_iterator(truth_path)) {
       if (!folder.is_directory()) continue;
       const auto id = id_of_name.find(folder.path().filename().string());
       objects_.emplace(folder.path(),
-                       id == id_of_name.end() ? std::nullopt : std::optional<int32_t>(id->second));
+                       id == id_of_name.end() ? std::nullopt : std::optional<LabelId>(id->second));
     }
   }
 
@@ -58,7 +58,7 @@ class ObjectScorers {
 
  private:
   struct Object {
-    explicit Object(std::optional<int32_t> id) : scorer(id) {}
+    explicit Object(std::optional<LabelId> id) : scorer(id) {}
 
     ObjectScorer scorer;
     int num_masks = 0;

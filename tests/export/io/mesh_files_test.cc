@@ -313,11 +313,11 @@ TEST_F(MeshFiles, ExportWritesEveryFormatOfEveryObject) {
   ASSERT_EQ(files.size(), seen.size());
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    EXPECT_THAT(
-        file.summary,
-        ::testing::MatchesRegex(file.object_id == 0 ? "2 objects"
-                                                    : "[0-9]+ vertices, [0-9]+ faces, 1 shell, no "
-                                                      "cavities, genus 0.*"));
+    EXPECT_THAT(file.summary,
+                ::testing::MatchesRegex(file.object_id == kNoObject
+                                            ? "2 objects"
+                                            : "[0-9]+ vertices, [0-9]+ faces, 1 shell, no "
+                                              "cavities, genus 0.*"));
     EXPECT_EQ("." + file.format, std::filesystem::path(file.path).extension());
   }
 }
@@ -358,7 +358,7 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
   ASSERT_EQ(files.size(), 12u);
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    if (file.object_id == 0) continue;
+    if (file.object_id == kNoObject) continue;
     EXPECT_THAT(file.summary,
                 ::testing::MatchesRegex(
                     "[0-9]+ vertices, (59|60) faces, 1 shell, no cavities, genus 0, from the cells "
@@ -374,7 +374,7 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
   // Fewer than there can be: a torus has at least 14 faces.
   options.target_faces = 12;
   for (const WrittenFile& file : ExportSurfaces(MakeExportableScene(Torus()), folder_, options)) {
-    if (file.object_id == 0) continue;
+    if (file.object_id == kNoObject) continue;
     EXPECT_THAT(file.warning, ::testing::MatchesRegex("[0-9]+ faces instead of 12, because .*"));
   }
 }

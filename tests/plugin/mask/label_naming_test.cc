@@ -17,7 +17,8 @@ using testing::HasSubstr;
 TEST(LabelNaming, AreNamedByTheIdsOfTheMasks) {
   TempFolder temp;
   const fs::path file = temp / "labels.json";
-  std::vector<Label> labels = {{3, MaskId{3}, ""}, {1, MaskId{0x654321}, ""}, {8, MaskId{8}, ""}};
+  std::vector<Label> labels = {
+      {LabelId{3}, MaskId{3}, ""}, {LabelId{1}, MaskId{0x654321}, ""}, {LabelId{8}, MaskId{8}, ""}};
   WriteFile(file,
             R"({"version": 1, "labels": {"3": "mug", "6636321": "großer Ball", "77": "nobody"},
                 "objects": [{"id": 3, "files": {}}]})");
@@ -58,8 +59,9 @@ TEST(LabelNaming, AreNamedByTheIdsOfTheMasks) {
 TEST(LabelNaming, AreNamedThroughTheSourceIdsOfATable) {
   TempFolder temp;
   const fs::path file = temp / "labels.json";
-  const std::vector<Label> of_masks = {
-      {1, MaskId{2}, ""}, {2, MaskId{70'000}, ""}, {3, MaskId{0x654321}, ""}};
+  const std::vector<Label> of_masks = {{LabelId{1}, MaskId{2}, ""},
+                                       {LabelId{2}, MaskId{70'000}, ""},
+                                       {LabelId{3}, MaskId{0x654321}, ""}};
   std::vector<Label> labels = of_masks;
   // Read by the masks' ids, "2" would name what is 70000 in the masks.
   WriteFile(file,
@@ -88,7 +90,7 @@ TEST(LabelNaming, AreNamedThroughTheSourceIdsOfATable) {
           "of the masks' own ids would be right.");
 
   // A foam with an object inserted from another has two labels of one source id.
-  labels = {{7, MaskId{7}, ""}, {1, MaskId{7}, ""}};
+  labels = {{LabelId{7}, MaskId{7}, ""}, {LabelId{1}, MaskId{7}, ""}};
   WriteFile(file, R"({"labels": {"1": "cup", "7": "mug"}, "source_ids": {"1": 7}})");
   NameLabels(file, &labels);
   EXPECT_EQ(labels[0].name, "mug");

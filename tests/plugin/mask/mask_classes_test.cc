@@ -34,7 +34,7 @@ struct LoadedMasks {
 
 std::vector<int32_t> IdsOf(const LoadedMasks& set) {
   std::vector<int32_t> ids;
-  for (const Label& label : set.labels) ids.push_back(label.id);
+  for (const Label& label : set.labels) ids.push_back(Value(label.id));
   return ids;
 }
 
@@ -205,8 +205,8 @@ TEST(MaskClasses, AnotherSizeIsReadAtPixelCentres) {
            PNG_COLOR_TYPE_GRAY,
            {1, 1, 1, 2, 2, 2, 3, 4, 3, 5, 6, 5, 1, 1, 1, 2, 2, 2});
   const LoadedMasks down = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {2, 1});
-  EXPECT_EQ(down.labels[down.classes[0][0]].id, 4);
-  EXPECT_EQ(down.labels[down.classes[0][1]].id, 6);
+  EXPECT_EQ(down.labels[down.classes[0][0]].id, LabelId{4});
+  EXPECT_EQ(down.labels[down.classes[0][1]].id, LabelId{6});
 }
 
 TEST(MaskClasses, AnotherAspectIsNamedWithBothSizes) {

@@ -261,7 +261,7 @@ TEST(MaskAnalyzerContactSheet, OverlaysShowPhotoLabelsAndOutlines) {
   photo.data.assign(12, 100);
   // The outline of 7 is at both its ends; 0 shows the photo.
   const Image8 tile = OverlayTile(photo, {8, 1, {7, 7, 7, 7, 7, 7, 0, 0}});
-  const auto color = LabelColor(7);
+  const auto color = LabelColor(LabelId{7});
   ASSERT_EQ(tile.width, 4);
   for (int c = 0; c < 3; ++c) {
     EXPECT_EQ(tile.data[c], (100 + color[c]) / 2);

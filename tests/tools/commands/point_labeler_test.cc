@@ -94,7 +94,7 @@ TEST(PointLabeler, LeavesThreeFilesThatSayTheSame) {
       ASSERT_EQ(points[i].position[k], before.points[i].position[k]);
       ASSERT_EQ(points[i].color[k], before.points[i].color[k]);
       ASSERT_EQ(after.points[i].color[k],
-                points[i].label == 0 ? 128 : LabelColor(points[i].label)[k]);
+                points[i].label == 0 ? 128 : LabelColor(LabelId{points[i].label})[k]);
     }
     ASSERT_EQ(points[i].label == 0, points[i].confidence == 0);
     ASSERT_LE(points[i].confidence, 1);
@@ -116,7 +116,7 @@ TEST(PointLabeler, LeavesThreeFilesThatSayTheSame) {
     const int32_t id = object["id"];
     EXPECT_EQ(object["points"], count[id]);
     EXPECT_NEAR(object["confidence"], confidence[id] / static_cast<double>(count[id]), 1e-6);
-    EXPECT_EQ(object["color"], LabelColor(id));
+    EXPECT_EQ(object["color"], LabelColor(LabelId{id}));
     EXPECT_EQ(object["name"], labels["labels"][std::to_string(id)]);
     sum += count[id];
     for (const PlyPoint& point : points) {

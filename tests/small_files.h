@@ -29,7 +29,7 @@ inline Model SmallFoam(int sh_degree) {
   model.statistics.mean_color.assign(3, {0.5f, 0.5f, 0.5f});
   model.statistics.passed.assign(3, 1);
   model.statistics.stopped.assign(3, 1);
-  model.labels = {{0, MaskId{0}, ""}, {7, MaskId{0x123456}, "mug"}};
+  model.labels = {{LabelId{0}, MaskId{0}, ""}, {LabelId{7}, MaskId{0x123456}, "mug"}};
   PhotoRecord photo;
   photo.name = "a/b.jpg";
   photo.camera_model = "PINHOLE";

@@ -114,8 +114,8 @@ void WriteCellPoints(const fs::path& path,
         scene.colmap_from_normalized.Apply(scene.cell_positions[cell].cast<double>());
     for (const double coordinate : position) out.Binary(coordinate);
     for (const float channel : scene.display_color[cell]) out.Binary(Display8(channel));
-    out.Binary(scene.label_id[cell]);
-    out.Binary(scene.ObjectId(cell));
+    out.Binary(Value(scene.label_id[cell]));
+    out.Binary(Value(scene.ObjectId(cell)));
     out.Binary(scene.labels.confidence[cell]);
     out.Binary(static_cast<float>(scene.density[cell] / scale));
     out.Binary(static_cast<float>(scene.radius[cell] * scale));
@@ -173,8 +173,8 @@ void WriteSplats(const fs::path& path,
     for (const double part : {turn.w(), turn.x(), turn.y(), turn.z()}) {
       out.Binary(static_cast<float>(part));
     }
-    out.Binary(scene.label_id[cell]);
-    out.Binary(scene.ObjectId(cell));
+    out.Binary(Value(scene.label_id[cell]));
+    out.Binary(Value(scene.ObjectId(cell)));
     out.Binary(scene.labels.confidence[cell]);
   }
   out.Finish();
@@ -198,7 +198,7 @@ void WriteFoamText(const fs::path& path, const Model& model, const ExportableSce
     out.Text(axis < 2 ? ", " : ")\n");
   }
   for (const Label& label : scene.label_table) {
-    out.Text("# label " + std::to_string(label.id) + ": " +
+    out.Text("# label " + std::to_string(Value(label.id)) + ": " +
              OneLine(DisplayName(label.id, label.name)) + "\n");
   }
   out.Text(
@@ -217,10 +217,10 @@ void WriteFoamText(const fs::path& path, const Model& model, const ExportableSce
     number(static_cast<float>(scene.density[site] / frame.scale));
     number(static_cast<float>(scene.radius[site] * frame.scale));
     number(static_cast<float>(scene.volume[site] * std::pow(frame.scale, 3)));
-    number(scene.label_id[site]);
+    number(Value(scene.label_id[site]));
     number(scene.labels.confidence[site]);
     for (const float channel : scene.display_color[site]) number(int{Display8(channel)});
-    number(scene.ObjectId(site));
+    number(Value(scene.ObjectId(site)));
     for (int k = 0; k < foam.ShStride(); ++k) {
       number(foam.sh[static_cast<size_t>(site) * foam.ShStride() + k]);
     }

@@ -117,7 +117,7 @@ Json ObjectNode(const GlbObject& object, uint64_t mesh, const Eigen::Vector3d& m
           {"mesh", mesh},
           {"translation", ToJson((object.origin - middle).eval())},
           {"extras",
-           {{"label", object.info.id},
+           {{"label", Value(object.info.id)},
             {"name", name},
             {"confidence", object.info.confidence},
             {"cells", object.num_cells},
@@ -192,7 +192,7 @@ Json AddTableColumns(std::span<const GlbObject> objects, Document* document) {
   // One column after the other, as they are to lie in the binary.
   Json columns;
   columns["id"]["values"] = AddNumbers<uint16_t>(
-      objects, [](const GlbObject& o) { return o.info.id; }, document);
+      objects, [](const GlbObject& o) { return Value(o.info.id); }, document);
   columns["name"]["values"] = document->AddColumn(names);
   columns["name"]["stringOffsets"] = document->AddColumn(name_offsets);
   columns["color"]["values"] = document->AddColumn(colors);
@@ -217,9 +217,7 @@ void WriteChunks(const Json& json, const std::string& binary, const std::filesys
     throw UserError(path.string(),
                     ": binary glTF holds at most 4 GiB and this would take ",
                     total,
-                    " bytes; leave glb out of ",
-                    Field{"formats"},
-                    ".");
+                    " bytes; leave glb out of formats.");
   }
   ByteWriter out(path);
   for (const uint32_t word :

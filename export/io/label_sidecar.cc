@@ -16,10 +16,10 @@ Json LabelTable(const std::vector<Label>& labels) {
   Json table = {{"version", kLabelSidecarVersion}, {"labels", Json::object()}};
   Json source_ids = Json::object();
   for (const Label& label : labels) {
-    if (label.id == 0) continue;
-    const std::string id = std::to_string(label.id);
+    if (label.id == kNoObject) continue;
+    const std::string id = std::to_string(Value(label.id));
     table["labels"][id] = DisplayName(label.id, label.name);
-    if (Value(label.source_id) != static_cast<uint32_t>(label.id)) {
+    if (Value(label.source_id) != static_cast<uint32_t>(Value(label.id))) {
       source_ids[id] = Value(label.source_id);
     }
   }
@@ -33,7 +33,7 @@ std::string Text(const Json& json, int indent) {
 }
 
 // {format: path}.
-Json FilesOf(int32_t object_id, const std::vector<WrittenFile>& files) {
+Json FilesOf(LabelId object_id, const std::vector<WrittenFile>& files) {
   Json paths = Json::object();
   for (const WrittenFile& file : files) {
     if (file.object_id == object_id) paths[file.format] = file.path;
@@ -75,11 +75,11 @@ void WriteLabelSidecar(const std::filesystem::path& path,
   Json sidecar = LabelTable(scene.label_table);
   if (!source_checksum.empty()) sidecar[kSourceModelKey] = source_checksum;
   sidecar["frame"] = Json::parse(ExportTransformJson(scene.transform));
-  sidecar["files"] = FilesOf(0, files);
+  sidecar["files"] = FilesOf(kNoObject, files);
   Json objects = Json::array();
   for (const ObjectInfo& object : scene.objects) {
     objects.push_back(
-        {{"id", object.id},
+        {{"id", Value(object.id)},
          {"name", object.name},
          {"color", object.color},
          {"cells", object.cells.size()},
@@ -99,7 +99,7 @@ void WriteLabelSidecar(const std::filesystem::path& path,
   sidecar["objects"] = objects;
   Json left_out = Json::array();
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    left_out.push_back({{"id", label.id},
+    left_out.push_back({{"id", Value(label.id)},
                         {"name", label.name},
                         {"reason", label.reason},
                         {"left_out", LeftOut(label.left_out)}});

@@ -29,7 +29,7 @@ void WritePly(const fs::path& path, const ObjectSurface& surface) {
   ByteWriter out(path);
   out.Text("ply\nformat binary_little_endian 1.0\n");
   out.Text("comment object " + OneLine(surface.object_name) + "\n");
-  out.Text("comment label " + std::to_string(surface.object_id) + "\n");
+  out.Text("comment label " + std::to_string(Value(surface.object_id)) + "\n");
   out.Text("element vertex " + std::to_string(surface.vertices.size()) + "\n");
   out.Text("property double x\nproperty double y\nproperty double z\n");
   const char* attributes =
@@ -43,14 +43,14 @@ void WritePly(const fs::path& path, const ObjectSurface& surface) {
   for (size_t v = 0; v < surface.vertices.size(); ++v) {
     for (const double coordinate : surface.vertices[v]) out.Binary(coordinate);
     WriteColor(surface.vertex_color[v], &out);
-    out.Binary(surface.object_id);
+    out.Binary(Value(surface.object_id));
     out.Binary(surface.vertex_confidence[v]);
   }
   for (size_t f = 0; f < surface.triangles.size(); ++f) {
     out.Binary(uint8_t{3});
     for (const uint32_t vertex : surface.triangles[f]) out.Binary(static_cast<int32_t>(vertex));
     WriteColor(surface.face_color[f], &out);
-    out.Binary(surface.object_id);
+    out.Binary(Value(surface.object_id));
     out.Binary(surface.face_confidence[f]);
   }
   out.Finish();
@@ -60,7 +60,7 @@ void WriteObj(const fs::path& path, const ObjectSurface& surface) {
   const std::string name = FileStem(surface.object_id, surface.object_name);
   ByteWriter out(path);
   out.Text("# object " + OneLine(surface.object_name) + "\n");
-  out.Text("# label " + std::to_string(surface.object_id) + "\n");
+  out.Text("# label " + std::to_string(Value(surface.object_id)) + "\n");
   out.Text("mtllib " + name + ".mtl\no " + name + "\ng " + name + "\nusemtl " + name + "\n");
   for (size_t v = 0; v < surface.vertices.size(); ++v) {
     out.Text("v");

@@ -136,11 +136,11 @@ class SurfaceFiles {
         std::to_string(num_objects_) + (num_objects_ == 1 ? " object" : " objects");
     if (options_.glb) {
       scene_glb_.Write(output_path_ / "scene.glb");
-      AddWritten(0, "scene.glb", summary);
+      AddWritten(kNoObject, "scene.glb", summary);
     }
     if (scene_usda_) {
       scene_usda_->Finish();
-      AddWritten(0, "scene.usda", summary, usda_warning_);
+      AddWritten(kNoObject, "scene.usda", summary, usda_warning_);
     }
     return std::move(files_);
   }
@@ -162,7 +162,7 @@ class SurfaceFiles {
     scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
   }
 
-  void AddWritten(int32_t object_id,
+  void AddWritten(LabelId object_id,
                   const std::string& path,
                   const std::string& summary,
                   const std::string& warning = {}) {

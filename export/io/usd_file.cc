@@ -113,7 +113,8 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text("        apiSchemas = [\"SemanticsLabelsAPI:class\"]\n        customData = {\n");
   out.Text("            double confidence = ");
   out.Number(object.confidence);
-  out.Text("\n            int id = " + std::to_string(object.id) + "\n            string name = ");
+  out.Text("\n            int id = " + std::to_string(Value(object.id)) +
+           "\n            string name = ");
   out.Text(Quoted(object.name) + "\n        }\n        displayName = " + Quoted(object.name));
   out.Text(
       "\n        kind = \"component\"\n    )\n    {\n        token[] semantics:labels:class = [");
@@ -151,7 +152,7 @@ void UsdFile::Add(const ObjectInfo& object,
       },
       &out);
   out.Text(" (\n                interpolation = \"vertex\"\n            )\n");
-  out.Text("            int primvars:label = " + std::to_string(object.id));
+  out.Text("            int primvars:label = " + std::to_string(Value(object.id)));
   out.Text(" (\n                interpolation = \"constant\"\n            )\n");
   out.Text("            uniform token subdivisionScheme = \"none\"\n");
   out.Text("            double3 xformOp:translate = ");
@@ -170,7 +171,8 @@ std::string UsdFile::PrimName(const ObjectInfo& object) {
   std::string name = SanitizedName(object.id, object.name);
   std::replace(name.begin(), name.end(), '-', '_');
   if (name[0] >= '0' && name[0] <= '9') name.insert(name.begin(), '_');
-  while (!prim_names_.insert(name).second) name.append("_").append(std::to_string(object.id));
+  while (!prim_names_.insert(name).second)
+    name.append("_").append(std::to_string(Value(object.id)));
   return name;
 }
 

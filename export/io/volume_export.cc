@@ -247,7 +247,7 @@ class VolumeMaker {
     metadata.insertMeta("world_from_normalized_translation",
                         openvdb::Vec3DMetadata(openvdb::Vec3d(t.x(), t.y(), t.z())));
     if (volume.object != nullptr) {
-      metadata.insertMeta("object_id", openvdb::Int32Metadata(volume.object->id));
+      metadata.insertMeta("object_id", openvdb::Int32Metadata(Value(volume.object->id)));
       add_text("object_name", volume.object->name);
     }
     return metadata;
@@ -271,7 +271,7 @@ class VolumeMaker {
   const VolumeExportOptions& options_;
   const std::vector<const ObjectInfo*> objects_;
   std::vector<CellValues> values_;  // by cell
-  std::vector<int32_t> labels_;     // by cell: in the files of the scene
+  std::vector<LabelId> labels_;     // by cell: in the files of the scene
 };
 
 }  // namespace
@@ -340,7 +340,7 @@ std::vector<WrittenFile> ExportVolumes(
       };
     }
     const VolumeGrids made = maker.Make(volume, report);
-    const int32_t id = volume.object == nullptr ? 0 : volume.object->id;
+    const LabelId id = volume.object == nullptr ? kNoObject : volume.object->id;
     const auto write =
         [&](const std::string& path, const openvdb::GridPtrVec& grids, const std::string& warning) {
           maker.WriteFiles(output_path / path, grids, made.metadata);
@@ -354,7 +354,7 @@ std::vector<WrittenFile> ExportVolumes(
     if (volume.object == nullptr && options.points) {
       const std::string points = "scene_points.vdb";
       const int64_t count = maker.WritePoints(output_path / points);
-      written({0, "vdb", points, std::to_string(count) + " points"});
+      written({kNoObject, "vdb", points, std::to_string(count) + " points"});
     }
   }
   return files;

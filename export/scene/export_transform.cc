@@ -127,9 +127,7 @@ void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transf
     throw FieldError("up_axis",
                      " is ",
                      NameOf(kUpAxisNames, transform->up_axis),
-                     ", but the photos do not tell what is up; give the turn with ",
-                     Field{"transform"},
-                     " "
+                     ", but the photos do not tell what is up; give the turn with transform "
                      "instead.");
   }
   const Eigen::Vector3d up = transform->rotation * sum;

@@ -230,7 +230,7 @@ void GatherObjects(const Model& model,
   });
   for (const int32_t k : classes) {
     const Label& label = model.labels[k];
-    if (label.id == 0) continue;
+    if (label.id == kNoObject) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
     GatherComponents(*scene,
@@ -316,7 +316,7 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   scene.display_color = DisplayColors(model);
 
   scene.density.resize(n);
-  scene.label_id.assign(n, 0);
+  scene.label_id.assign(n, kNoObject);
   scene.photographed.assign(n, 1);
   for (size_t i = 0; i < n; ++i) {
     scene.density[i] = Density(model.foam.raw_density[i]);

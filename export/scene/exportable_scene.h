@@ -6,6 +6,7 @@
 #include "foam/geometry/similarity.h"
 #include "foam/model/cell_labels.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 
 #include <array>
 #include <cstdint>
@@ -37,9 +38,9 @@ struct PhotoObservation {
 // One segmented thing: the cells that carry its label, and what is known of it. Lengths, volumes
 // and boxes are of the frame of the files: COLMAP's, unless a transform was asked for.
 struct ObjectInfo {
-  int32_t id = 0;         // the label's id, 1..65535
-  std::string name;       // as people see it: "label_<id>" where the label has no name
-  std::string file_stem;  // "<id>_<sanitised name>"
+  LabelId id = kNoObject;  // the label's, 1..65535
+  std::string name;        // as people see it: "label_<id>" where the label has no name
+  std::string file_stem;   // "<id>_<sanitised name>"
   std::array<uint8_t, 3> color = {0, 0, 0};            // LabelColor(id), display values
   std::vector<uint32_t> cells;                         // ascending
   double volume = 0;                                   // of all cells together, exact
@@ -58,7 +59,7 @@ struct ObjectInfo {
 
 // A label whose object is left out as a whole, because of ComponentOptions.
 struct LeftOutLabel {
-  int32_t id = 0;
+  LabelId id = kNoObject;
   std::string name;  // as ObjectInfo's
   LeftOutComponents left_out;
   std::string reason;        // for people: "too few cells in every piece"
@@ -108,7 +109,7 @@ struct ExportableScene {
   std::vector<float> radius;                   // [N], see CellRadii
   std::vector<double> volume;                  // [N]
   CellLabels labels;                           // [N]
-  std::vector<int32_t> label_id;               // [N] id of the cell's class; 0 = none
+  std::vector<LabelId> label_id;               // [N] id of the cell's class, or kNoObject
   std::vector<Eigen::Vector3f> display_color;  // [N] what photos show: sRGB values in 0..1
   std::vector<float> color_weight;             // [N] how surely: see ColorWeights
   std::vector<uint8_t> photographed;           // [N]
@@ -128,9 +129,9 @@ struct ExportableScene {
 
   uint32_t NumSites() const { return delaunay.num_sites; }
 
-  // Id of the object that a cell is part of; 0 = none.
-  int32_t ObjectId(uint32_t cell) const {
-    return object_of_cell[cell] < 0 ? 0 : objects[object_of_cell[cell]].id;
+  // Id of the object that a cell is part of; kNoObject: of none.
+  LabelId ObjectId(uint32_t cell) const {
+    return object_of_cell[cell] < 0 ? kNoObject : objects[object_of_cell[cell]].id;
   }
 
   Eigen::Vector3d FileFromNormalized(const Eigen::Vector3d& x) const {
@@ -168,10 +169,10 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
 
 // What an exporter wrote.
 struct WrittenFile {
-  int32_t object_id = 0;  // 0 = the whole scene
-  std::string format;     // its extension: "vdb", "nvdb", "om", "ply", "obj", "mtl", "glb", "usda"
-  std::string path;       // relative to the output folder, with '/'
-  std::string summary;    // what is in it, for the log: "1204 vertices, 2404 faces"
+  LabelId object_id = kNoObject;  // kNoObject = the whole scene
+  std::string format;   // its extension: "vdb", "nvdb", "om", "ply", "obj", "mtl", "glb", "usda"
+  std::string path;     // relative to the output folder, with '/'
+  std::string summary;  // what is in it, for the log: "1204 vertices, 2404 faces"
   std::string warning = {};  // what the user should know of it, or nothing
 };
 

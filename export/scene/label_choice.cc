@@ -39,28 +39,29 @@ std::optional<std::string> After(const std::string& prefix, const std::string& t
 }
 
 template <typename Means>
-std::vector<int32_t> IdsOf(const std::vector<NamedLabel>& among, const Means& means) {
-  std::vector<int32_t> ids;
+std::vector<LabelId> IdsOf(const std::vector<NamedLabel>& among, const Means& means) {
+  std::vector<LabelId> ids;
   for (const NamedLabel& label : among) {
     if (means(label)) ids.push_back(label.id);
   }
   return ids;
 }
 
-std::vector<int32_t> IdsMeant(const std::string& text, const std::vector<NamedLabel>& among) {
+std::vector<LabelId> IdsMeant(const std::string& text, const std::vector<NamedLabel>& among) {
   const auto with_id = [&](const std::string& id) {
-    return IdsOf(among, [&](const NamedLabel& label) { return std::to_string(label.id) == id; });
+    return IdsOf(among,
+                 [&](const NamedLabel& label) { return std::to_string(Value(label.id)) == id; });
   };
   const auto with_name = [&](const std::string& name) {
     return IdsOf(among, [&](const NamedLabel& label) { return label.name == name; });
   };
   if (const auto id = After("id:", text); id && IsNumber(*id)) return with_id(*id);
   if (const auto name = After("name:", text)) {
-    if (std::vector<int32_t> ids = with_name(*name); !ids.empty()) return ids;
+    if (std::vector<LabelId> ids = with_name(*name); !ids.empty()) return ids;
   }
-  const std::vector<int32_t> by_id = with_id(text);
-  const std::vector<int32_t> by_name = with_name(text);
-  const auto other = std::find_if(by_name.begin(), by_name.end(), [&](int32_t id) {
+  const std::vector<LabelId> by_id = with_id(text);
+  const std::vector<LabelId> by_name = with_name(text);
+  const auto other = std::find_if(by_name.begin(), by_name.end(), [&](LabelId id) {
     return !by_id.empty() && id != by_id.front();
   });
   if (other != by_name.end()) {
@@ -87,8 +88,8 @@ std::string Listed(const std::vector<NamedLabel>& labels) {
   if (labels.empty()) return "there are none";
   std::string text;
   for (const NamedLabel& label : labels) {
-    text +=
-        (text.empty() ? "there are " : ", ") + std::to_string(label.id) + " (" + label.name + ")";
+    text += (text.empty() ? "there are " : ", ") + std::to_string(Value(label.id)) + " (" +
+            label.name + ")";
   }
   return text;
 }
@@ -105,7 +106,7 @@ LabelFilter ChooseLabels(const LabelChoice& choice,
                          const std::vector<NamedLabel>& labels,
                          const std::function<std::string(const LabelText&)>& why_not) {
   const auto ids_of = [&](const std::string& text, const char* what) {
-    std::set<int32_t> ids;
+    std::set<LabelId> ids;
     for (const LabelText& part : FindLabels(text, labels)) {
       if (const std::string why = why_not(part); !why.empty()) {
         throw UserError("The ", what, " name '", part.text, "', ", why);
@@ -135,12 +136,12 @@ LabelFilter ChooseLabels(const LabelChoice& choice, const std::vector<NamedLabel
 }
 
 void RequirePossible(const LabelChoice& choice,
-                     const std::map<uint32_t, std::string>& names,
+                     const std::vector<NamedLabel>& names,
                      const std::string& table) {
   const auto is_name = [&](const std::string& text) {
     if (const auto id = After("label_", text); id && IsNumber(*id)) return true;
     return std::any_of(
-        names.begin(), names.end(), [&](const auto& entry) { return entry.second == text; });
+        names.begin(), names.end(), [&](const NamedLabel& label) { return label.name == text; });
   };
   const auto is_possible = [&](const std::string& text) {
     if (IsNumber(text) || is_name(text)) return true;
@@ -152,8 +153,6 @@ void RequirePossible(const LabelChoice& choice,
        {std::pair(choice.labels, "labels"), std::pair(choice.exclude_labels, "excluded labels")}) {
     for (const std::string& part : Parts(labels)) {
       if (is_possible(part)) continue;
-      std::vector<NamedLabel> known;
-      for (const auto& [id, name] : names) known.push_back({static_cast<int32_t>(id), name});
       throw UserError("The ",
                       what,
                       " name '",
@@ -161,7 +160,7 @@ void RequirePossible(const LabelChoice& choice,
                       "', which is no id and no name in ",
                       table,
                       "; ",
-                      Listed(known),
+                      Listed(names),
                       ".");
     }
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
+#include "foam/util/ids.h"
+
 #include <functional>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -25,23 +25,23 @@ struct LabelChoice {
 
 // A label as users see it.
 struct NamedLabel {
-  int32_t id = 0;
+  LabelId id = kNoObject;
   std::string name;  // DisplayName
 };
 
 // What a LabelChoice comes to among the labels that there are.
 struct LabelFilter {
-  std::optional<std::set<int32_t>> only = {};  // ids; nothing = all
-  std::set<int32_t> excluded = {};             // ids
+  std::optional<std::set<LabelId>> only = {};  // nothing = all
+  std::set<LabelId> excluded = {};
 
   bool IsAll() const { return !only && excluded.empty(); }
-  bool Has(int32_t id) const { return (!only || only->count(id) != 0) && excluded.count(id) == 0; }
+  bool Has(LabelId id) const { return (!only || only->count(id) != 0) && excluded.count(id) == 0; }
 };
 
 // One text of a choice, and the ids that it means: none where no label is so called.
 struct LabelText {
   std::string text;
-  std::vector<int32_t> ids;
+  std::vector<LabelId> ids;
 };
 
 // Looks up the texts between the commas of `labels`, which is not empty. Throws UserError where one
@@ -59,12 +59,11 @@ LabelFilter ChooseLabels(const LabelChoice& choice,
                          const std::vector<NamedLabel>& labels,
                          const std::function<std::string(const LabelText&)>& why_not);
 
-// To be called before the ids are known, with the names that a table gives them, `names` by id:
-// throws UserError where a text is neither a number nor "id:" and a number nor "label_" and a
-// number nor one of the names, so that no mask can make it right. `table` says in the sentence what
-// the names are from.
+// To be called before the ids are known, with the `names` that a table gives them: throws UserError
+// where a text is neither a number nor "id:" and a number nor "label_" and a number nor one of the
+// names, so that no mask can make it right. `table` says in the sentence what the names are from.
 void RequirePossible(const LabelChoice& choice,
-                     const std::map<uint32_t, std::string>& names,
+                     const std::vector<NamedLabel>& names,
                      const std::string& table);
 
 }  // namespace semfoam

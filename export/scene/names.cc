@@ -27,11 +27,11 @@ uint8_t HslChannel(double hue, double saturation, int offset) {
 
 }  // namespace
 
-std::string DisplayName(int32_t id, const std::string& name) {
-  return name.empty() ? "label_" + std::to_string(id) : name;
+std::string DisplayName(LabelId id, const std::string& name) {
+  return name.empty() ? "label_" + std::to_string(Value(id)) : name;
 }
 
-std::string SanitizedName(int32_t id, const std::string& name) {
+std::string SanitizedName(LabelId id, const std::string& name) {
   std::string clean;
   for (const char c : name) {
     if (IsUtf8Continuation(c)) continue;
@@ -42,8 +42,8 @@ std::string SanitizedName(int32_t id, const std::string& name) {
   return clean;
 }
 
-std::string FileStem(int32_t id, const std::string& name) {
-  return std::to_string(id) + "_" + SanitizedName(id, name);
+std::string FileStem(LabelId id, const std::string& name) {
+  return std::to_string(Value(id)) + "_" + SanitizedName(id, name);
 }
 
 std::string OneLine(const std::string& name) {
@@ -55,11 +55,11 @@ std::string OneLine(const std::string& name) {
   return text;
 }
 
-std::array<uint8_t, 3> LabelColor(int32_t id) {
-  if (id == 0) return {0, 0, 0};
-  const double turns = id * 1.6180339887;
+std::array<uint8_t, 3> LabelColor(LabelId id) {
+  if (id == kNoObject) return {0, 0, 0};
+  const double turns = Value(id) * 1.6180339887;
   const double hue = turns - std::floor(turns);
-  const double saturation = id % 2 == 0 ? 0.5 : 1.0;
+  const double saturation = Value(id) % 2 == 0 ? 0.5 : 1.0;
   return {HslChannel(hue, saturation, 0),
           HslChannel(hue, saturation, 8),
           HslChannel(hue, saturation, 4)};

@@ -15,7 +15,7 @@ std::string Listed(const std::vector<ObjectInfo>& objects) {
   if (objects.empty()) return "the scene has no objects";
   std::string text;
   for (const ObjectInfo& object : objects) {
-    text += (text.empty() ? "the scene has " : ", ") + std::to_string(object.id) + " (" +
+    text += (text.empty() ? "the scene has " : ", ") + std::to_string(Value(object.id)) + " (" +
             object.name + ")";
   }
   return text;
@@ -26,7 +26,7 @@ std::string Listed(const std::vector<ObjectInfo>& objects) {
 std::vector<NamedLabel> NamedLabels(const std::vector<Label>& labels) {
   std::vector<NamedLabel> named;
   for (const Label& label : labels) {
-    if (label.id != 0) named.push_back({label.id, DisplayName(label.id, label.name)});
+    if (label.id != kNoObject) named.push_back({label.id, DisplayName(label.id, label.name)});
   }
   return named;
 }
@@ -35,7 +35,7 @@ LabelFilter FilterObjects(const ExportableScene& scene,
                           const LabelChoice& choice,
                           std::vector<std::string>* labels_without_object) {
   std::vector<NamedLabel> labels;
-  std::set<int32_t> objects, left_out, fragments;
+  std::set<LabelId> objects, left_out, fragments;
   for (const ObjectInfo& object : scene.objects) {
     labels.push_back({object.id, object.name});
     objects.insert(object.id);
@@ -47,9 +47,9 @@ LabelFilter FilterObjects(const ExportableScene& scene,
   for (const NamedLabel& label : NamedLabels(scene.labels_without_cells)) labels.push_back(label);
 
   LabelFilter filter = ChooseLabels(choice, labels, [&](const LabelText& part) -> std::string {
-    const auto is_in = [&](const std::set<int32_t>& ids) {
+    const auto is_in = [&](const std::set<LabelId>& ids) {
       return std::any_of(
-          part.ids.begin(), part.ids.end(), [&](int32_t id) { return ids.count(id) != 0; });
+          part.ids.begin(), part.ids.end(), [&](LabelId id) { return ids.count(id) != 0; });
     };
     if (is_in(objects) || (labels_without_object != nullptr && !part.ids.empty())) return "";
     return (part.ids.empty()   ? "which is no object; "
@@ -61,7 +61,7 @@ LabelFilter FilterObjects(const ExportableScene& scene,
   if (labels_without_object != nullptr && filter.only) {
     for (const NamedLabel& label : labels) {
       if (!filter.Has(label.id) || objects.count(label.id) != 0) continue;
-      labels_without_object->push_back(label.name + " (" + std::to_string(label.id) + ")");
+      labels_without_object->push_back(label.name + " (" + std::to_string(Value(label.id)) + ")");
     }
   }
   return filter;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/scene/exportable_scene.h"
+#include "foam/util/ids.h"
 
 #include <array>
 #include <cstdint>
@@ -18,7 +19,7 @@ Color8 ToColor8(const Eigen::Vector3f& display);
 
 // The closed surface of one object, as triangles in the world (COLMAP) frame.
 struct ObjectSurface {
-  int32_t object_id = 0;
+  LabelId object_id = kNoObject;
   std::string object_name;
 
   std::vector<Eigen::Vector3d> vertices;

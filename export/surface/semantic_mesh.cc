@@ -46,7 +46,7 @@ SemanticMesh ToSemanticMesh(const ObjectSurface& surface) {
   const auto object_id = AddPersistent<int, OpenMesh::MPropHandleT>(&mesh, kObjectIdProperty);
   const auto object_name =
       AddPersistent<std::string, OpenMesh::MPropHandleT>(&mesh, kObjectNameProperty);
-  mesh.property(object_id) = surface.object_id;
+  mesh.property(object_id) = Value(surface.object_id);
   mesh.property(object_name) = surface.object_name;
 
   mesh.reserve(surface.vertices.size(), surface.triangles.size() * 3 / 2, surface.triangles.size());
@@ -54,7 +54,7 @@ SemanticMesh ToSemanticMesh(const ObjectSurface& surface) {
     const Eigen::Vector3d& x = surface.vertices[v];
     const auto vertex = mesh.add_vertex({x.x(), x.y(), x.z()});
     mesh.set_color(vertex, ToVec3uc(surface.vertex_color[v]));
-    mesh.property(vertex_label, vertex) = surface.object_id;
+    mesh.property(vertex_label, vertex) = Value(surface.object_id);
     mesh.property(vertex_confidence, vertex) = surface.vertex_confidence[v];
   }
   for (size_t f = 0; f < surface.triangles.size(); ++f) {
@@ -64,7 +64,7 @@ SemanticMesh ToSemanticMesh(const ObjectSurface& surface) {
                                     SemanticMesh::VertexHandle(static_cast<int>(corners[2])));
     CHECK(face.is_valid()) << "a face between cells is not manifold";
     mesh.set_color(face, ToVec3uc(surface.face_color[f]));
-    mesh.property(face_label, face) = surface.object_id;
+    mesh.property(face_label, face) = Value(surface.object_id);
     mesh.property(face_confidence, face) = surface.face_confidence[f];
   }
   return mesh;

@@ -39,8 +39,8 @@ openvdb::points::PointDataGrid::Ptr MakePointGrid(
     confidence.push_back(values[cell].confidence);
     radius.push_back(scene.radius[cell] * static_cast<float>(scene.world_from_normalized.scale));
     color.push_back(values[cell].color);
-    labels.push_back(scene.label_id[cell]);
-    objects.push_back(scene.ObjectId(cell));
+    labels.push_back(Value(scene.label_id[cell]));
+    objects.push_back(Value(scene.ObjectId(cell)));
   }
   const openvdb::math::Transform::Ptr identity =
       openvdb::math::Transform::createLinearTransform(1.0);

@@ -5,6 +5,7 @@
 
 #include "export/scene/exportable_scene.h"
 #include "export/volume/voxelizer.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -30,10 +31,10 @@ struct CellValues {
 
 // The labels that cells give to voxels.
 struct VoxelLabels {
-  std::span<const int32_t> by_cell;  // empty: `of_all` is that of every cell
-  int32_t of_all = 0;
+  std::span<const LabelId> by_cell;  // empty: `of_all` is that of every cell
+  LabelId of_all = kNoObject;
 
-  int32_t Of(uint32_t cell) const { return by_cell.empty() ? of_all : by_cell[cell]; }
+  LabelId Of(uint32_t cell) const { return by_cell.empty() ? of_all : by_cell[cell]; }
 };
 
 // In which types labels are wanted.

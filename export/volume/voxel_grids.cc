@@ -28,7 +28,7 @@ struct BlockLeaves {
 // What a voxel holds.
 struct VoxelValues {
   CellValues values;
-  int32_t label = 0;
+  LabelId label = kNoObject;
 };
 
 // Makes voxels of samples. For one thread.
@@ -76,13 +76,13 @@ class VoxelReducer {
 
  private:
   struct Tally {
-    int32_t label = 0;
+    LabelId label = kNoObject;
     int samples = 0;
     openvdb::Vec3s color{0.f};
     float confidence = 0;
   };
 
-  Tally& TallyOf(int32_t label) {
+  Tally& TallyOf(LabelId label) {
     for (Tally& tally : tallies_) {
       if (tally.label == label) return tally;
     }
@@ -127,8 +127,8 @@ int64_t FillLeaves(const SampleBlock& samples,
         SetVoxel(at, voxel.values.density, leaves->density.get());
         SetVoxel(at, voxel.values.color, leaves->color.get());
         SetVoxel(at, voxel.values.confidence, leaves->confidence.get());
-        SetVoxel(at, static_cast<float>(voxel.label), leaves->label.get());
-        SetVoxel(at, voxel.label, leaves->label_int32.get());
+        SetVoxel(at, static_cast<float>(Value(voxel.label)), leaves->label.get());
+        SetVoxel(at, Value(voxel.label), leaves->label_int32.get());
         ++num_voxels;
       }
     }

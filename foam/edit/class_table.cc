@@ -195,12 +195,12 @@ IdentityFeature AddClass(const Label& label, Model* model) {
 }
 
 Label WithFreeId(const std::vector<Label>& labels, Label label) {
-  std::set<int32_t> taken;
+  std::set<LabelId> taken;
   for (const Label& other : labels) taken.insert(other.id);
-  if (label.id != 0 && !taken.count(label.id)) return label;
+  if (label.id != kNoObject && !taken.count(label.id)) return label;
   for (int32_t id = 1; id <= 65535; ++id) {
-    if (taken.count(id)) continue;
-    label.id = id;
+    if (taken.count(LabelId{id})) continue;
+    label.id = LabelId{id};
     return label;
   }
   throw UserError("The scene has all of the 65535 labels that there can be; remove an object.");

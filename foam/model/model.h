@@ -19,7 +19,7 @@ namespace semfoam {
 // One class of the classifier. Its position in Model::labels is the class index k.
 struct Label {
   // The value that renders and exports write: 1 to 65535, or 0 for the class of unlabelled pixels.
-  int32_t id = 0;
+  LabelId id = kNoObject;
   // The value in the masks; equals `id` unless one of the set's ids is above 65535.
   MaskId source_id{0};
   // From labels.json; empty: none.

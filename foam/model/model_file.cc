@@ -82,7 +82,7 @@ Json Header(const Model& model) {
   header["labels"] = Json::array();
   for (const Label& label : model.labels) {
     header["labels"].push_back(
-        {{"id", label.id}, {"source_id", Value(label.source_id)}, {"name", label.name}});
+        {{"id", Value(label.id)}, {"source_id", Value(label.source_id)}, {"name", label.name}});
   }
   header["photos"] = Json::array();
   for (const PhotoRecord& photo : model.photos) {
@@ -127,15 +127,15 @@ void ParseHeader(const Json& header, Model* model) {
       !std::isfinite(model->world_from_normalized.scale)) {
     throw std::string("its scale is not positive");
   }
-  std::set<int32_t> ids;
+  std::set<LabelId> ids;
   for (const Json& entry : header.at("labels")) {
     Label& label = model->labels.emplace_back();
-    label.id = Whole<int32_t>(entry, "id", 0, kMaxClasses - 1);
+    label.id = LabelId{Whole<int32_t>(entry, "id", 0, kMaxClasses - 1)};
     label.source_id =
         MaskId{Whole<uint32_t>(entry, "source_id", 0, std::numeric_limits<uint32_t>::max())};
     label.name = entry.at("name").get<std::string>();
     if (!ids.insert(label.id).second) {
-      throw "it has two labels of id " + std::to_string(label.id);
+      throw "it has two labels of id " + std::to_string(Value(label.id));
     }
   }
   if (model->labels.size() != static_cast<size_t>(foam.num_classes)) {

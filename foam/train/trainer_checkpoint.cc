@@ -60,9 +60,7 @@ void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device) {
                   kInWords[of_gpu],
                   ", and gone on with on ",
                   kInWords[!of_gpu],
-                  " the run would end with other bytes; ",
-                  Field{"device"},
-                  " ",
+                  " the run would end with other bytes; device ",
                   of_gpu ? "cuda:0, or another GPU" : "cpu",
                   ", or training from the beginning, would be right.");
 }

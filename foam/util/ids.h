@@ -16,8 +16,16 @@ enum class MaskId : uint32_t {};
 // Masks hold it where they follow no object.
 inline constexpr MaskId kZeroMaskId{0};
 
+// The id of a label, 1 to 65535, as renders and exports hold it: that of the masks where it has the
+// room, else a new one (Label).
+enum class LabelId : int32_t {};
+// The label of what is no object, and of pixels and cells without a label.
+inline constexpr LabelId kNoObject{0};
+
 constexpr uint32_t Value(MaskId id) { return static_cast<uint32_t>(id); }
+constexpr int32_t Value(LabelId id) { return static_cast<int32_t>(id); }
 
 inline std::ostream& operator<<(std::ostream& out, MaskId id) { return out << Value(id); }
+inline std::ostream& operator<<(std::ostream& out, LabelId id) { return out << Value(id); }
 
 }  // namespace semfoam

@@ -63,21 +63,8 @@ CameraRays MakeCameraRays(const Camera& camera,
                           const Pose& cam_from_world,
                           const Similarity& world_from_normalized);
 
-// Rays along each edge of a pixel, unless told otherwise: 2 gain 0.19 dB over 1 on new views, 4
-// gain 0.21 (tabletop_small, low).
-inline constexpr int kDefaultSupersample = 2;
-
-// Renders a view at the camera's size, with `samples` x `samples` rays a pixel, spread evenly over
-// it (AverageRays). 1 = through the pixels' centres, the rays of MakeCameraRays. Needs memory for
-// some million rays beside the view. CHECKs 1 <= samples.
-RenderedView RenderCamera(const ViewRenderer& renderer,
-                          const Camera& camera,
-                          const Pose& cam_from_world,
-                          const Similarity& world_from_normalized,
-                          int samples);
-
-// The same rays for a photo of a model file. Throws UserError naming `model_file` when the record
-// holds no valid camera (CameraOf).
+// The same for a photo of a model file. Throws UserError naming `model_file` when the record holds
+// no valid camera (CameraOf).
 CameraRays MakeCameraRays(const PhotoRecord& photo,
                           const Similarity& world_from_normalized,
                           const std::filesystem::path& model_file);

@@ -229,7 +229,7 @@ LabelImage TrainingScene::LabelIds(int view) const {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x, ++i) {
       const int32_t class_index = pixels->At(x, y).Class();
-      if (class_index != kUnlabelled) image.data[i] = labels_[class_index].id;
+      if (class_index != kUnlabelled) image.data[i] = Value(labels_[class_index].id);
     }
   }
   return image;

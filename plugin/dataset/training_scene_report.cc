@@ -14,7 +14,7 @@ std::string TrainingScene::MaskReport() const {
   const int paired = plan_.masks.NumPaired();
   if (paired == 0) return "no masks: colour and geometry only, without labels";
   const auto objects = std::count_if(
-      labels_.begin(), labels_.end(), [](const Label& label) { return label.id != 0; });
+      labels_.begin(), labels_.end(), [](const Label& label) { return label.id != kNoObject; });
   std::ostringstream text;
   text << paired << " of " << views_.size() << (views_.size() == 1 ? " photo" : " photos")
        << (paired == 1 && views_.size() == 1 ? " has" : " have") << " a mask, "

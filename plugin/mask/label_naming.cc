@@ -19,9 +19,8 @@ void NameLabels(const fs::path& labels_file, std::vector<Label>* labels) {
   for (Label& label : *labels) {
     const auto [begin, end] = names.equal_range(label.source_id);
     if (begin == end) continue;
-    const auto same_id = std::find_if(begin, end, [&](const auto& entry) {
-      return entry.second.id == static_cast<uint32_t>(label.id);
-    });
+    const auto same_id =
+        std::find_if(begin, end, [&](const auto& entry) { return entry.second.id == label.id; });
     label.name = (same_id != end ? same_id : begin)->second.name;
   }
 }

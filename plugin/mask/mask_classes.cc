@@ -99,7 +99,7 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
     result.class_of_id.emplace(id, static_cast<int32_t>(result.labels.size()));
     Label label;
     label.source_id = id;
-    label.id = keep_ids || id == kZeroMaskId ? static_cast<int32_t>(Value(id)) : next_id++;
+    label.id = keep_ids || id == kZeroMaskId ? static_cast<LabelId>(id) : LabelId{next_id++};
     result.labels.push_back(label);
   }
   return result;

@@ -100,7 +100,8 @@ std::vector<LabelName> ReadLabelNames(const fs::path& file) {
                       Shortened(key),
                       "\" is not as in {\"labels\": {\"7\": \"mug\"}}, an id with a name.");
     }
-    if (!names.emplace(*id, LabelName{*id, MaskId{*id}, value.get<std::string>()}).second) {
+    const LabelName name{static_cast<LabelId>(*id), MaskId{*id}, value.get<std::string>()};
+    if (!names.emplace(*id, name).second) {
       throw UserError(
           file.string(), ": names the label ", *id, " twice; one name for each id would be right.");
     }

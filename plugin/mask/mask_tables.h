@@ -28,8 +28,8 @@ std::filesystem::path FindLabelsFile(const std::filesystem::path& labels_path,
 
 // A line of a table of labels.
 struct LabelName {
-  // Id in the table.
-  uint32_t id = 0;
+  // Id in the table, cast from uint32_t: no label has one above 65535.
+  LabelId id = kNoObject;
   // Id in the masks.
   MaskId source_id{0};
   std::string name;

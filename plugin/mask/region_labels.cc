@@ -110,7 +110,7 @@ void NumberLabels(const std::vector<Region>& regions, RegionLabels* labels) {
   for (const RegionLabel region_label : used) {
     if (labels->has_zero_class && region_label == RegionLabel{0}) continue;
     Label& label = labels->labels[Value(region_label)];
-    label.id = next_id;
+    label.id = LabelId{next_id};
     label.source_id = static_cast<MaskId>(next_id++);
   }
 }

@@ -35,7 +35,7 @@ inline Model MakeModel(const std::vector<Eigen::Vector3f>& sites,
   foam.classifier_weight.assign(num_classes * kIdentityDim, 0.f);
   for (int k = 0; k < num_classes; ++k) {
     foam.classifier_weight[k * kIdentityDim + k] = 1;
-    model.labels.push_back({7 + k, static_cast<MaskId>(7 + k), k == 0 ? "mug" : ""});
+    model.labels.push_back({LabelId{7 + k}, static_cast<MaskId>(7 + k), k == 0 ? "mug" : ""});
   }
   for (size_t i = 0; i < sites.size(); ++i) {
     const int k = class_of(sites[i]);

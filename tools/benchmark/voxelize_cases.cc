@@ -70,7 +70,7 @@ void RegisterVoxelizeCases(int64_t num_sites) {
     model.foam = ShellScene(num_sites)->foam;
     // Classes that no label names: a volume asks for the labels' ids.
     for (int k = 0; k < model.foam.num_classes; ++k) {
-      model.labels.push_back({k, static_cast<MaskId>(k), ""});
+      model.labels.push_back({static_cast<LabelId>(k), static_cast<MaskId>(k), ""});
     }
     return model;
   });

@@ -87,7 +87,7 @@ void PrintObjects(const ExportableScene& scene) {
                   at.z());
     std::printf(
         "  %5d  %-14s %6zu %6d %4lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
-        object.id,
+        Value(object.id),
         OneLine(object.name).c_str(),
         object.cells.size(),
         object.components,
@@ -104,12 +104,12 @@ void PrintObjects(const ExportableScene& scene) {
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     std::printf("  %5d  %-14s is left out, a fragment of %s\n",
-                label.id,
+                Value(label.id),
                 OneLine(label.name).c_str(),
                 Plural(static_cast<size_t>(label.left_out.cells), "cell", "cells").c_str());
   }
   for (const Label& label : scene.labels_without_cells) {
-    std::printf("  %5d  %-14s has no solid cells\n", label.id, OneLine(label.name).c_str());
+    std::printf("  %5d  %-14s has no solid cells\n", Value(label.id), OneLine(label.name).c_str());
   }
 }
 

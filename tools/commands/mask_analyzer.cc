@@ -79,7 +79,7 @@ SheetTile MakeTile(const MaskAnalysis& analysis, const SuspiciousPhoto* suspicio
     labels.data.reserve(pixels);
     for (size_t i = 0; i < pixels; ++i) {
       labels.data.push_back(
-          classes[i] == kUnlabelled ? 0 : analysis.photos.given.labels[classes[i]].id);
+          classes[i] == kUnlabelled ? 0 : Value(analysis.photos.given.labels[classes[i]].id));
     }
   }
   tile.picture = OverlayTile(photo, labels);

@@ -60,9 +60,9 @@ void RunObjectInserter(int argc, char** argv) {
   std::vector<std::string> names;
   for (size_t k = 0; k < chosen.names.size(); ++k) {
     names.push_back(chosen.names[k]);
-    const int32_t id = insertion.labels[k].id;
+    const LabelId id = insertion.labels[k].id;
     if (id != source.labels[chosen.objects[k].class_index].id) {
-      names.back() += " as " + std::to_string(id);
+      names.back() += " as " + std::to_string(Value(id));
     }
   }
   LOG(INFO) << "Inserted " << Joined(names) << ": " << chosen.num_cells << " cells and "

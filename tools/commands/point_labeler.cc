@@ -73,9 +73,9 @@ void PrintLabels(const std::vector<PointLabel>& points, const std::vector<Label>
   std::printf("  %5s  %-20s %9s %10s\n", "id", "name", "points", "confidence");
   for (size_t k = 0; k < labels.size(); ++k) {
     const std::string name =
-        labels[k].id == 0 ? "(none of them)" : DisplayName(labels[k].id, labels[k].name);
+        labels[k].id == kNoObject ? "(none of them)" : DisplayName(labels[k].id, labels[k].name);
     std::printf("  %5d  %-20s %9lld",
-                labels[k].id,
+                Value(labels[k].id),
                 OneLine(name).c_str(),
                 static_cast<long long>(count[k]));
     if (count[k] > 0) std::printf(" %10.3f", confidence[k] / static_cast<double>(count[k]));

@@ -184,11 +184,8 @@ void WriteFilm(const Model& model,
       }
     } else {
       const Camera camera = CameraOf(photo, foam_path);
-      picture = ColorImage(RenderCamera(renderer,
-                                        camera,
-                                        frame.cam_from_world,
-                                        model.world_from_normalized,
-                                        kDefaultSupersample));
+      picture = ColorImage(renderer.Render(
+          MakeCameraRays(camera, frame.cam_from_world, model.world_from_normalized)));
     }
     WriteRgbPng(pictures[i], picture);
   }

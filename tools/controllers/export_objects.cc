@@ -60,7 +60,8 @@ void LogLeftOut(const ExportableScene& scene) {
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
     if (!without_cells.empty()) without_cells += ", ";
-    without_cells += DisplayName(label.id, label.name) + " (" + std::to_string(label.id) + ")";
+    without_cells +=
+        DisplayName(label.id, label.name) + " (" + std::to_string(Value(label.id)) + ")";
   }
   if (!without_cells.empty()) {
     LOG(INFO) << "Labels without solid cells, for which there will be no object: " << without_cells;
@@ -90,9 +91,7 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
     throw UserError(
         foam_path.string(),
         ": all components of its objects are left out, so there is no surface to write; a "
-        "smaller ",
-        Field{"min_cells"},
-        " would be right.");
+        "smaller min_cells would be right.");
   }
   if (!scene.labels_without_cells.empty()) {
     throw UserError(foam_path.string(),

@@ -54,7 +54,7 @@ bool IsExportPath(const std::string& path) {
 }
 
 void AddFiles(const Json& owner,
-              int32_t object_id,
+              LabelId object_id,
               const fs::path& output_path,
               ExportRecord* record) {
   const auto files = owner.find("files");
@@ -107,7 +107,8 @@ void Remove(const fs::path& output_path,
 // them.
 std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
   std::vector<WrittenFile> files;
-  for (const ExportName& file : kSceneFiles) files.push_back({0, file.format, file.name, ""});
+  for (const ExportName& file : kSceneFiles)
+    files.push_back({kNoObject, file.format, file.name, ""});
   for (const ObjectInfo& object : scene.objects) {
     for (const std::string format : kObjectFormats) {
       files.push_back({object.id, format, "objects/" + object.file_stem + "." + format, ""});
@@ -135,14 +136,14 @@ OlderFiles SortOlderFiles(const ExportRecord& record,
                           bool is_same_frame,
                           const std::set<std::string>& possible,
                           const std::set<std::string>& written,
-                          const std::map<int32_t, std::string>& object_names) {
-  const auto name_in = [](const std::map<int32_t, std::string>& names, int32_t id) {
+                          const std::map<LabelId, std::string>& object_names) {
+  const auto name_in = [](const std::map<LabelId, std::string>& names, LabelId id) {
     const auto name = names.find(id);
     return name == names.end() ? std::string() : name->second;
   };
-  const auto has_same_objects = [&](const std::string& path, int32_t object_id) {
+  const auto has_same_objects = [&](const std::string& path, LabelId object_id) {
     if (possible.count(path) == 0) return false;
-    if (object_id != 0) {
+    if (object_id != kNoObject) {
       return name_in(object_names, object_id) == name_in(record.object_names, object_id);
     }
     // The meshes of the scene hold all objects by name; its volumes hold ids.
@@ -170,13 +171,13 @@ OlderFiles SortOlderFiles(const ExportRecord& record,
 
 // Warns where a new foam's objects have other names than the labels of the foam before had.
 void WarnOfReplacedNames(const ExportRecord& record,
-                         const std::map<int32_t, std::string>& object_names) {
+                         const std::map<LabelId, std::string>& object_names) {
   std::string other_names;
   for (const auto& [id, name] : object_names) {
     const auto before = record.label_names.find(id);
     if (before == record.label_names.end() || before->second == name) continue;
     if (!other_names.empty()) other_names += ", ";
-    other_names += std::to_string(id) + " was " + before->second + ", is " + name;
+    other_names += std::to_string(Value(id)) + " was " + before->second + ", is " + name;
   }
   if (!other_names.empty()) {
     LOG(WARNING) << "The labels.json of the foam before had other names: " << other_names << ".";
@@ -210,18 +211,16 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   const fs::path path = output_path / "labels.json";
   if (fs::is_directory(path)) {
     throw UserError(path.string(),
-                    ": is a folder, in the way of the file of that name; choose another ",
-                    Field{"output_path"},
-                    ".");
+                    ": is a folder, in the way of the file of that name; choose another "
+                    "output_path.");
   }
   if (!fs::is_regular_file(path)) return std::nullopt;
   Json json = ReadJsonFile(path);
   // Every one of ours tells of a frame and objects; the names that a user wrote do not.
   if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
     throw UserError(path.string(),
-                    ": was not written by an export and would be lost; choose another ",
-                    Field{"output_path"},
-                    ".");
+                    ": was not written by an export and would be lost; choose another "
+                    "output_path.");
   }
   if (json.contains("version") && json["version"] != kLabelSidecarVersion) {
     throw UserError(path.string(),
@@ -229,9 +228,7 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
                     json["version"].dump(),
                     ", and this program knows version ",
                     kLabelSidecarVersion,
-                    "; choose another ",
-                    Field{"output_path"},
-                    ", or the program version that wrote it.");
+                    "; choose another output_path, or the program version that wrote it.");
   }
   ExportRecord record;
   if (const Json& checksum = json[kSourceModelKey]; checksum.is_string()) {
@@ -242,17 +239,17 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
     for (const auto& [id, name] : labels.items()) {
       const auto number = JsonInteger(Json::parse(id, nullptr, false), 0, kLargestId);
       if (number && name.is_string()) {
-        record.label_names[static_cast<int32_t>(*number)] = name.get<std::string>();
+        record.label_names[static_cast<LabelId>(*number)] = name.get<std::string>();
       }
     }
   }
-  AddFiles(json, 0, output_path, &record);
+  AddFiles(json, kNoObject, output_path, &record);
   for (const Json& object : json["objects"]) {
     if (!object.is_object()) continue;
     const auto id = JsonInteger(object.value("id", Json()), 0, kLargestId);
     const Json name = object.value("name", Json());
     if (!id) continue;
-    const auto object_id = static_cast<int32_t>(*id);
+    const auto object_id = static_cast<LabelId>(*id);
     if (name.is_string()) record.object_names[object_id] = name.get<std::string>();
     AddFiles(object, object_id, output_path, &record);
   }
@@ -274,9 +271,7 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
   if (!fs::exists(path) || ModelChecksum(path) == foam_checksum) return;
   throw UserError(path.string(),
                   ": is another foam than the one to export, whose files would lie beside it; "
-                  "choose another ",
-                  Field{"output_path"},
-                  ".");
+                  "choose another output_path.");
 }
 
 void RequireOneFrame(const ExportTransform& transform,
@@ -292,17 +287,8 @@ void RequireOneFrame(const ExportTransform& transform,
         ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
     if (writer && formats.count(*writer) != 0) continue;
     throw UserError((output_path / file.path).string(),
-                    ": is in another frame than this export and would stay; choose another ",
-                    Field{"output_path"},
-                    ", or the ",
-                    Field{"transform"},
-                    ", ",
-                    Field{"up_axis"},
-                    ", ",
-                    Field{"scale"},
-                    " and ",
-                    Field{"units"},
-                    " that "
+                    ": is in another frame than this export and would stay; choose another "
+                    "output_path, or the transform, up_axis, scale and units that "
                     "labels.json there tells of.");
   }
 }
@@ -330,7 +316,7 @@ void WriteLabels(const ExportableScene& scene,
   std::set<std::string> listed;
   for (const WrittenFile& file : finished.files) listed.insert(file.path);
   if (const std::optional<ExportRecord> record = ReadExportRecord(output_path)) {
-    std::map<int32_t, std::string> object_names;
+    std::map<LabelId, std::string> object_names;
     for (const ObjectInfo& object : scene.objects) object_names[object.id] = object.name;
     std::set<std::string> possible;
     for (const WrittenFile& file : files) possible.insert(file.path);

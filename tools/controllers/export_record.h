@@ -3,9 +3,9 @@
 
 #include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
+#include "foam/util/ids.h"
 #include "tools/controllers/export_format.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -26,8 +26,8 @@ std::string ModelChecksum(const std::filesystem::path& foam_path);
 
 struct ExportRecord {
   struct File {
-    // The object's label; 0 = the whole scene.
-    int32_t object_id = 0;
+    // The object's label; kNoObject = the whole scene.
+    LabelId object_id = kNoObject;
     // The key in labels.json.
     std::string format;
     // Relative to the folder, one that exports write (objects/7_mug.ply).
@@ -38,9 +38,9 @@ struct ExportRecord {
   // JSON, as ExportTransformJson writes it.
   std::string frame;
   // The table "labels", by id.
-  std::map<int32_t, std::string> label_names;
+  std::map<LabelId, std::string> label_names;
   // The names in "objects", by id.
-  std::map<int32_t, std::string> object_names;
+  std::map<LabelId, std::string> object_names;
   // The files that are there.
   std::vector<File> files;
 };

@@ -42,19 +42,22 @@ std::optional<ExportRecord> FindRecord(const fs::path& folder) {
 }
 
 // "6 is mug", for a list.
-std::string Is(int32_t id, const std::string& name) { return std::to_string(id) + " is " + name; }
+std::string Is(LabelId id, const std::string& name) {
+  return std::to_string(Value(id)) + " is " + name;
+}
 
 // The names that people changed in the record of `file`, by id.
-std::map<int32_t, std::string> EditedNames(const fs::path& file,
+std::map<LabelId, std::string> EditedNames(const fs::path& file,
                                            const ExportRecord& record,
                                            const std::string& foam_checksum,
                                            const std::vector<Label>& labels) {
   if (!record.foam_checksum.empty() && record.foam_checksum != foam_checksum) return {};
-  std::map<int32_t, std::string> edited;
+  std::map<LabelId, std::string> edited;
   std::vector<std::string> taken, unknown, misplaced;
   for (const auto& [id, name] : record.label_names) {
-    const auto label = std::find_if(
-        labels.begin(), labels.end(), [id = id](const Label& l) { return l.id == id && id != 0; });
+    const auto label = std::find_if(labels.begin(), labels.end(), [id = id](const Label& l) {
+      return l.id == id && id != kNoObject;
+    });
     if (label == labels.end()) {
       unknown.push_back(Is(id, name));
     } else if (name != DisplayName(id, label->name)) {
@@ -102,7 +105,7 @@ void TakeLabelNames(const fs::path& foam_path,
     folders.push_back(beside);
   }
   const std::string checksum = ModelChecksum(foam_path);
-  std::map<int32_t, std::string> names;
+  std::map<LabelId, std::string> names;
   for (const fs::path& folder : folders) {
     const std::optional<ExportRecord> record = FindRecord(folder);
     if (!record) continue;

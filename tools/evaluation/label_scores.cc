@@ -14,18 +14,18 @@ bool IsEmpty(const LabelImage& mask) {
   return std::all_of(mask.data.begin(), mask.data.end(), [](int32_t value) { return value == 0; });
 }
 
-std::vector<int32_t> PromptLabels(const LabelImage& rendered, const LabelImage& mask) {
+std::vector<LabelId> PromptLabels(const LabelImage& rendered, const LabelImage& mask) {
   struct Pixels {
     int64_t inside = 0;
     int64_t all = 0;
   };
-  std::map<int32_t, Pixels> of_label;
+  std::map<LabelId, Pixels> of_label;
   for (size_t i = 0; i < mask.data.size(); ++i) {
-    Pixels& pixels = of_label[rendered.data[i]];
+    Pixels& pixels = of_label[LabelId{rendered.data[i]}];
     ++pixels.all;
     pixels.inside += mask.data[i] != 0;
   }
-  std::vector<int32_t> labels;
+  std::vector<LabelId> labels;
   for (const auto& [label, pixels] : of_label) {
     if (2 * pixels.inside > pixels.all) labels.push_back(label);
   }
@@ -37,11 +37,11 @@ std::vector<int32_t> PromptLabels(const LabelImage& rendered, const LabelImage& 
 }
 
 // The labels' pixels as a mask, 1 or 0.
-LabelImage MaskOf(const LabelImage& rendered, const std::vector<int32_t>& labels) {
+LabelImage MaskOf(const LabelImage& rendered, const std::vector<LabelId>& labels) {
   LabelImage mask{rendered.width, rendered.height, {}};
   mask.data.reserve(rendered.data.size());
   for (const int32_t id : rendered.data) {
-    mask.data.push_back(std::find(labels.begin(), labels.end(), id) != labels.end());
+    mask.data.push_back(std::find(labels.begin(), labels.end(), LabelId{id}) != labels.end());
   }
   return mask;
 }
@@ -71,7 +71,7 @@ Overlap OverlapOf(const LabelImage& shown, const LabelImage& truth) {
 LabelScore ScoreView(const LabelImage& rendered,
                      const LabelImage& mask,
                      const LabelImage& boundary,
-                     const std::vector<int32_t>& labels) {
+                     const std::vector<LabelId>& labels) {
   const LabelImage shown = MaskOf(rendered, labels);
   const Overlap overlap = OverlapOf(shown, mask);
   return {overlap.Iou(), overlap.Recall(), OverlapOf(BoundaryOf(shown), boundary).Iou()};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/image/image.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <optional>
@@ -36,7 +37,7 @@ struct ViewLabelScore {
 };
 
 struct ObjectScore {
-  std::vector<int32_t> prompt_labels;  // ascending
+  std::vector<LabelId> prompt_labels;  // ascending
   LabelScore prompt;
   std::optional<LabelScore> direct;   // where the object's id is known
   std::vector<ViewLabelScore> views;  // those in which the mask is not empty, in order
@@ -53,7 +54,7 @@ LabelImage BoundaryOf(const LabelImage& mask);
 class ObjectScorer {
  public:
   // `id`: the object's own, where it is known.
-  explicit ObjectScorer(std::optional<int32_t> id) : id_(id) {}
+  explicit ObjectScorer(std::optional<LabelId> id) : id_(id) {}
 
   // The next view: what was rendered and where the object truly is (non-zero). The first one with a
   // mask that is not empty is the prompt. CHECKs equal sizes.
@@ -63,7 +64,7 @@ class ObjectScorer {
   std::optional<ObjectScore> Finish() const;
 
  private:
-  std::optional<int32_t> id_;
+  std::optional<LabelId> id_;
   size_t num_views_ = 0;
   ObjectScore score_;
 };

@@ -48,11 +48,11 @@ bool ShareAKey(const NamedFile& a, const NamedFile& b) {
 
 NamedFile NamedByStem(const fs::path& path) {
   const std::string stem = path.stem().string();
-  NamedFile file = {path, stem, {SanitizedName(0, stem)}};
+  NamedFile file = {path, stem, {SanitizedName(kNoObject, stem)}};
   const size_t digits = stem.find_first_not_of("0123456789");
   if (digits != 0 && digits != std::string::npos && stem[digits] == '_' &&
       digits + 1 < stem.size()) {
-    file.keys.push_back(SanitizedName(0, stem.substr(digits + 1)));
+    file.keys.push_back(SanitizedName(kNoObject, stem.substr(digits + 1)));
   }
   return file;
 }
@@ -72,7 +72,7 @@ std::vector<NamedFile> FilesOfExport(const fs::path& folder) {
       if (!fs::exists(path)) continue;
       NamedFile named = NamedByStem(path);
       named.name = object["name"];
-      named.keys.push_back(SanitizedName(0, named.name));
+      named.keys.push_back(SanitizedName(kNoObject, named.name));
       files.push_back(named);
       break;
     }

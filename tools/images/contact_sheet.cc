@@ -170,7 +170,7 @@ Image8 OverlayTile(const Image8& photo, const LabelImage& labels) {
       const int32_t id = ids.data[pixel];
       if (id == 0) continue;
       const auto [entry, is_new] = palette.try_emplace(id);
-      if (is_new) entry->second = LabelColor(id);
+      if (is_new) entry->second = LabelColor(LabelId{id});
       const bool is_border = (x + 1 < size.width && ids.data[pixel + 1] != id) ||
                              (x > 0 && ids.data[pixel - 1] != id) ||
                              (y + 1 < size.height && ids.data[pixel + size.width] != id) ||

@@ -30,7 +30,7 @@ LabelImage IdImage(const RenderedView& view, const std::vector<Label>& labels) {
   LabelImage ids{view.width, view.height, {}};
   ids.data.reserve(view.class_index.size());
   for (const int32_t class_index : view.class_index) {
-    ids.data.push_back(class_index < 0 ? 0 : labels.at(class_index).id);
+    ids.data.push_back(class_index < 0 ? 0 : Value(labels.at(class_index).id));
   }
   return ids;
 }
@@ -55,7 +55,7 @@ Image8 PaletteImage(const LabelImage& ids) {
   std::map<int32_t, std::array<uint8_t, 3>> palette;
   for (const int32_t id : ids.data) {
     const auto [entry, is_new] = palette.try_emplace(id);
-    if (is_new) entry->second = LabelColor(id);
+    if (is_new) entry->second = LabelColor(LabelId{id});
     image.data.insert(image.data.end(), entry->second.begin(), entry->second.end());
   }
   return image;

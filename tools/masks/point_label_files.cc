@@ -22,8 +22,8 @@ using Color = Eigen::Matrix<uint8_t, 3, 1>;
 // Of a point that is no object.
 constexpr uint8_t kGrey = 128;
 
-int32_t IdOf(const PointLabel& point, const std::vector<Label>& labels) {
-  return point.class_index == kUnlabelled ? 0 : labels[point.class_index].id;
+LabelId IdOf(const PointLabel& point, const std::vector<Label>& labels) {
+  return point.class_index == kUnlabelled ? kNoObject : labels[point.class_index].id;
 }
 
 Json Triple(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -55,7 +55,7 @@ std::vector<Group> GroupByLabel(const Reconstruction& model,
 
 Json Summary(const Label& label, const Group& group, const std::vector<PhotoRecord>& photos) {
   Json summary = {
-      {"id", label.id},
+      {"id", Value(label.id)},
       {"name", DisplayName(label.id, label.name)},
       {"color", LabelColor(label.id)},
       {"points", group.points},
@@ -76,10 +76,10 @@ Reconstruction ColoredByLabel(const Reconstruction& model,
   CHECK_EQ(model.points.size(), points.size());
   Reconstruction colored = model;
   for (size_t i = 0; i < points.size(); ++i) {
-    const int32_t id = IdOf(points[i], labels);
+    const LabelId id = IdOf(points[i], labels);
     const auto color = LabelColor(id);
     colored.points[i].color =
-        id == 0 ? Color(kGrey, kGrey, kGrey) : Color(color[0], color[1], color[2]);
+        id == kNoObject ? Color(kGrey, kGrey, kGrey) : Color(color[0], color[1], color[2]);
   }
   return colored;
 }
@@ -100,7 +100,7 @@ void WritePointsPly(const std::filesystem::path& path,
   for (size_t i = 0; i < points.size(); ++i) {
     for (const double coordinate : model.points[i].position) file.Binary(coordinate);
     for (const uint8_t channel : model.points[i].color) file.Binary(channel);
-    file.Binary(IdOf(points[i], labels));
+    file.Binary(Value(IdOf(points[i], labels)));
     file.Binary(points[i].confidence);
   }
   file.Finish();
@@ -114,12 +114,12 @@ void WritePointLabelsJson(const std::filesystem::path& path,
   Json json = Json::parse(LabelTableJson(labels));
   json["points"] = points.size();
   json["labelled"] = std::count_if(points.begin(), points.end(), [&](const PointLabel& point) {
-    return IdOf(point, labels) != 0;
+    return IdOf(point, labels) != kNoObject;
   });
   json["objects"] = Json::array();
   const std::vector<Group> groups = GroupByLabel(model, photos, points, labels.size());
   for (size_t k = 0; k < labels.size(); ++k) {
-    if (labels[k].id == 0) continue;
+    if (labels[k].id == kNoObject) continue;
     json["objects"].push_back(Summary(labels[k], groups[k], photos.photos));
   }
   WriteTextFile(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

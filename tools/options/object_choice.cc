@@ -85,7 +85,7 @@ ChosenObjects ChosenOf(const Model& model, const LabelFilter& filter, Exportable
     ObjectCells& cells = chosen.objects.emplace_back();
     while (model.labels[cells.class_index].id != object->id) ++cells.class_index;
     cells.cells = object->cells;
-    chosen.names.push_back(object->name + " (" + std::to_string(object->id) + ")");
+    chosen.names.push_back(object->name + " (" + std::to_string(Value(object->id)) + ")");
     chosen.num_cells += object->cells.size();
   }
   for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
@@ -153,7 +153,7 @@ SeenSurface SurfaceAt(const Model& model,
   };
   SeenSurface seen;
   const int32_t class_index = view.class_index[middle];
-  seen.label_id = class_index < 0 ? 0 : model.labels[class_index].id;
+  seen.label_id = class_index < 0 ? kNoObject : model.labels[class_index].id;
   seen.point = point(middle);
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < view.distance.size(); ++i) {
@@ -211,7 +211,7 @@ ChosenObjects ChooseObjects(const Model& model,
   if (selection.pick.empty()) return ChooseObjects(model, selection.choice, foam_path);
   const PhotoPixel pixel = ParsePhotoPixel("pick", selection.pick);
   const SeenSurface seen = SurfaceAt(model, ViewRenderer(model.foam, device), pixel, foam_path);
-  if (seen.label_id == 0) {
+  if (seen.label_id == kNoObject) {
     throw UserError(foam_path.string(),
                     ": what is seen at ",
                     pixel.x,

@@ -6,6 +6,7 @@
 #include "foam/device/device.h"
 #include "foam/edit/object_editing.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "foam/view/view_renderer.h"
 #include "tools/cli/option_manager.h"
 
@@ -32,8 +33,8 @@ PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text);
 
 // What a foam shows at a pixel: where its ray has lost half of its light.
 struct SeenSurface {
-  int32_t label_id = 0;    // of the rendered identity; 0 = unlabelled
-  Eigen::Vector3d point;   // COLMAP frame
+  LabelId label_id = kNoObject;  // of the rendered identity
+  Eigen::Vector3d point;         // COLMAP frame
   Eigen::Vector3d normal;  // of the plane that fits the pixels around it, unit length, towards the
                            // camera
 };

@@ -119,7 +119,13 @@ void FinishTrainingRun(const OptionManager& options,
     RequireWorkspace(workspace_path);
     CompleteFromWorkspace(workspace_path, run);
   }
-  CompleteTrainingRun(run);
+  try {
+    CompleteTrainingRun(run);
+  } catch (const FieldError& error) {
+    if (error.field() == "image_cache_gb") throw;
+    throw FieldError("FoamTraining." + error.field(),
+                     std::string(error.what()).substr(error.field().size()));
+  }
   for (const char* name :
        {"num_rays", "rays_per_iteration", "final_sites", "sh_degree", "densify_events"}) {
     if (options.IsGiven(std::string("FoamTraining.") + name)) run->kept_options.insert(name);

@@ -36,7 +36,7 @@ TEST_F(CellPointsTest, VisibleCellsAreMatterThatPhotosShow) {
   EXPECT_GT(mug.size(), 10);
   EXPECT_EQ(mug.size() + other.size(), all.size());
   for (const uint32_t cell : all) EXPECT_TRUE(scene.labels.solid[cell]);
-  for (const uint32_t cell : mug) EXPECT_EQ(scene.label_id[cell], 7);
+  for (const uint32_t cell : mug) EXPECT_EQ(scene.label_id[cell], LabelId{7});
 
   // One that no photo shows is none.
   const uint32_t hidden = mug.front();
@@ -97,7 +97,7 @@ TEST_F(CellPointsTest, TheObjectOfAPointIsTheOneThatItsCellIsWrittenWith) {
   model.foam.raw_density[speck] = static_cast<float>(RawDensity(1e4));
   ExportableScene scene = MakeExportableScene(model);
   const uint32_t strange = scene.objects[0].cells.front();
-  scene.label_id[strange] = 8;
+  scene.label_id[strange] = LabelId{8};
   const std::vector<uint32_t> all = VisibleCells(scene, {});
   const std::vector<uint32_t> mug = VisibleCells(scene, FilterObjects(scene, {"mug"}));
   WriteCellPoints(folder_ / "all.ply", scene, all);
@@ -112,8 +112,8 @@ TEST_F(CellPointsTest, TheObjectOfAPointIsTheOneThatItsCellIsWrittenWith) {
       if (object[k] == 7) of_object.push_back(all[k]);
       of_class += label[k] == 7;
       strangers += object[k] == 7 && label[k] != 7;
-      EXPECT_EQ(object[k], scene.ObjectId(all[k]));
-      EXPECT_EQ(label[k], scene.label_id[all[k]]);
+      EXPECT_EQ(object[k], Value(scene.ObjectId(all[k])));
+      EXPECT_EQ(label[k], Value(scene.label_id[all[k]]));
     }
     EXPECT_EQ(of_object, mug) << name;
     EXPECT_EQ(strangers, 1u);
@@ -214,9 +214,10 @@ TEST_F(CellPointsTest, TextSaysEverything) {
     ASSERT_EQ(site, sites++);
     EXPECT_EQ(y, 2.5 * double{model.foam.positions[site].y()} - 20);
     EXPECT_NEAR(volume, scene.volume[site] * 2.5 * 2.5 * 2.5, 1e-6 * volume);
-    EXPECT_EQ(label, scene.label_id[site]);
-    EXPECT_EQ(object,
-              scene.object_of_cell[site] < 0 ? 0 : scene.objects[scene.object_of_cell[site]].id);
+    EXPECT_EQ(label, Value(scene.label_id[site]));
+    EXPECT_EQ(
+        object,
+        scene.object_of_cell[site] < 0 ? 0 : Value(scene.objects[scene.object_of_cell[site]].id));
     EXPECT_EQ(static_cast<float>(sh), model.foam.sh[3 * site + 2]);
     std::vector<uint32_t> neighbors(num_neighbors);
     for (uint32_t& neighbor : neighbors) words >> neighbor;

@@ -27,9 +27,9 @@ TEST_F(LabelSidecar, SaysEverythingOfEveryObject) {
   const auto path = folder_ / "labels.json";
   WriteLabelSidecar(path,
                     scene,
-                    {{0, "vdb", "scene.vdb", ""},
-                     {7, "ply", "objects/7_mug.ply", ""},
-                     {7, "vdb", "objects/7_mug.vdb", ""}});
+                    {{kNoObject, "vdb", "scene.vdb", ""},
+                     {LabelId{7}, "ply", "objects/7_mug.ply", ""},
+                     {LabelId{7}, "vdb", "objects/7_mug.vdb", ""}});
   const json sidecar = json::parse(std::ifstream(path));
   EXPECT_EQ(sidecar["version"], 1);
   EXPECT_EQ(sidecar["labels"], (json{{"7", "mug"}, {"8", "M\xC3\xBCtze \"blue\""}}));
@@ -125,12 +125,14 @@ TEST_F(LabelSidecar, WithoutLabelsItIsStillASidecar) {
 }
 
 TEST_F(LabelSidecar, IdsStandInTheOrderOfTheTableAndZeroIsNoLabel) {
-  EXPECT_EQ(LabelTableJson({{0, MaskId{0}, ""}, {2, MaskId{2}, "b"}, {10, MaskId{10}, "a"}}),
+  EXPECT_EQ(LabelTableJson({{LabelId{0}, MaskId{0}, ""},
+                            {LabelId{2}, MaskId{2}, "b"},
+                            {LabelId{10}, MaskId{10}, "a"}}),
             R"({"version":1,"labels":{"2":"b","10":"a"}})");
 }
 
 TEST_F(LabelSidecar, BytesThatAreNoTextDoNotStopIt) {
-  const json table = json::parse(LabelTableJson({{3,
+  const json table = json::parse(LabelTableJson({{LabelId{3},
                                                   MaskId{3},
                                                   "a\xFF"
                                                   "b"}}));

@@ -85,21 +85,6 @@ void ExpectSameVertices(const Mesh& mesh, const ObjectSurface& surface, double t
   EXPECT_LE(farthest, tolerance);
 }
 
-// The label, confidence and colour of every vertex, of the object 7.
-void ExpectVertexProperties(const SemanticMesh& mesh, const ObjectSurface& surface) {
-  OpenMesh::VPropHandleT<int> label;
-  OpenMesh::VPropHandleT<float> confidence;
-  ASSERT_TRUE(mesh.get_property_handle(label, kLabelProperty));
-  ASSERT_TRUE(mesh.get_property_handle(confidence, kConfidenceProperty));
-  for (const auto vertex : mesh.vertices()) {
-    const size_t v = vertex.idx();
-    EXPECT_EQ(mesh.property(label, vertex), 7);
-    EXPECT_EQ(mesh.property(confidence, vertex), surface.vertex_confidence[v]);
-    const auto& color = mesh.color(vertex);
-    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
-  }
-}
-
 class MeshFiles : public TemporaryFolderTest {};
 
 TEST_F(MeshFiles, PlyHoldsEveryBit) {
@@ -151,7 +136,17 @@ TEST_F(MeshFiles, OpenMeshReadsThePly) {
   // OpenMesh's reader takes the doubles through float.
   ExpectSameVertices(mesh, surface, 0.5);
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
-  ExpectVertexProperties(mesh, surface);
+  OpenMesh::VPropHandleT<int> label;
+  OpenMesh::VPropHandleT<float> confidence;
+  ASSERT_TRUE(mesh.get_property_handle(label, kLabelProperty));
+  ASSERT_TRUE(mesh.get_property_handle(confidence, kConfidenceProperty));
+  for (const auto vertex : mesh.vertices()) {
+    const size_t v = vertex.idx();
+    EXPECT_EQ(mesh.property(label, vertex), 7);
+    EXPECT_EQ(mesh.property(confidence, vertex), surface.vertex_confidence[v]);
+    const auto& color = mesh.color(vertex);
+    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
+  }
 }
 
 TEST_F(MeshFiles, OmBringsEverythingBack) {
@@ -165,17 +160,27 @@ TEST_F(MeshFiles, OmBringsEverythingBack) {
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
 
   // Nobody registers the properties before reading.
+  OpenMesh::VPropHandleT<int> vertex_label;
+  OpenMesh::VPropHandleT<float> vertex_confidence;
   OpenMesh::FPropHandleT<int> face_label;
   OpenMesh::FPropHandleT<float> face_confidence;
   OpenMesh::MPropHandleT<int> object_id;
   OpenMesh::MPropHandleT<std::string> object_name;
+  ASSERT_TRUE(mesh.get_property_handle(vertex_label, kLabelProperty));
+  ASSERT_TRUE(mesh.get_property_handle(vertex_confidence, kConfidenceProperty));
   ASSERT_TRUE(mesh.get_property_handle(face_label, kLabelProperty));
   ASSERT_TRUE(mesh.get_property_handle(face_confidence, kConfidenceProperty));
   ASSERT_TRUE(mesh.get_property_handle(object_id, kObjectIdProperty));
   ASSERT_TRUE(mesh.get_property_handle(object_name, kObjectNameProperty));
   EXPECT_EQ(mesh.property(object_id), 7);
   EXPECT_EQ(mesh.property(object_name), "mug");
-  ExpectVertexProperties(mesh, surface);
+  for (const auto vertex : mesh.vertices()) {
+    const size_t v = vertex.idx();
+    EXPECT_EQ(mesh.property(vertex_label, vertex), 7);
+    EXPECT_EQ(mesh.property(vertex_confidence, vertex), surface.vertex_confidence[v]);
+    const auto& color = mesh.color(vertex);
+    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
+  }
   for (const auto face : mesh.faces()) {
     const size_t f = face.idx();
     EXPECT_EQ(mesh.property(face_label, face), 7);
@@ -308,11 +313,11 @@ TEST_F(MeshFiles, ExportWritesEveryFormatOfEveryObject) {
   ASSERT_EQ(files.size(), seen.size());
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    EXPECT_THAT(
-        file.summary,
-        ::testing::MatchesRegex(file.object_id == 0 ? "2 objects"
-                                                    : "[0-9]+ vertices, [0-9]+ faces, 1 shell, no "
-                                                      "cavities, genus 0.*"));
+    EXPECT_THAT(file.summary,
+                ::testing::MatchesRegex(file.object_id == kNoObject
+                                            ? "2 objects"
+                                            : "[0-9]+ vertices, [0-9]+ faces, 1 shell, no "
+                                              "cavities, genus 0.*"));
     EXPECT_EQ("." + file.format, std::filesystem::path(file.path).extension());
   }
 }
@@ -353,7 +358,7 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
   ASSERT_EQ(files.size(), 12u);
   for (const WrittenFile& file : files) {
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / file.path)) << file.path;
-    if (file.object_id == 0) continue;
+    if (file.object_id == kNoObject) continue;
     EXPECT_THAT(file.summary,
                 ::testing::MatchesRegex(
                     "[0-9]+ vertices, (59|60) faces, 1 shell, no cavities, genus 0, from the cells "
@@ -369,7 +374,7 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
   // Fewer than there can be: a torus has at least 14 faces.
   options.target_faces = 12;
   for (const WrittenFile& file : ExportSurfaces(MakeExportableScene(Torus()), folder_, options)) {
-    if (file.object_id == 0) continue;
+    if (file.object_id == kNoObject) continue;
     EXPECT_THAT(file.warning, ::testing::MatchesRegex("[0-9]+ faces instead of 12, because .*"));
   }
 }

@@ -119,7 +119,7 @@ void ExpectCells(const ExportableScene& scene, const VdbFile& file, const Object
     } else {
       EXPECT_GT(scene.density[cell], 1);
     }
-    EXPECT_EQ(label->tree().getValue(*ijk), static_cast<float>(scene.label_id[cell]));
+    EXPECT_EQ(label->tree().getValue(*ijk), static_cast<float>(Value(scene.label_id[cell])));
     EXPECT_EQ(confidence->tree().getValue(*ijk), scene.labels.confidence[cell]);
     EXPECT_FLOAT_EQ(density->tree().getValue(*ijk),
                     static_cast<float>(scene.density[cell] / scene.world_from_normalized.scale));
@@ -139,7 +139,7 @@ TEST_F(VolumeExport, SceneAndObjectsHoldTheirCells) {
       scene, folder_, Coarse(), [&](const WrittenFile& file) { seen.push_back(file.path); });
   EXPECT_THAT(seen, ElementsAre("scene.vdb", "objects/7_mug.vdb", "objects/8_label_8.vdb"));
   ASSERT_EQ(files.size(), 3u);
-  EXPECT_EQ(files[1].object_id, 7);
+  EXPECT_EQ(files[1].object_id, LabelId{7});
 
   const VdbFile whole = ReadVdb(folder_ / "scene.vdb");
   ExpectCells(scene, whole, nullptr);
@@ -153,7 +153,7 @@ TEST_F(VolumeExport, SceneAndObjectsHoldTheirCells) {
     ExpectCells(scene, part, &object);
     EXPECT_FLOAT_EQ(part.Get<openvdb::FloatGrid>("surface")->background(),
                     static_cast<float>(3 * part.grids.at("label")->voxelSize().x()));
-    EXPECT_EQ(part.metadata->metaValue<int32_t>("object_id"), object.id);
+    EXPECT_EQ(part.metadata->metaValue<int32_t>("object_id"), Value(object.id));
     EXPECT_EQ(part.metadata->metaValue<std::string>("object_name"), object.name);
     const openvdb::math::Transform& of_object = part.grids.at("label")->transform();
     const double voxel = of_object.voxelSize().x();
@@ -358,7 +358,7 @@ TEST_F(VolumeExport, LabelsTakeTheseObjectsAlone) {
   }
   const ExportableScene scene = MakeExportableScene(model);
   ASSERT_EQ(scene.object_of_cell[pocket], 1);
-  ASSERT_EQ(scene.label_id[pocket], 7);
+  ASSERT_EQ(scene.label_id[pocket], LabelId{7});
   VolumeExportOptions options = Coarse();
   ExportVolumes(scene, folder_ / "all", options);
   for (const char* spelling : {"label_8", "8", " 8 ,8"}) {
@@ -519,7 +519,7 @@ TEST_F(VolumeExport, MoreSamplesAreCoverageAndNeverMixLabels) {
     for (auto ijk = bounds.begin(); ijk != bounds.end(); ++ijk) {
       if (is_object && compared > 400) break;  // the search takes its time
       double mean_density = 0;
-      std::map<int32_t, std::vector<uint32_t>> by_label;
+      std::map<LabelId, std::vector<uint32_t>> by_label;
       for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
         const openvdb::Vec3d offset(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
         const Eigen::Vector3d x =
@@ -528,7 +528,7 @@ TEST_F(VolumeExport, MoreSamplesAreCoverageAndNeverMixLabels) {
         if (cell >= scene.NumSites()) continue;
         if (is_object ? scene.object_of_cell[cell] != 0 : scene.density[cell] < 1) continue;
         mean_density += scene.density[cell] / 2.5 / 27;
-        by_label[is_object ? 7 : scene.label_id[cell]].push_back(cell);
+        by_label[is_object ? LabelId{7} : scene.label_id[cell]].push_back(cell);
       }
       const Eigen::Vector3d center = ToEigen(density->indexToWorld(*ijk));
       const bool in_box = is_object ? crop.contains(center) : box.contains(center);
@@ -554,7 +554,7 @@ TEST_F(VolumeExport, MoreSamplesAreCoverageAndNeverMixLabels) {
         }
       }
       EXPECT_EQ(label->tree().getValue(*ijk),
-                is_object ? 7 : static_cast<float>(scene.label_id[most->front()]));
+                is_object ? 7 : static_cast<float>(Value(scene.label_id[most->front()])));
       EXPECT_NEAR(density->tree().getValue(*ijk), mean_density, 1e-5 * mean_density);
       EXPECT_NEAR(confidence->tree().getValue(*ijk), mean_confidence, 1e-5);
       for (int c = 0; c < 3; ++c) {
@@ -663,7 +663,7 @@ TEST_F(VolumeExport, PointsAreTheSolidCells) {
       EXPECT_FLOAT_EQ(number("radius", *it), scene.radius[cell] * 2.5f);
       EXPECT_EQ(
           openvdb::points::AttributeHandle<int32_t>(leaf->constAttributeArray("label")).get(*it),
-          scene.label_id[cell]);
+          Value(scene.label_id[cell]));
       const openvdb::Vec3f color =
           openvdb::points::AttributeHandle<openvdb::Vec3f>(leaf->constAttributeArray("color"))
               .get(*it);
@@ -723,7 +723,7 @@ TEST_F(VolumeExport, ProgressGoesFromNothingToAll) {
 
 TEST_F(VolumeExport, HalfFloatsNeverTouchTheLabels) {
   Model model = TestModel();
-  model.labels[0].id = 65535;  // no half float holds it
+  model.labels[0].id = LabelId{65535};  // no half float holds it
   const ExportableScene scene = MakeExportableScene(model);
   VolumeExportOptions options = Coarse();
   options.half_float = true;
@@ -746,7 +746,7 @@ TEST_F(VolumeExport, AVoxelLargerThanTheObjectGivesAWarningAndAValidFile) {
   ASSERT_EQ(files.size(), 3u);
   for (const WrittenFile& file : files) {
     const VdbFile vdb = ReadVdb(folder_ / file.path);
-    EXPECT_EQ(vdb.grids.size(), file.object_id == 0 ? 4u : 5u) << file.path;
+    EXPECT_EQ(vdb.grids.size(), file.object_id == kNoObject ? 4u : 5u) << file.path;
     EXPECT_EQ(vdb.grids.at("density")->activeVoxelCount(), 0u);
     EXPECT_THAT(file.warning, HasSubstr("no voxel"));
   }
@@ -763,15 +763,16 @@ TEST_F(VolumeExport, AnObjectOfOneVoxelGivesAWarningAndAValidFile) {
   for (const double size : {1.2, 1.4, 1.6, 1.7, 1.8, 1.9, 2.0}) {
     options.voxel_size = size;
     for (const WrittenFile& file : ExportVolumes(scene, folder_, options)) {
-      if (file.object_id == 0) continue;
+      if (file.object_id == kNoObject) continue;
       const VdbFile vdb = ReadVdb(folder_ / file.path);
       const auto voxels = vdb.grids.at("density")->activeVoxelCount();
-      const double length = scene.objects[file.object_id - 7].bounding_box.sizes().maxCoeff();
+      const double length =
+          scene.objects[Value(file.object_id) - 7].bounding_box.sizes().maxCoeff();
       if (voxels == 1) {
         ++with_one;
         EXPECT_THAT(file.warning, HasSubstr("one voxel"));
         const auto label = vdb.Get<openvdb::FloatGrid>("label");
-        EXPECT_EQ(label->cbeginValueOn().getValue(), static_cast<float>(file.object_id));
+        EXPECT_EQ(label->cbeginValueOn().getValue(), static_cast<float>(Value(file.object_id)));
       } else if (voxels > 1 && size <= length) {
         EXPECT_EQ(file.warning, "");
       }
@@ -785,7 +786,7 @@ TEST_F(VolumeExport, AnObjectOfOneVoxelGivesAWarningAndAValidFile) {
 
 TEST_F(VolumeExport, AnObjectOfOneCellIsSeen) {
   Model model = TestModel();
-  model.labels.push_back({9, MaskId{9}, "bead"});
+  model.labels.push_back({LabelId{9}, MaskId{9}, "bead"});
   Foam& foam = model.foam;
   foam.num_classes = 3;
   foam.classifier_bias.push_back(0);
@@ -950,7 +951,7 @@ TEST_F(VolumeExport, PythonReadsEveryDefaultFile) {
     const VdbFile vdb = ReadVdb(path);
     EXPECT_EQ(said,
               std::string("COLMAP color confidence density label") +
-                  (file.object_id != 0 ? " surface\n" : "\n") +
+                  (file.object_id != kNoObject ? " surface\n" : "\n") +
                   std::to_string(vdb.grids.at("label")->activeVoxelCount()) + "\n");
   }
 }

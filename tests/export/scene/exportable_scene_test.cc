@@ -18,7 +18,7 @@ using ::testing::IsEmpty;
 
 const ObjectInfo& Object(const ExportableScene& scene, int32_t id) {
   for (const ObjectInfo& object : scene.objects) {
-    if (object.id == id) return object;
+    if (Value(object.id) == id) return object;
   }
   ADD_FAILURE() << "no object " << id;
   return scene.objects.front();
@@ -47,8 +47,8 @@ TEST(ExportableScene, ObjectsAreTheSolidCellsOfTheirClass) {
   EXPECT_THAT(scene.labels_without_cells, IsEmpty());
   for (int k = 0; k < 2; ++k) {
     const ObjectInfo& object = scene.objects[k];
-    EXPECT_EQ(object.id, 7 + k);
-    EXPECT_EQ(object.color, LabelColor(7 + k));
+    EXPECT_EQ(object.id, LabelId{7 + k});
+    EXPECT_EQ(object.color, LabelColor(LabelId{7 + k}));
     std::vector<uint32_t> expected;
     double volume = 0;
     for (uint32_t i = 0; i < scene.NumSites(); ++i) {
@@ -56,7 +56,7 @@ TEST(ExportableScene, ObjectsAreTheSolidCellsOfTheirClass) {
       if ((scene.cell_positions[i] - center).norm() >= 0.3f) continue;
       expected.push_back(i);
       volume += scene.volume[i];
-      EXPECT_EQ(scene.label_id[i], 7 + k);
+      EXPECT_EQ(scene.label_id[i], LabelId{7 + k});
     }
     EXPECT_EQ(object.cells, expected);
     EXPECT_DOUBLE_EQ(object.volume, volume);
@@ -87,22 +87,22 @@ TEST(ExportableScene, LabelZeroAndEmptyLabelsMakeNoObject) {
     if (p.norm() > 0.5f) return kAir;
     return p.x() > 0 ? 1 : 2;  // nothing of class 0
   });
-  model.labels[2] = {0, MaskId{0}, ""};
+  model.labels[2] = {LabelId{0}, MaskId{0}, ""};
   const ExportableScene scene = MakeExportableScene(model);
   ASSERT_EQ(scene.objects.size(), 1u);
-  EXPECT_EQ(scene.objects[0].id, 8);
+  EXPECT_EQ(scene.objects[0].id, LabelId{8});
   ASSERT_EQ(scene.labels_without_cells.size(), 1u);
-  EXPECT_EQ(scene.labels_without_cells[0].id, 7);
+  EXPECT_EQ(scene.labels_without_cells[0].id, LabelId{7});
 }
 
 TEST(ExportableScene, ObjectsComeByIdWhateverTheOrderOfTheTable) {
   Model model = TouchingBalls(500);
-  model.labels[0].id = 300;
-  model.labels[1].id = 2;
+  model.labels[0].id = LabelId{300};
+  model.labels[1].id = LabelId{2};
   const ExportableScene scene = MakeExportableScene(model);
   ASSERT_EQ(scene.objects.size(), 2u);
-  EXPECT_EQ(scene.objects[0].id, 2);
-  EXPECT_EQ(scene.objects[1].id, 300);
+  EXPECT_EQ(scene.objects[0].id, LabelId{2});
+  EXPECT_EQ(scene.objects[1].id, LabelId{300});
   for (uint32_t i = 0; i < scene.NumSites(); ++i) {
     const int32_t index = scene.object_of_cell[i];
     if (index >= 0) {
@@ -121,7 +121,7 @@ TEST(ExportableScene, WithoutSemanticsThereAreNoObjects) {
   const ExportableScene scene = MakeExportableScene(model);
   EXPECT_THAT(scene.objects, IsEmpty());
   EXPECT_THAT(scene.labels_without_cells, IsEmpty());
-  EXPECT_EQ(scene.label_id, std::vector<int32_t>(500, 0));
+  EXPECT_EQ(scene.label_id, std::vector<LabelId>(500, kNoObject));
 }
 
 TEST(ExportableScene, SitesAtOnePlaceHaveOneCellBetweenThem) {

@@ -14,12 +14,20 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 // Label 4 is named "2", label 5 "5", and two are called "cup".
-const std::vector<NamedLabel> kLabels = {
-    {2, "mug"}, {4, "2"}, {5, "5"}, {6, "cup"}, {7, "cup"}, {8, "label_8"}, {9, "id:2"}};
+const std::vector<NamedLabel> kLabels = {{LabelId{2}, "mug"},
+                                         {LabelId{4}, "2"},
+                                         {LabelId{5}, "5"},
+                                         {LabelId{6}, "cup"},
+                                         {LabelId{7}, "cup"},
+                                         {LabelId{8}, "label_8"},
+                                         {LabelId{9}, "id:2"}};
 
 std::vector<int32_t> Ids(const std::string& text) {
   const std::vector<LabelText> found = FindLabels(text, kLabels);
-  return found.size() == 1 ? found[0].ids : std::vector<int32_t>{-1};
+  if (found.size() != 1) return {-1};
+  std::vector<int32_t> ids;
+  for (const LabelId id : found[0].ids) ids.push_back(Value(id));
+  return ids;
 }
 
 template <typename Function>
@@ -60,14 +68,14 @@ TEST(LabelChoice, RefusesATextThatMeansTwoThings) {
 TEST(LabelChoice, TakesAndLeavesOut) {
   EXPECT_TRUE(ChooseLabels({}, kLabels).IsAll());
   const LabelFilter some = ChooseLabels({"cup, mug", "7"}, kLabels);
-  EXPECT_TRUE(some.Has(2));
-  EXPECT_TRUE(some.Has(6));
-  EXPECT_FALSE(some.Has(7));
-  EXPECT_FALSE(some.Has(8));
+  EXPECT_TRUE(some.Has(LabelId{2}));
+  EXPECT_TRUE(some.Has(LabelId{6}));
+  EXPECT_FALSE(some.Has(LabelId{7}));
+  EXPECT_FALSE(some.Has(LabelId{8}));
   const LabelFilter most = ChooseLabels({"", "cup"}, kLabels);
-  EXPECT_TRUE(most.Has(2));
-  EXPECT_FALSE(most.Has(6));
-  EXPECT_FALSE(most.Has(7));
+  EXPECT_TRUE(most.Has(LabelId{2}));
+  EXPECT_FALSE(most.Has(LabelId{6}));
+  EXPECT_FALSE(most.Has(LabelId{7}));
   EXPECT_EQ(Error({"spoon"}).substr(0, 70),
             "The labels name 'spoon', which is no label; there are 2 (mug), 4 (2), ");
   EXPECT_EQ(Error({"", "spoon"}).substr(0, 51),
@@ -76,7 +84,7 @@ TEST(LabelChoice, TakesAndLeavesOut) {
 }
 
 TEST(LabelChoice, SaysBeforeTheIdsAreKnownWhatCannotBe) {
-  const std::map<uint32_t, std::string> names = {{2, "mug"}, {70000, "spoon"}};
+  const std::vector<NamedLabel> names = {{LabelId{2}, "mug"}, {LabelId{70000}, "spoon"}};
   for (const char* possible :
        {"", "7", "mug", "spoon, 12", "id:7", "name:mug", "label_9", "name:label_9"}) {
     EXPECT_NO_THROW(RequirePossible({possible, possible}, names, "t.json")) << possible;

@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 std::vector<int32_t> Ids(const ExportableScene& scene, const std::string& labels) {
   std::vector<int32_t> ids;
   for (const ObjectInfo* object : SelectObjects(scene, LabelChoice{labels}))
-    ids.push_back(object->id);
+    ids.push_back(Value(object->id));
   return ids;
 }
 
@@ -32,7 +32,7 @@ std::string Error(const ExportableScene& scene, const std::string& labels) {
 ExportableScene TestScene() {
   Model model = TouchingBalls(400);
   // A label that no cell has.
-  model.labels.push_back({9, MaskId{9}, "ghost"});
+  model.labels.push_back({LabelId{9}, MaskId{9}, "ghost"});
   model.foam.num_classes = 3;
   model.foam.classifier_bias.push_back(-100);
   model.foam.classifier_weight.resize(3 * kIdentityDim, 0.f);
@@ -70,7 +70,7 @@ TEST(ObjectSelection, TakesOneObjectWhereAnIdIsAnotherOnesName) {
   EXPECT_THAT(Ids(scene, "id:7"), ElementsAre(7));
   EXPECT_THAT(Ids(scene, "name:7"), ElementsAre(8));
   LabelFilter picked;
-  picked.only.emplace({7});
+  picked.only.emplace({LabelId{7}});
   EXPECT_EQ(SelectObjects(scene, picked).size(), 1u);
 }
 
@@ -78,7 +78,8 @@ TEST(ObjectSelection, LeavesOutWhatIsExcluded) {
   const ExportableScene scene = TestScene();
   const auto ids = [&](const LabelChoice& choice) {
     std::vector<int32_t> found;
-    for (const ObjectInfo* object : SelectObjects(scene, choice)) found.push_back(object->id);
+    for (const ObjectInfo* object : SelectObjects(scene, choice))
+      found.push_back(Value(object->id));
     return found;
   };
   EXPECT_THAT(ids({"", "mug"}), ElementsAre(8));

@@ -66,7 +66,7 @@ inline int EulerCharacteristic(const ObjectSurface& surface) {
 // The surface of the box [-1, 1]^3 in squares of 2 / n, each cut in two: 12 n^2 triangles.
 inline ObjectSurface BoxSurface(int n) {
   ObjectSurface surface;
-  surface.object_id = 7;
+  surface.object_id = LabelId{7};
   surface.object_name = "mug";
   std::map<std::array<int, 3>, uint32_t> index;
   const auto vertex = [&](int axis, int side, int u, int v) {

@@ -26,7 +26,7 @@ Model RandomClasses(int num_classes, int num_sites) {
   foam.num_classes = num_classes;
   for (int k = 0; k < num_classes; ++k) {
     CounterRandom random(1, 1, k);
-    model.labels.push_back({k + 1, static_cast<MaskId>(k + 1), "label"});
+    model.labels.push_back({LabelId{k + 1}, static_cast<MaskId>(k + 1), "label"});
     for (int c = 0; c < kIdentityDim; ++c) {
       foam.classifier_weight.push_back(static_cast<float>(random.Normal()));
     }
@@ -51,9 +51,9 @@ TEST(ClassTableAdd, CellsKeepTheirClassesAndNewOnesGetTheirs) {
     // More classes than the feature has dimensions.
     for (int32_t k = 0; k < 20; ++k) {
       const int32_t id = 1000 + k;
-      added.push_back(AddClass({id, static_cast<MaskId>(id), "new"}, &model));
+      added.push_back(AddClass({LabelId{id}, static_cast<MaskId>(id), "new"}, &model));
       ASSERT_EQ(model.foam.num_classes, num_classes + k + 1);
-      EXPECT_EQ(model.labels.back().id, id);
+      EXPECT_EQ(model.labels.back().id, LabelId{id});
       // Cells of the new class, for the next ones to spare.
       model.foam.positions.emplace_back(0.f, 0.f, 0.f);
       model.foam.identity.insert(
@@ -76,7 +76,7 @@ TEST(ClassTableAdd, CellsKeepTheirClassesAndNewOnesGetTheirs) {
 TEST(ClassTableAdd, ARayShowsTheNewClassWhereItHasMostOfTheWeight) {
   Model model = RandomClasses(14, 500);
   const Foam before = model.foam;
-  const IdentityFeature added = AddClass({99, MaskId{99}, "new"}, &model);
+  const IdentityFeature added = AddClass({LabelId{99}, MaskId{99}, "new"}, &model);
   for (size_t i = 0; i < before.NumSites(); ++i) {
     for (const float share : {0.1f, 0.2f, 0.8f, 1.f}) {
       float mixed[kIdentityDim];
@@ -100,7 +100,7 @@ TEST(ClassTableAdd, AnOutlierIsShortened) {
     model.foam.identity[c] = 40 * model.foam.classifier_weight[c];
   }
   const Foam before = model.foam;
-  const IdentityFeature added = AddClass({99, MaskId{99}, "new"}, &model);
+  const IdentityFeature added = AddClass({LabelId{99}, MaskId{99}, "new"}, &model);
   float squared = 0;
   for (const float value : added) squared += value * value;
   EXPECT_LT(squared, 15 * 15);
@@ -118,10 +118,10 @@ TEST(ClassTableAdd, AnOutlierIsShortened) {
 TEST(ClassTableAdd, WithoutSemanticsWhatWasThereIsUnlabelled) {
   Model model = ModelOf(RandomSites(50, 1), 0, 0, [](const Eigen::Vector3f&) { return 0; });
   ASSERT_FALSE(model.foam.HasSemantics());
-  const IdentityFeature added = AddClass({5, MaskId{5}, "mug"}, &model);
+  const IdentityFeature added = AddClass({LabelId{5}, MaskId{5}, "mug"}, &model);
   ASSERT_EQ(model.foam.num_classes, 2);
-  EXPECT_EQ(model.labels[0].id, 0);
-  EXPECT_EQ(model.labels[1].id, 5);
+  EXPECT_EQ(model.labels[0].id, LabelId{0});
+  EXPECT_EQ(model.labels[1].id, LabelId{5});
   ASSERT_EQ(model.foam.identity.size(), 50u * kIdentityDim);
   EXPECT_EQ(Classify(model.foam, model.foam.identity.data()).class_index, 0);
   EXPECT_EQ(Classify(model.foam, added.data()).class_index, 1);
@@ -132,8 +132,8 @@ TEST(ClassTableKeep, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
   const Foam before = model.foam;
   KeepClasses({4, 1}, &model);
   ASSERT_EQ(model.foam.num_classes, 2);
-  EXPECT_EQ(model.labels[0].id, 5);
-  EXPECT_EQ(model.labels[1].id, 2);
+  EXPECT_EQ(model.labels[0].id, LabelId{5});
+  EXPECT_EQ(model.labels[1].id, LabelId{2});
   for (size_t i = 0; i < before.NumSites(); ++i) {
     const float* feature = &before.identity[i * kIdentityDim];
     std::vector<float> logits(5);
@@ -147,16 +147,18 @@ TEST(ClassTableKeep, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
 }
 
 TEST(ClassTableWithFreeId, KeepsTheIdOrTakesTheSmallestThatIsFree) {
-  const std::vector<Label> labels = {
-      {0, MaskId{0}, ""}, {1, MaskId{1}, "a"}, {2, MaskId{2}, "b"}, {4, MaskId{4}, "mug"}};
-  EXPECT_EQ(WithFreeId(labels, {7, MaskId{7}, "mug"}).id, 7);
-  const Label moved = WithFreeId(labels, {4, MaskId{81234}, "mug"});
-  EXPECT_EQ(moved.id, 3);
+  const std::vector<Label> labels = {{LabelId{0}, MaskId{0}, ""},
+                                     {LabelId{1}, MaskId{1}, "a"},
+                                     {LabelId{2}, MaskId{2}, "b"},
+                                     {LabelId{4}, MaskId{4}, "mug"}};
+  EXPECT_EQ(WithFreeId(labels, {LabelId{7}, MaskId{7}, "mug"}).id, LabelId{7});
+  const Label moved = WithFreeId(labels, {LabelId{4}, MaskId{81234}, "mug"});
+  EXPECT_EQ(moved.id, LabelId{3});
   EXPECT_EQ(moved.source_id, MaskId{81234});
   EXPECT_EQ(moved.name, "mug");
   std::vector<Label> all;
-  for (int32_t id = 1; id <= 65535; ++id) all.push_back({id, MaskId{0}, ""});
-  EXPECT_THROW(WithFreeId(all, {4, MaskId{4}, ""}), UserError);
+  for (int32_t id = 1; id <= 65535; ++id) all.push_back({LabelId{id}, MaskId{0}, ""});
+  EXPECT_THROW(WithFreeId(all, {LabelId{4}, MaskId{4}, ""}), UserError);
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ TEST(ObjectEditingExtract, HoldsTheObjectAndARingOfEmptyCells) {
   const Model& model = extracted.model;
   ASSERT_EQ(model.foam.NumSites(), extracted.object_of_site.size());
   ASSERT_EQ(model.foam.num_classes, 1);
-  EXPECT_EQ(model.labels[0].id, 10);
+  EXPECT_EQ(model.labels[0].id, LabelId{10});
   std::vector<uint32_t> object, around;
   for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
     (extracted.object_of_site[i] >= 0 ? object : around).push_back(i);
@@ -109,8 +109,8 @@ TEST(ObjectEditingExtract, HiddenCellsOfOtherClassesBecomeTheObjects) {
   const ExtractedObjects both =
       ExtractObjects(scene, TriangulateModel(scene), {std::move(ball), std::move(ring)});
   ASSERT_EQ(both.model.foam.num_classes, 2);
-  EXPECT_EQ(both.model.labels[0].id, 12);  // in the order of the call
-  EXPECT_EQ(both.model.labels[1].id, 10);
+  EXPECT_EQ(both.model.labels[0].id, LabelId{12});  // in the order of the call
+  EXPECT_EQ(both.model.labels[1].id, LabelId{10});
   for (uint32_t i = 0; i < both.model.foam.NumSites(); ++i) {
     if (both.object_of_site[i] < 0) continue;
     EXPECT_EQ(ClassOf(both.model.foam, i), both.object_of_site[i]);
@@ -197,11 +197,11 @@ TEST(ObjectEditingRemove, TakesTheLabelOutOfTheTable) {
   scene.foam.identity[crumb * kIdentityDim + kRing] = 4;
   const Model removed = Remove(scene, ring);
   ASSERT_EQ(removed.foam.num_classes, 2);
-  EXPECT_EQ(removed.labels[0].id, 11);
-  EXPECT_EQ(removed.labels[1].id, 12);
+  EXPECT_EQ(removed.labels[0].id, LabelId{11});
+  EXPECT_EQ(removed.labels[1].id, LabelId{12});
   for (uint32_t i = 0; i < removed.foam.NumSites(); ++i) {
     if (removed.foam.positions[i] != scene.foam.positions[crumb]) continue;
-    EXPECT_EQ(removed.labels[ClassOf(removed.foam, i)].id, 12);
+    EXPECT_EQ(removed.labels[ClassOf(removed.foam, i)].id, LabelId{12});
     EXPECT_GT(Density(removed.foam.raw_density[i]), 100);
   }
 }

@@ -33,7 +33,7 @@ Insertion Insert(const Model& scene,
 // Ids that a render shows.
 std::vector<int32_t> Ids(const Model& model, const RenderedView& view) {
   std::vector<int32_t> ids;
-  for (const int32_t k : view.class_index) ids.push_back(k < 0 ? 0 : model.labels[k].id);
+  for (const int32_t k : view.class_index) ids.push_back(k < 0 ? 0 : Value(model.labels[k].id));
   return ids;
 }
 
@@ -74,11 +74,11 @@ TEST(ObjectInsertion, LabelsAreThoseOfBoth) {
   const Model scene = RingTableBallModel();
   const Insertion insertion = Insert(Remove(scene, kRing), Extract(scene, kRing));
   ASSERT_EQ(insertion.labels.size(), 1u);
-  EXPECT_EQ(insertion.labels[0].id, 10);  // free again
+  EXPECT_EQ(insertion.labels[0].id, LabelId{10});  // free again
   const Insertion twice = Insert(scene, Extract(scene, kRing), {1, QuarterTurn(), {3, 0, 0}});
-  EXPECT_EQ(twice.labels[0].id, 1);  // 10 is the first ring's
+  EXPECT_EQ(twice.labels[0].id, LabelId{1});  // 10 is the first ring's
   ASSERT_EQ(twice.model.labels.size(), 4u);
-  EXPECT_EQ(twice.model.labels[0].id, 10);
+  EXPECT_EQ(twice.model.labels[0].id, LabelId{10});
   // Every cell, and every pixel but on some edges.
   const CellLabels before = LabelCells(scene.foam, TriangulateModel(scene));
   const CellLabels after = LabelCells(insertion.model.foam, TriangulateModel(insertion.model));
@@ -87,7 +87,7 @@ TEST(ObjectInsertion, LabelsAreThoseOfBoth) {
     for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
       const Eigen::Vector3f& x = model.foam.positions[i];
       if (!labels.solid[i]) continue;
-      cells->insert({{x.x(), x.y(), x.z()}, model.labels[labels.class_index[i]].id});
+      cells->insert({{x.x(), x.y(), x.z()}, Value(model.labels[labels.class_index[i]].id)});
     }
   };
   list(scene, before, &cells_before);
@@ -158,7 +158,7 @@ std::set<Place> SolidPlaces(const Model& model, int32_t id) {
   std::set<Place> places;
   const CellLabels labels = LabelCells(model.foam, TriangulateModel(model));
   for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
-    if (!labels.solid[i] || model.labels[labels.class_index[i]].id != id) continue;
+    if (!labels.solid[i] || Value(model.labels[labels.class_index[i]].id) != id) continue;
     const Eigen::Vector3f& x = model.foam.positions[i];
     places.insert({x.x(), x.y(), x.z()});
   }
@@ -177,7 +177,7 @@ TEST(ObjectInsertion, WhatStandsInItsHoleStays) {
   const std::set<Place> ball = SolidPlaces(other, 12);
   EXPECT_EQ(SolidPlaces(around.model, 12), ball);
   EXPECT_EQ(SolidPlaces(around.model, 10).size(), 0u);
-  EXPECT_EQ(around.labels[0].id, 1);
+  EXPECT_EQ(around.labels[0].id, LabelId{1});
   const size_t ring_cells = CellsOf(scene, kRing).cells.size();
   EXPECT_EQ(SolidPlaces(around.model, 1).size(), ring_cells);
   EXPECT_GT(around.num_removed, 100u);  // air

@@ -39,7 +39,7 @@ inline Model ModelOf(const std::vector<Eigen::Vector3f>& sites,
   foam.classifier_weight.assign(num_classes * kIdentityDim, 0.f);
   for (int k = 0; k < num_classes; ++k) {
     foam.classifier_weight[k * kIdentityDim + k] = 2;
-    model.labels.push_back({10 + k, static_cast<MaskId>(10 + k), ""});
+    model.labels.push_back({LabelId{10 + k}, static_cast<MaskId>(10 + k), ""});
   }
   for (size_t i = 0; i < sites.size(); ++i) {
     const int k = class_of(sites[i]);

@@ -48,7 +48,8 @@ class ModelFile : public testing::Test {
       fill(5 * kIdentityDim, &foam.identity);
       fill(2 * kIdentityDim, &foam.classifier_weight);
       fill(2, &foam.classifier_bias);
-      model.labels = {{1, MaskId{1}, "mug"}, {2, MaskId{70000}, "caf\u00e9 \"quoted\""}};
+      model.labels = {{LabelId{1}, MaskId{1}, "mug"},
+                      {LabelId{2}, MaskId{70000}, "caf\u00e9 \"quoted\""}};
     }
     fill(5, &model.statistics.contribution);
     model.statistics.mean_color.assign(5, Eigen::Vector3f(0.25f, 0.5f, 0.75f));

@@ -149,7 +149,7 @@ TEST(Scene, TabletopSaysWhatItMatched) {
                                 scene.Labels().end(),
                                 [](const Label& label) { return label.name == "mug"; });
   ASSERT_NE(mug, scene.Labels().end());
-  EXPECT_EQ(mug->id, 6);
+  EXPECT_EQ(mug->id, LabelId{6});
   EXPECT_EQ(mug->source_id, MaskId{6});
 }
 
@@ -565,7 +565,7 @@ TEST(Scene, ZeroIsAClassOnRequest) {
   options.label_zero = LabelZero::kClass;
   const TrainingScene scene(PlanScene(options));
   EXPECT_EQ(scene.NumClasses(), 7);
-  EXPECT_EQ(scene.Labels()[0].id, 0);
+  EXPECT_EQ(scene.Labels()[0].id, LabelId{0});
   EXPECT_EQ(scene.MaskReport(), "3 of 3 photos have a mask, 6 labels, 0 masks unused");
   TrainingRay ray;
   ASSERT_TRUE(scene.Ray(0, 0, 2, &ray));
@@ -660,7 +660,7 @@ TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
   workspace.WritePhoto("a.png", 16, 12);
   EXPECT_THAT(error_of(0), HasSubstr("a.png: has changed its size since it was first looked at"));
   fs::remove(workspace.temp / "images/a.png");
-  EXPECT_THAT(error_of(0), NamesMistake("images/a.png", {}, "is no longer there"));
+  EXPECT_THAT(error_of(0), NamesMistake("images/a.png", {"image_cache_gb"}, "is no longer there"));
   std::vector<uint8_t> other(8 * 6, 77);
   WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);
   EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: has changed its ids"));

@@ -122,7 +122,7 @@ TEST(MaskConsistency, IndependentMasksAreMatched) {
   EXPECT_EQ(report.agreement_after, 1);
   ASSERT_EQ(wall.masks.labels.size(), 3u);
   for (int k = 0; k < 3; ++k) {
-    EXPECT_EQ(wall.masks.labels[k].id, k + 1);
+    EXPECT_EQ(wall.masks.labels[k].id, LabelId{k + 1});
     EXPECT_EQ(Value(wall.masks.labels[k].source_id), k + 1u);
   }
   const std::array<int, 3> labels = wall.BandIds(0);

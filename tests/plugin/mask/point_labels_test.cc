@@ -144,7 +144,7 @@ TEST(PointLabels, RenamedIdsVoteForWhatTheyAre) {
     ASSERT_NE(labels[i].class_index, kUnlabelled);
     const int band = static_cast<int>(wall.tracks[i].front().pixel.x()) / kBand;
     // Id 50 is in more photos than 8, so it is the label of both.
-    const int id = photos.labels[labels[i].class_index].id;
+    const int id = Value(photos.labels[labels[i].class_index].id);
     wrong += id != (band == 0 ? 7 : band == 1 ? 50 : 9);
   }
   EXPECT_EQ(wrong, 0);

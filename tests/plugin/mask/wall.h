@@ -69,7 +69,7 @@ class Wall {
     PaintedMasks painted;
     for (const int id : all) {
       Label label;
-      label.id = id;
+      label.id = LabelId{id};
       label.source_id = static_cast<MaskId>(id);
       painted.labels.push_back(label);
     }
@@ -123,7 +123,7 @@ class Wall {
   // The label id of a corrected pixel; -1 where unlabelled.
   int IdAt(int view, int x, int y) const {
     const int32_t c = masks.classes[view][y * kWidth + x];
-    return c == kUnlabelled ? -1 : masks.labels[c].id;
+    return c == kUnlabelled ? -1 : Value(masks.labels[c].id);
   }
   std::array<int, 3> BandIds(int view) const {
     return {IdAt(view, 20, 30), IdAt(view, 60, 30), IdAt(view, 100, 30)};

@@ -46,7 +46,9 @@ PhotoRecord PhotoFrom(const std::string& name, const Eigen::Vector3d& center) {
 // ten times as large.
 Model Scene() {
   Model model = RingTableBallModel(1);
-  model.labels = {{10, MaskId{10}, "ring"}, {11, MaskId{11}, "table"}, {12, MaskId{12}, "ball"}};
+  model.labels = {{LabelId{10}, MaskId{10}, "ring"},
+                  {LabelId{11}, MaskId{11}, "table"},
+                  {LabelId{12}, MaskId{12}, "ball"}};
   model.world_from_normalized = {10, {5, 0, 0}};
   int index = 0;
   for (const Eigen::Vector3d& center : {Eigen::Vector3d(1.5, 0, 1.2),
@@ -68,7 +70,7 @@ Eigen::AlignedBox3d BoxOf(const fs::path& foam, int32_t id) {
   const ExportableScene scene = MakeExportableScene(model);
   Eigen::AlignedBox3d box;
   for (const ObjectInfo& object : scene.objects) {
-    if (object.id != id) continue;
+    if (Value(object.id) != id) continue;
     for (const uint32_t cell : object.cells) {
       box.extend(model.world_from_normalized.Apply(model.foam.positions[cell].cast<double>()));
     }
@@ -80,7 +82,7 @@ Eigen::AlignedBox3d BoxOf(const fs::path& foam, int32_t id) {
 std::map<int32_t, size_t> CellsOfObjects(const fs::path& foam) {
   std::map<int32_t, size_t> cells;
   for (const ObjectInfo& object : MakeExportableScene(ReadModel(foam)).objects) {
-    cells[object.id] = object.cells.size();
+    cells[Value(object.id)] = object.cells.size();
   }
   return cells;
 }
@@ -152,7 +154,7 @@ TEST_F(ObjectCommandsTest, APixelNamesTheObjectThatItShows) {
   // The first photo looks down at the ball, past the ring.
   const PhotoPixel middle{"p, 0.png", 40, 39};
   const Model model = ReadModel(Foam());
-  EXPECT_EQ(SurfaceAt(model, ViewRenderer(model.foam), middle, "x").label_id, 12);
+  EXPECT_EQ(SurfaceAt(model, ViewRenderer(model.foam), middle, "x").label_id, LabelId{12});
   Succeed("object_extractor", Foam(), "pick", {"--pick", "p, 0.png,40,39"}, "ball (12)");
   Succeed("object_extractor", Foam(), "name", {"--labels", "ball"}, "ball (12)");
   EXPECT_EQ(ReadFile(Out("pick")), ReadFile(Out("name")));
@@ -191,7 +193,7 @@ TEST_F(ObjectCommandsTest, StandsObjectsOnSurfaces) {
   // The table before the ring; its upper side is at z = -0.16, or -1.6 in the COLMAP frame.
   const Model model = ReadModel(Foam());
   const SeenSurface surface = SurfaceAt(model, ViewRenderer(model.foam), {"p, 0.png", 40, 70}, "x");
-  EXPECT_EQ(surface.label_id, 11);
+  EXPECT_EQ(surface.label_id, LabelId{11});
   EXPECT_NEAR(surface.point.z(), -1.6, 0.1);
   EXPECT_GT(surface.normal.z(), 0.999);
   const Eigen::AlignedBox3d box = align("upright", {});
@@ -362,8 +364,17 @@ TEST_F(ObjectCommandsTest, PhotosThatDoNotTellWhatIsUp) {
 // A trained foam: out and in again within 0.1 dB of what it was, and every exporter reads it.
 TEST(ObjectCommandsTrained, GoOutAndBackIn) {
   const TempFolder folder;
-  const Outcome trained =
-      RunSemfoam(TinyTraining(TrainerOn(kTabletop, folder / "in", {"--test_every", "8"})));
+  const Outcome trained = RunSemfoam(TinyTraining({"foam_trainer",
+                                                   "--image_path",
+                                                   (kTabletop / "images").string(),
+                                                   "--input_path",
+                                                   (kTabletop / "sparse" / "0").string(),
+                                                   "--mask_path",
+                                                   (kTabletop / "object_mask").string(),
+                                                   "--output_path",
+                                                   (folder / "in").string(),
+                                                   "--test_every",
+                                                   "8"}));
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   const auto foam = [&](const std::string& name) {
     return (folder / name / "scene.foam").string();

@@ -95,7 +95,7 @@ TEST(ObjectPhotos, AreTheSameOnAnyNumberOfThreads) {
 // Matter that is no object's stands in the way; glass does not.
 TEST(ObjectPhotos, AWallHidesWhatIsBehindIt) {
   Model model = BallsWithPhotos();
-  model.labels[1].id = 0;
+  model.labels[1].id = kNoObject;
   ExportableScene scene = MakeExportableScene(model);
   model.photos = {PhotoFrom("from the right.jpg",
                             model.world_from_normalized.translation + Eigen::Vector3d(12, 0, 0),

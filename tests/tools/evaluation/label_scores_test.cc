@@ -19,7 +19,7 @@ struct MaskedView {
 };
 
 std::optional<ObjectScore> ScoreObject(const std::vector<MaskedView>& views,
-                                       const std::optional<int32_t>& id) {
+                                       const std::optional<LabelId>& id) {
   ObjectScorer scorer(id);
   for (const MaskedView& view : views) scorer.Add(*view.rendered, view.mask);
   return scorer.Finish();
@@ -32,17 +32,17 @@ LabelImage Row(std::vector<int32_t> ids) {
 
 TEST(LabelScores, PerfectRendersScoreOne) {
   const LabelImage rendered = Row({0, 7, 7, 3});
-  const auto score = ScoreObject({{&rendered, Row({0, 1, 1, 0})}}, 7);
+  const auto score = ScoreObject({{&rendered, Row({0, 1, 1, 0})}}, LabelId{7});
   ASSERT_TRUE(score.has_value());
   EXPECT_EQ(score->direct->iou, 1);
   EXPECT_EQ(score->direct->recall, 1);
   EXPECT_EQ(score->prompt.iou, 1);
-  EXPECT_THAT(score->prompt_labels, ElementsAre(7));
+  EXPECT_THAT(score->prompt_labels, ElementsAre(LabelId{7}));
 }
 
 TEST(LabelScores, UnionCountsWhatIsTooMuchAndRecallDoesNot) {
   const LabelImage rendered = Row({7, 7, 7, 7});
-  const auto score = ScoreObject({{&rendered, Row({1, 0, 0, 0})}}, 7);
+  const auto score = ScoreObject({{&rendered, Row({1, 0, 0, 0})}}, LabelId{7});
   EXPECT_DOUBLE_EQ(score->direct->iou, 0.25);
   EXPECT_DOUBLE_EQ(score->direct->recall, 1);
 }
@@ -53,15 +53,15 @@ TEST(LabelScores, APromptGathersAllLabelsThatLieMostlyInside) {
   const LabelImage second = Row({4, 5, 9, 9, 9, 9});
   const auto score = ScoreObject(
       {{&first, Row({1, 1, 1, 1, 0, 0})}, {&second, Row({1, 1, 1, 1, 0, 0})}}, std::nullopt);
-  EXPECT_THAT(score->prompt_labels, ElementsAre(4, 5));
+  EXPECT_THAT(score->prompt_labels, ElementsAre(LabelId{4}, LabelId{5}));
   EXPECT_DOUBLE_EQ(score->prompt.iou, (3.0 / 4 + 2.0 / 4) / 2);
   EXPECT_FALSE(score->direct.has_value());
 }
 
 TEST(LabelScores, APromptWithoutAMajorityTakesTheMostFrequent) {
   const LabelImage rendered = Row({2, 2, 1, 2, 2, 2, 1});
-  const auto score = ScoreObject({{&rendered, Row({1, 1, 1, 0, 0, 0, 0})}}, 1);
-  EXPECT_THAT(score->prompt_labels, ElementsAre(2));
+  const auto score = ScoreObject({{&rendered, Row({1, 1, 1, 0, 0, 0, 0})}}, LabelId{1});
+  EXPECT_THAT(score->prompt_labels, ElementsAre(LabelId{2}));
   EXPECT_DOUBLE_EQ(score->prompt.iou, 2.0 / 6);
   EXPECT_DOUBLE_EQ(score->direct->iou, 1.0 / 4);
 }
@@ -69,13 +69,13 @@ TEST(LabelScores, APromptWithoutAMajorityTakesTheMostFrequent) {
 TEST(LabelScores, ViewsWithoutTheObjectAreNoneOfItsViews) {
   const LabelImage rendered = Row({7, 0});
   const LabelImage other = Row({7, 7});
-  const auto score =
-      ScoreObject({{&other, Row({0, 0})}, {&rendered, Row({255, 0})}, {&other, Row({0, 0})}}, 7);
+  const auto score = ScoreObject(
+      {{&other, Row({0, 0})}, {&rendered, Row({255, 0})}, {&other, Row({0, 0})}}, LabelId{7});
   ASSERT_EQ(score->views.size(), 1);
   EXPECT_EQ(score->views[0].view, 1);
   EXPECT_EQ(score->direct->iou, 1);
-  EXPECT_FALSE(ScoreObject({{&other, Row({0, 0})}}, 7).has_value());
-  EXPECT_FALSE(ScoreObject({}, 7).has_value());
+  EXPECT_FALSE(ScoreObject({{&other, Row({0, 0})}}, LabelId{7}).has_value());
+  EXPECT_FALSE(ScoreObject({}, LabelId{7}).has_value());
 }
 
 // A square of `size` pixels at (left, top) in an image of 100x75, whose boundary is 3 pixels wide
@@ -104,7 +104,7 @@ TEST(LabelScores, ABoundaryIsAsWideAsTheImageSays) {
 
 TEST(LabelScores, BoundariesSeeAShiftThatAreasHide) {
   const LabelImage shown = Square(21, 20, 50);
-  const auto score = ScoreObject({{&shown, Square(20, 20, 50)}}, 1);
+  const auto score = ScoreObject({{&shown, Square(20, 20, 50)}}, LabelId{1});
   EXPECT_DOUBLE_EQ(score->direct->iou, 49.0 / 51);
   // Of two frames, 3 wide and 50 high, a pixel apart: along top and bottom (3 rows, 49 of 51
   // columns) and along the sides (44 rows, 2 of 4 columns, twice) they meet.

@@ -34,8 +34,8 @@ TEST(ViewImages, IdsAreTheLabelsAndNotTheClasses) {
   view.height = 1;
   view.class_index = {1, -1, 0};
   std::vector<Label> labels(2);
-  labels[0].id = 7;
-  labels[1].id = 40000;
+  labels[0].id = LabelId{7};
+  labels[1].id = LabelId{40000};
   EXPECT_THAT(IdImage(view, labels).data, ElementsAre(40000, 0, 7));
 }
 
@@ -65,7 +65,7 @@ TEST(ViewImages, PicturesStandSideBySideRowByRow) {
 
 TEST(ViewImages, PaletteIsThatOfTheLabels) {
   const Image8 image = PaletteImage({2, 1, {0, 7}});
-  const auto color = LabelColor(7);
+  const auto color = LabelColor(LabelId{7});
   EXPECT_THAT(image.data, ElementsAre(0, 0, 0, color[0], color[1], color[2]));
 }
 

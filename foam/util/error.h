@@ -7,9 +7,9 @@
 
 namespace semfoam {
 
-// A mistake of the user's, not of ours: a missing folder, a damaged file, an option out of range.
-// Its text is one sentence that says which file, what is wrong and what would be right; the program
-// prints it and exits with 1. Our own mistakes are CHECKs.
+// Reports an error that the user can correct: a missing folder, a damaged file, an option out of
+// range. Its text is one sentence that names the file, what is wrong and what would be right; the
+// program prints it and exits with 1. Errors of the program itself are CHECKs.
 class UserError : public std::runtime_error {
  public:
   // Streams all arguments into one sentence: UserError(path, ": ends at byte ", n, "; is the copy
@@ -26,8 +26,8 @@ class UserError : public std::runtime_error {
   }
 };
 
-// A value of a struct of options is out of range. The text begins with the field's name, as the
-// struct has it; a program that spells options otherwise puts its prefix before it.
+// Reports a value of an options struct that is out of range. The text begins with the name of the
+// struct's field; a program that spells its options differently puts its prefix before it.
 class FieldError : public UserError {
  public:
   // FieldError("num_rays", " is ", value, "; it must be greater than 0.")

@@ -18,7 +18,7 @@ namespace semfoam {
 
 static_assert(std::endian::native == std::endian::little);
 
-// Appends the value's bytes, little-endian.
+// Appends the bytes of `value`, little-endian.
 template <typename T>
 void AppendBinary(const T& value, std::string* bytes) {
   static_assert(std::is_arithmetic_v<T>);
@@ -27,8 +27,8 @@ void AppendBinary(const T& value, std::string* bytes) {
   std::memcpy(&(*bytes)[at], &value, sizeof(T));
 }
 
-// One output file, by OutputFile's rules, whose bytes are collected and handed on in large pieces.
-// Without Finish nothing is left of it.
+// Writes one output file by means of OutputFile, in large blocks. Without Finish the file is
+// removed.
 class ByteWriter {
  public:
   explicit ByteWriter(const std::filesystem::path& target)
@@ -50,7 +50,7 @@ class ByteWriter {
     if (bytes_.size() >= kPiece) Flush();
   }
 
-  // The shortest digits that read back as the same number of the same type.
+  // Appends the shortest digits that parse to the same number of the same type.
   template <typename T>
   void Number(T value) {
     static_assert(std::is_arithmetic_v<T>);
@@ -59,7 +59,8 @@ class ByteWriter {
     Text({digits, end});
   }
 
-  // Throws UserError when not every byte went out.
+  // Writes the rest and puts the file into place. Throws UserError when not all bytes could be
+  // written.
   void Finish() {
     Flush();
     out_.close();

@@ -217,7 +217,9 @@ void WriteChunks(const Json& json, const std::string& binary, const std::filesys
     throw UserError(path.string(),
                     ": binary glTF holds at most 4 GiB and this would take ",
                     total,
-                    " bytes; leave glb out of formats.");
+                    " bytes; leave glb out of ",
+                    Field{"formats"},
+                    ".");
   }
   ByteWriter out(path);
   for (const uint32_t word :

@@ -14,23 +14,22 @@
 
 namespace semfoam {
 
-// What GlbFile keeps of an object: what its node, its accessors and its row of the property table
-// say.
+// Data of an object for its node, its accessors and its row of the property table.
 struct GlbObject {
-  // Without its cells.
+  // ObjectInfo without its cells.
   ObjectInfo info;
   uint64_t num_cells = 0;
-  // Of the vertices, file frame.
+  // Origin of the vertices, file frame.
   Eigen::Vector3d origin;
-  // Of the vertices, relative to `origin`.
+  // Box of the vertices, relative to `origin`.
   Eigen::AlignedBox3f box;
   uint64_t num_vertices = 0;
   uint64_t num_indices = 0;
-  // Of its vertices in the binary chunk; its indices follow.
+  // Offset of its vertices in the binary chunk; its indices follow.
   uint64_t first_byte = 0;
 };
 
-// Binary glTF 2.0 of one or more objects. Its nodes:
+// Writes a binary glTF 2.0 file of one or more objects. Its nodes:
 //
 //   scene     the turn that cancels what importers do to y-up files, so that Blender shows the
 //             numbers of the file frame as x, y, z; none where the file frame is y-up itself.
@@ -43,17 +42,17 @@ struct GlbObject {
 //
 // A vertex has POSITION and NORMAL (float), COLOR_0 (linear light, 16-bit normalised), _CONFIDENCE
 // (float), and by EXT_mesh_features _FEATURE_ID_0 (float), which is the row of its object in the
-// property table of EXT_structural_metadata: id, name, color, confidence, cells, volume. One
-// material, white and matt, so that the vertex colours show.
+// property table of EXT_structural_metadata: id, name, color, confidence, cells, volume. There is
+// one material, white and matt, so that the vertex colours are visible.
 class GlbFile {
  public:
-  // `creator`: program and version.
+  // `creator` is program and version.
   GlbFile(const ExportTransform& transform, std::string creator);
 
-  // The surface must be `object`'s; both are in the file frame.
+  // Adds an object and its surface, both in the file frame.
   void Add(const ObjectInfo& object, const ObjectSurface& surface, const LocalMesh& mesh);
 
-  // Throws UserError when the file cannot be written or would not fit into glTF's 4 GiB. To be
+  // Throws UserError when the file cannot be written or would not fit into glTF's 4 GiB. Must be
   // called once, after at least one Add.
   void Write(const std::filesystem::path& path);
 
@@ -61,7 +60,8 @@ class GlbFile {
   ExportTransform transform_;
   std::string creator_;
   std::vector<GlbObject> objects_;
-  std::string binary_;  // vertices and indices of objects_, in the order of Add
+  // Vertices and indices of objects_, in the order of Add.
+  std::string binary_;
 };
 
 }  // namespace semfoam

@@ -11,21 +11,22 @@
 
 namespace semfoam {
 
-// A surface as viewers take it: in float, near an origin of its own, so that a scene at UTM
-// coordinates keeps its millimetres. A vertex of the surface lies at origin + position.
+// A surface for viewers: in float, relative to its own origin, so that a scene at UTM coordinates
+// keeps millimetre precision. A vertex of the surface lies at origin + position.
 struct LocalMesh {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // the vertices' mean
+  // Mean of the vertices.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f> positions;
-  // Of length 1: the mean of the faces that meet in the vertex, weighted by their areas. Where
-  // those have no area, a normal of length 1 all the same.
+  // Unit normals: the mean of the normals of the faces that meet in the vertex, weighted by their
+  // areas. If these have no area, an arbitrary unit vector.
   std::vector<Eigen::Vector3f> normals;
-  // Of the positions; without any, the origin alone.
+  // Box of the positions; without any, the point 0.
   Eigen::AlignedBox3f box{Eigen::Vector3f(Eigen::Vector3f::Zero())};
 };
 
 LocalMesh MakeLocalMesh(const ObjectSurface& surface);
 
-// A display value as linear light, 0..1.
+// Converts a display value to linear light, 0..1.
 float LinearLight(uint8_t display_value);
 
 }  // namespace semfoam

@@ -8,38 +8,43 @@
 
 namespace semfoam {
 
-// What the header of a PLY file says of the bytes after it. PlyFile reads those of points,
-// ReadPlyMesh (tools/evaluation/ply_mesh.h) those of meshes.
+// Parses the header of a PLY file, for PlyFile, which reads points, and ReadPlyMesh
+// (tools/evaluation/ply_mesh.h), which reads meshes.
 
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
 size_t BytesOf(PlyType type);
-// The value whose bytes, in the order of this machine, begin at `bytes`.
+// Returns the value of `type` at `bytes`, in the byte order of this machine.
 double LoadAs(PlyType type, const char* bytes);
 
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kUint8;
   bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  // of a list
-  std::string line;                      // as the file has it
+  // Type of the count of a list.
+  PlyType count_type = PlyType::kUint8;
+  // The line in the file.
+  std::string line;
 };
 
 struct PlyElement {
   std::string name;
-  uint64_t count = 0;  // not to be believed before there are bytes for so many
+  // Number of records; not yet checked against the size of the file.
+  uint64_t count = 0;
   std::vector<PlyProperty> properties;
 };
 
 struct PlyHeader {
-  std::string format;  // "ascii", "binary_little_endian", "binary_big_endian", or anything
+  // "ascii", "binary_little_endian", "binary_big_endian", or any other text.
+  std::string format;
   std::vector<PlyElement> elements;
-  size_t data = 0;  // where the first record begins
+  // Offset of the first record.
+  size_t data = 0;
 };
 
-// Throws UserError, one sentence naming the file `path` with these bytes, where they do not begin
-// with a whole header, or it has an unknown line or type, or the same name twice. `wanted` says
-// what would be right, with its article: "a binary PLY of points".
+// Parses the header at the beginning of `bytes`. Throws UserError, one sentence naming the file
+// `path`, where the header is incomplete, has an unknown line or type, or the same name twice.
+// `wanted` is the expected kind of file, with its article: "a binary PLY of points".
 PlyHeader ParsePlyHeader(const std::filesystem::path& path,
                          const std::string& bytes,
                          const std::string& wanted);

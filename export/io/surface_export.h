@@ -14,44 +14,50 @@
 namespace semfoam {
 
 enum class SurfaceMethod {
-  kCells,   // the faces between the object's cells and all others, exact (ExtractSurface)
-  kSmooth,  // an iso-surface on the Delaunay tetrahedra, smoothed (ExtractSmoothSurface)
+  // The faces between the object's cells and all others, exact (ExtractSurface).
+  kCells,
+  // An iso-surface on the Delaunay tetrahedra, smoothed (ExtractSmoothSurface).
+  kSmooth,
 };
 inline constexpr EnumName<SurfaceMethod> kSurfaceMethodNames[] = {
     {SurfaceMethod::kCells, "cells"}, {SurfaceMethod::kSmooth, "smooth"}};
 
 struct SurfaceExportOptions {
   SurfaceMethod method = SurfaceMethod::kCells;
-  // kSmooth only: at most so many triangles for each object (Decimate); 0 = all there are.
+  // Maximum number of triangles of each object (Decimate), for kSmooth only; 0: no maximum.
   int64_t target_faces = 0;
 
-  LabelFilter objects;  // the others get no files, and are not in those of the scene
+  // The objects to write, and to include in the files of the scene.
+  LabelFilter objects;
 
-  bool om = true;   // OpenMesh: everything, lossless, in double
-  bool ply = true;  // binary, positions in double, label and confidence on vertices and faces
-  bool obj =
-      true;  // text, vertex colours, a material in a .mtl; no labels beyond the object's name
-  bool glb = true;   // binary glTF, per object and of the scene: see glb_file.h
-  bool usda = true;  // text USD, of the scene: see usd_file.h
+  // Whether to write OpenMesh files: all data, lossless, in double.
+  bool om = true;
+  // Whether to write binary PLY: positions in double, label and confidence on vertices and faces.
+  bool ply = true;
+  // Whether to write text OBJ: vertex colours, a material in a .mtl; no labels besides the name.
+  bool obj = true;
+  // Whether to write binary glTF, for each object and for the scene (glb_file.h).
+  bool glb = true;
+  // Whether to write text USD, for the scene (usd_file.h).
+  bool usda = true;
 
-  // The "creator" that glTF and USD name: program and version.
+  // "creator" in glTF and USD: program and version.
   std::string creator = "Semantic Foam";
-  // As VolumeExportOptions::source_checksum: the stage names no volume of another model. Empty =
-  // not known.
+  // VolumeExportOptions::source_checksum, so that the stage does not refer to volumes of another
+  // model. Empty: not known.
   std::string source_checksum;
 
   // Returns an empty string, or one sentence that names the option out of range.
   std::string Check() const;
 };
 
-// Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every object that the options have, and
-// `scene.{glb,usda}` of them where there is one, into `output_path`. The stage names those objects'
-// volumes that lie in `output_path` already. Calls `on_written` (if any) after each. What the files
-// hold is said in the summaries: counts, shells, cavities and genus
-// (export/scene/surface_topology.h); for `smooth` also how far the surface is from the `cells` one
-// and how many triangles intersect (after a decimation), and in a warning where it has more
-// triangles than asked for. CHECKs that the options are in range; throws UserError when a file
-// cannot be written.
+// Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every selected object, and
+// `scene.{glb,usda}` if there is one, into `output_path`. The stage refers to those objects'
+// volumes that exist in `output_path`. Calls `on_written` (if any) after each file. The summaries
+// give counts, shells, cavities and genus (export/scene/surface_topology.h); for `smooth` also the
+// distance from the `cells` surface and the number of triangles that intersect (after a
+// decimation), with a warning where it has more triangles than `target_faces`. CHECKs that the
+// options are in range; throws UserError when a file cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

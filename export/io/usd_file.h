@@ -13,8 +13,8 @@
 
 namespace semfoam {
 
-// A text USD stage (.usda) of all objects, in the file frame. upAxis is Y where that frame is y-up,
-// else Z; metersPerUnit is the frame's (1 where its unit is unknown).
+// Writes a text USD stage (.usda) of all objects, in the file frame. upAxis is Y where that frame
+// is y-up, else Z; metersPerUnit is the frame's (1 where its unit is unknown).
 //
 //   /scene              Xform
 //     /scene/mug        Xform, one per object: SemanticsLabelsAPI:class with the label's name,
@@ -26,17 +26,18 @@ namespace semfoam {
 //                       density, color, label, confidence and surface, whatever its grids are
 //                       called. Invisible, so that it does not cover the surface
 //
-// Prims are named after the labels, as USD allows it: [A-Za-z0-9_], no digit first, unique.
+// Prims are named after the labels, in the characters that USD allows: [A-Za-z0-9_], no digit
+// first, unique.
 class UsdFile {
  public:
-  // Begins the file at `path`. `creator`: program and version. Throws UserError where no file can
-  // be made.
+  // Begins the file at `path`. `creator` is program and version. Throws UserError where no file can
+  // be created.
   UsdFile(const std::filesystem::path& path,
           const ExportTransform& transform,
           const std::string& creator);
 
-  // The surface must be `object`'s. `volume_path`: its .vdb, relative to the stage, with '/';
-  // `volume_fields`: what is in that, nothing where there is none.
+  // Adds an object and its surface. `volume_path` is its .vdb, relative to the stage, with '/';
+  // `volume_fields` are the fields in it, empty without a .vdb.
   void Add(const ObjectInfo& object,
            const ObjectSurface& surface,
            const LocalMesh& mesh,

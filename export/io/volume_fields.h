@@ -7,20 +7,22 @@
 
 namespace semfoam {
 
-// What a grid of one of our volumes holds, and under which name.
+// The quantity in a grid of a volume, and the grid's name.
 struct VolumeField {
-  std::string quantity;   // "density", "color", "label", "confidence" or "surface"
-  std::string grid_name;  // GridNames renames grids
+  // "density", "color", "label", "confidence" or "surface".
+  std::string quantity;
+  // Name of the grid (GridNames).
+  std::string grid_name;
 };
 
-// The fields of the .vdb at `path`, in the order of the quantities above: what its grids' metadata
-// say (kQuantityKey), no voxel is loaded. Nothing where there is no file, or where they name
-// another model's checksum (kSourceModelKey) than `source_checksum`, unless that is empty. Throws
-// UserError when the file is no volume that can be read.
+// Returns the fields of the .vdb at `path`, in the order of the quantities above, from its grids'
+// metadata (kQuantityKey), without loading voxels. Returns nothing where there is no file, or where
+// the metadata have another model's checksum (kSourceModelKey) than `source_checksum`, unless that
+// is empty. Throws UserError when the file is no volume that can be read.
 std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path,
                                           const std::string& source_checksum = {});
 
-// The key under which a grid's metadata keep what it holds.
+// Key of the quantity in a grid's metadata.
 inline constexpr char kQuantityKey[] = "quantity";
 
 }  // namespace semfoam

@@ -10,18 +10,18 @@
 
 namespace semfoam {
 
-// What photos show of each cell, display values in 0..1: CellStatistics::mean_color where the model
-// has statistics, else the view-independent part of the spherical harmonics.
+// Returns the colour of each cell in the photos, display values in 0..1: CellStatistics::mean_color
+// if the model has statistics, else the view-independent part of the spherical harmonics.
 std::vector<Eigen::Vector3f> DisplayColors(const Model& model);
 
-// How much each cell's colour counts beside those of its neighbours: the largest weight that it had
-// in a training ray (CellStatistics::contribution); next to nothing for a cell that is not
-// photographed; 1 for all where the model has no statistics.
+// Returns the weight of each cell's colour in means over cells: the largest rendering weight of the
+// cell in a training ray (CellStatistics::contribution); almost 0 for a cell that is not
+// photographed; 1 for all if the model has no statistics.
 std::vector<float> ColorWeights(const Model& model, const std::vector<uint8_t>& photographed);
 
-// No photo says which colour the cells are that are not photographed: what training left there is
-// off by 0.1 to 0.2 from the surface around, and mostly darker. So those of an object take the mean
-// of their neighbours in the object, layer by layer from the photographed ones inwards.
+// Gives the cells of an object that are not photographed the mean colour of their neighbours in the
+// object, layer by layer from the photographed ones inwards. Their trained colours have no evidence
+// in the photos: they differ by 0.1 to 0.2 from the surface around, and are mostly darker.
 void SpreadColors(ExportableScene* scene);
 
 }  // namespace semfoam

@@ -10,7 +10,7 @@
 
 namespace semfoam {
 
-// How options, files and messages spell the values of an enum: one array of EnumName beside the
+// Names of the values of an enum in options, files and messages: one array of EnumName beside the
 // enum, in the order in which options list the values.
 //
 //   enum class UpAxis { kColmap, kY, kZ };

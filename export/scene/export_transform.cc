@@ -127,7 +127,9 @@ void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transf
     throw FieldError("up_axis",
                      " is ",
                      NameOf(kUpAxisNames, transform->up_axis),
-                     ", but the photos do not tell what is up; give the turn with transform "
+                     ", but the photos do not tell what is up; give the turn with ",
+                     Field{"transform"},
+                     " "
                      "instead.");
   }
   const Eigen::Vector3d up = transform->rotation * sum;

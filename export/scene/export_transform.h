@@ -12,16 +12,17 @@
 
 namespace semfoam {
 
-// The axis of the files that points up.
+// The axis of the files that points upwards.
 enum class UpAxis {
-  kColmap,  // whichever it is in the model
+  // The same as in the model.
+  kColmap,
   kY,
   kZ,
 };
 inline constexpr EnumName<UpAxis> kUpAxisNames[] = {
     {UpAxis::kColmap, "colmap"}, {UpAxis::kY, "y"}, {UpAxis::kZ, "z"}};
 
-// What one unit of the files is.
+// The unit of length of the files.
 enum class LengthUnit { kUnknown, kMillimeter, kCentimeter, kMeter, kKilometer, kInch, kFoot };
 inline constexpr EnumName<LengthUnit> kLengthUnitNames[] = {{LengthUnit::kUnknown, "unknown"},
                                                             {LengthUnit::kMillimeter, "mm"},
@@ -31,59 +32,61 @@ inline constexpr EnumName<LengthUnit> kLengthUnitNames[] = {{LengthUnit::kUnknow
                                                             {LengthUnit::kInch, "inch"},
                                                             {LengthUnit::kFoot, "foot"}};
 
-// Where exported files put what stands at x in the COLMAP frame: x_file = scale * rotation *
-// x_colmap + translation, and what a unit of theirs is. By default they are in the COLMAP frame
-// itself. Every format takes the same transform, and records it (ExportTransformJson).
+// The transform from the COLMAP frame to the frame of exported files, x_file = scale * rotation *
+// x_colmap + translation, and the unit of the files. By default files are in the COLMAP frame.
+// Every format applies the same transform, and records it (ExportTransformJson).
 struct ExportTransform {
   double scale = 1;                                        // > 0
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // orthonormal, determinant 1
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();   // in units of the files
   UpAxis up_axis = UpAxis::kColmap;
   LengthUnit unit = LengthUnit::kUnknown;
-  // Angle in degrees between the photos' mean upward direction and the up axis of the files, which
-  // a turn by multiples of 90 degrees leaves; 0 for kColmap.
+  // Angle in degrees that remains between the photos' mean upward direction and the up axis of the
+  // files after a rotation by multiples of 90 degrees; 0 for kColmap.
   double up_tilt_degrees = 0;
 
   bool IsTurned() const { return rotation != Eigen::Matrix3d::Identity(); }
-  // Exactly the COLMAP frame; the unit changes no number.
+  // Returns whether the files are in the COLMAP frame exactly; the unit changes no number.
   bool IsIdentity() const {
     return scale == 1 && !IsTurned() && translation == Eigen::Vector3d::Zero();
   }
-  // Metres in a unit of the files; 1 where the unit is unknown.
+  // Returns the metres in one unit of the files; 1 if the unit is unknown.
   double MetersPerUnit() const;
 
-  // The transform without its turn, after `colmap_from_normalized`: x_file = rotation *
-  // Unturned(...).Apply(x_normalized). Lengths, densities and lattices are right in it already.
+  // Returns the transform without its rotation, combined with `colmap_from_normalized`: x_file =
+  // rotation * Unturned(...).Apply(x_normalized). Lengths, densities and lattices are the same with
+  // and without the rotation.
   Similarity Unturned(const Similarity& colmap_from_normalized) const;
 };
 
-// What a user may ask for. Applied from the inside out: x_file = scale * up(transform(x_colmap)).
+// Options of the transform. Applied from the inside out: x_file = scale * up(transform(x_colmap)).
 struct ExportTransformOptions {
-  // 12 or 16 numbers, row by row, apart by spaces or commas: the 3x4 or 4x4 matrix of a similarity
-  // (rotation, uniform scale, translation); empty: none.
+  // 12 or 16 numbers, row by row, separated by spaces or commas: the 3x4 or 4x4 matrix of a
+  // similarity (rotation, uniform scale, translation); empty: none.
   std::string transform;
-  // kY or kZ: turn what is up onto that axis. Up is the axis of the frame, after `transform`,
-  // that lies nearest to the mean of the photos' upward directions, so that the turn is by a
-  // multiple of 90 degrees and exact: COLMAP's own frames (y down) and levelled ones (z up) both
-  // come out upright. kColmap: no turn.
+  // kY or kZ: rotate the upward direction onto that axis. The upward direction is the axis of the
+  // frame, after `transform`, that is nearest to the mean of the photos' upward directions, so that
+  // the rotation is by a multiple of 90 degrees and exact: COLMAP's own frames (y down) and
+  // levelled ones (z up) both become upright. kColmap: no rotation.
   UpAxis up_axis = UpAxis::kColmap;
-  double scale = 1;  // 1e-9..1e9
-  // What a unit of the files is, after `scale`; changes no number.
+  // Scale after that rotation, 1e-9..1e9.
+  double scale = 1;
+  // Unit of the files, after `scale`; changes no number.
   LengthUnit units = LengthUnit::kUnknown;
 };
 
-// All of it but the turn of `up_axis`, which needs the photos. Throws FieldError when an
-// option is out of range.
+// Returns the transform without the rotation of `up_axis`, which needs the photos. Throws
+// FieldError when an option is out of range.
 ExportTransform ParseExportTransform(const ExportTransformOptions& options);
 
-// Adds the turn of `transform->up_axis`, and says what it leaves (up_tilt_degrees). Throws
-// FieldError when the photos do not tell what is up: there are none, or their upward directions
-// cancel out (a camera that looks straight down).
+// Adds the rotation of `transform->up_axis`, and sets up_tilt_degrees. Throws FieldError when the
+// photos do not determine an upward direction: there are none, or their upward directions cancel
+// out (a camera that looks straight down).
 void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transform);
 
 // {"file_from_colmap":[16 numbers, row by row],"up_axis":"colmap","unit":"unknown",
-// "meters_per_unit":1.0}: what files say of their frame; with an up axis also "up_tilt_degrees", to
-// a hundredth. Numbers read back as the same doubles.
+// "meters_per_unit":1.0}: the description of the frame in files; with an up axis also
+// "up_tilt_degrees", to a hundredth. Numbers parse to the same doubles.
 std::string ExportTransformJson(const ExportTransform& transform);
 
 }  // namespace semfoam

@@ -23,113 +23,147 @@ struct LeftOutComponents {
   int64_t components = 0;
   int64_t cells = 0;
   double volume = 0;
-  // Of the largest by volume; where there is any.
+  // The largest of them by volume, if there is any.
   int64_t largest_cells = 0;
   double largest_volume = 0;
-  Eigen::Vector3d largest_center = Eigen::Vector3d::Zero();  // its sites' mean, by volume
+  // Mean of its sites, weighted by volume.
+  Eigen::Vector3d largest_center = Eigen::Vector3d::Zero();
 };
 
 // A photo that shows an object.
 struct PhotoObservation {
-  std::string photo;   // the photo's name
-  int64_t pixels = 0;  // that show the object, estimated from a grid of them; at least 1
+  // Name of the photo.
+  std::string photo;
+  // Number of pixels that show the object, estimated from a grid of pixels; at least 1.
+  int64_t pixels = 0;
 };
 
-// One segmented thing: the cells that carry its label, and what is known of it. Lengths, volumes
-// and boxes are of the frame of the files: COLMAP's, unless a transform was asked for.
+// One segmented object: its cells and its properties. Lengths, volumes and boxes are in the frame
+// of the files: COLMAP's, unless ExportTransform sets another.
 struct ObjectInfo {
-  LabelId id = kNoObject;  // the label's, 1..65535
-  std::string name;        // as people see it: "label_<id>" where the label has no name
-  std::string file_stem;   // "<id>_<sanitised name>"
-  std::array<uint8_t, 3> color = {0, 0, 0};            // LabelColor(id), display values
-  std::vector<uint32_t> cells;                         // ascending
-  double volume = 0;                                   // of all cells together, exact
-  double area = 0;                                     // of their boundary, exact
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of their volume, exact
-  Eigen::AlignedBox3d bounding_box;                    // of all cells together, corners included
-  double confidence = 0;  // mean over the cells of the object's own class
-  int components = 0;     // connected
-  // Of the surface of its cells, see surface_topology.h.
-  int64_t cavities = 0;        // closed inner shells
-  int64_t genus = 0;           // tunnels
-  LeftOutComponents left_out;  // see ExportableSceneOptions
-  // The photos that show the object, by pixels, most first; empty until somebody has looked.
+  LabelId id = kNoObject;  // the label's id, 1..65535
+  // Name for display: "label_<id>" if the label has no name.
+  std::string name;
+  // "<id>_<sanitised name>".
+  std::string file_stem;
+  // LabelColor(id), display values.
+  std::array<uint8_t, 3> color = {0, 0, 0};
+  // Indices of its cells, ascending.
+  std::vector<uint32_t> cells;
+  // Volume of the union of its cells, and area of the boundary of that, exact.
+  double volume = 0;
+  double area = 0;
+  // Centroid of the volume, exact.
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  // Box of all cells with their corners.
+  Eigen::AlignedBox3d bounding_box;
+  // Mean over the cells of the object's own class.
+  double confidence = 0;
+  // Number of connected components.
+  int components = 0;
+  // Numbers of closed inner shells and of tunnels of its surface (surface_topology.h).
+  int64_t cavities = 0;
+  int64_t genus = 0;
+  // Components left out by ExportableSceneOptions.
+  LeftOutComponents left_out;
+  // The photos that show the object, in descending order of pixels; empty until they are computed.
   std::vector<PhotoObservation> photos;
 };
 
 // A label whose object is left out as a whole, because of ComponentOptions.
 struct LeftOutLabel {
   LabelId id = kNoObject;
-  std::string name;  // as ObjectInfo's
+  // ObjectInfo::name.
+  std::string name;
   LeftOutComponents left_out;
-  std::string reason;        // for people: "too few cells in every piece"
-  bool is_fragment = false;  // see LeaveOutFragments
+  // Reason for the user: "too few cells in every piece".
+  std::string reason;
+  // Whether it is a fragment (LeaveOutFragments).
+  bool is_fragment = false;
 };
 
-// Which connected components of an object are kept, once it owns the hidden space inside it.
+// Options that select the connected components of an object, after the hidden space inside it was
+// added.
 struct ComponentOptions {
-  // Those with at least so many cells; 0 = crumbs are left out by ExportableSceneOptions'
-  // min_component_share instead, which does not count otherwise.
+  // Minimum number of cells of a component; 0: use ExportableSceneOptions::min_component_share,
+  // which is ignored otherwise.
   int64_t min_cells = 0;
-  int keep_largest = 0;  // of these the largest so many, by volume; 0 = all
-  // Objects that are no more than traces of a wrong label (LeaveOutFragments) are kept, too. They
-  // are with min_cells, whose rule then holds instead.
+  // Maximum number of components, the largest by volume; 0: all.
+  int keep_largest = 0;
+  // Whether to keep objects that are only traces of a wrong label (LeaveOutFragments). They are
+  // also kept if min_cells is set, which then decides instead.
   bool keep_fragments = false;
 };
 
 struct ExportableSceneOptions {
-  // Matter, not air: density * cell radius, both of the normalised frame, at least this.
+  // Threshold of density * cell radius, both of the normalised frame, from which on a cell is
+  // matter, not air.
   float solid_optical_depth = kSolidOpticalDepth;
-  // A cell is photographed when some training ray gave it at least this rendering weight (0..1).
-  // Without statistics in the model every cell counts as photographed.
+  // Minimum rendering weight (0..1) in any training ray for a cell to be photographed. Without
+  // statistics in the model every cell counts as photographed.
   float photographed_contribution = 0.05f;
-  // Crumbs: connected components of an object with fewer cells than this share of its largest
-  // component are left out, 0..1; 0 keeps everything. A few wrongly labelled cells far off would
-  // otherwise decide an object's box, volume and surface.
+  // Minimum number of cells of a connected component, as a share of the object's largest component,
+  // 0..1; 0: keep all. Without this, a few wrongly labelled cells far away would determine an
+  // object's box, volume and surface.
   float min_component_share = 0.1f;
   ComponentOptions components;
-  // Let an object own the hidden space inside it (see MakeExportableScene).
+  // Whether to add to an object the hidden space inside it (see MakeExportableScene).
   bool fill_hidden_space = true;
-  // Rays say what a cell is from this many on (CellStatistics: passed + stopped); with fewer, it
-  // counts as unseen.
+  // Minimum number of rays (CellStatistics: passed + stopped) for a cell to count as seen.
   float fewest_looks = 20;
-  // Where the files are to put the COLMAP frame.
+  // Transform from the COLMAP frame to the files.
   ExportTransform transform;
 };
 
-// Everything that the exporters read, computed once from a model. All per-cell arrays are indexed
-// as the foam's sites; positions, densities and volumes are of the normalised frame.
+// All data that the exporters read, computed once from a model. Per-cell arrays are indexed by
+// site; positions, densities and volumes are in the normalised frame.
 struct ExportableScene {
-  std::vector<Eigen::Vector3f> cell_positions;    // [N + guards]
-  Delaunay delaunay;                              // of cell_positions
-  std::vector<Eigen::Vector3d> voronoi_vertices;  // [tets]
+  // [N + guards]
+  std::vector<Eigen::Vector3f> cell_positions;
+  // Triangulation of cell_positions.
+  Delaunay delaunay;
+  // [tets]
+  std::vector<Eigen::Vector3d> voronoi_vertices;
   TetsOfCells tets_of_cells;
 
-  std::vector<float> density;                  // [N], activated, per normalised unit
-  std::vector<float> radius;                   // [N], see CellRadii
-  std::vector<double> volume;                  // [N]
-  CellLabels labels;                           // [N]
-  std::vector<LabelId> label_id;               // [N] id of the cell's class, or kNoObject
-  std::vector<Eigen::Vector3f> display_color;  // [N] what photos show: sRGB values in 0..1
-  std::vector<float> color_weight;             // [N] how surely: see ColorWeights
-  std::vector<uint8_t> photographed;           // [N]
-  std::vector<int32_t> object_of_cell;         // [N] index into `objects`; -1 = none
+  // [N] After the activation, per normalised unit.
+  std::vector<float> density;
+  // [N] CellRadii.
+  std::vector<float> radius;
+  // [N] CellVolumes.
+  std::vector<double> volume;
+  // [N] Class, confidence and solidity.
+  CellLabels labels;
+  // [N] Id of the label of the cell's class; kNoObject: none.
+  std::vector<LabelId> label_id;
+  // [N] Colour in the photos: sRGB values in 0..1.
+  std::vector<Eigen::Vector3f> display_color;
+  // [N] ColorWeights.
+  std::vector<float> color_weight;
+  // [N] Whether the cell is photographed.
+  std::vector<uint8_t> photographed;
+  // [N] Index into `objects`; -1: none.
+  std::vector<int32_t> object_of_cell;
 
-  // The frame of the files. Its rotation comes last, after the similarity, which has none:
-  // x_file = transform.rotation * world_from_normalized.Apply(x), see FileFromNormalized.
-  // Without a transform world_from_normalized is the model's own, and the files' frame COLMAP's.
+  // The frame of the files. The rotation is applied last, after the similarity, which has none:
+  // x_file = transform.rotation * world_from_normalized.Apply(x), see FileFromNormalized. Without a
+  // transform world_from_normalized is the model's own, and the files' frame COLMAP's.
   ExportTransform transform;
   Similarity world_from_normalized;
-  Similarity colmap_from_normalized;  // the model's own
+  // Model::world_from_normalized.
+  Similarity colmap_from_normalized;
 
   std::vector<Label> label_table;
-  std::vector<ObjectInfo> objects;            // those with cells, by ascending id
-  std::vector<Label> labels_without_cells;    // ids other than 0 for which no object was found
-  std::vector<LeftOutLabel> labels_left_out;  // those whose objects are left out as a whole
+  // Objects with cells, by ascending id.
+  std::vector<ObjectInfo> objects;
+  // Labels other than that of id 0 without an object.
+  std::vector<Label> labels_without_cells;
+  // Labels whose objects are left out as a whole.
+  std::vector<LeftOutLabel> labels_left_out;
 
   uint32_t NumSites() const { return delaunay.num_sites; }
 
-  // Id of the object that a cell is part of; kNoObject: of none.
+  // Returns the id of the object that a cell is part of; kNoObject: none.
   LabelId ObjectId(uint32_t cell) const {
     return object_of_cell[cell] < 0 ? kNoObject : objects[object_of_cell[cell]].id;
   }
@@ -142,10 +176,10 @@ struct ExportableScene {
 
 // Prepares a model for export and finds its objects.
 //
-// The object of label k follows Semantic Foam's extraction rule: it is made of the solid cells
-// whose own class is k, and the empty cells around them decide where it ends. Five rules refine
-// it, because nobody has seen the inside of anything and no training labels every cell rightly:
-// - Cells that nearly all of the photos' rays pass are haze, no matter, however dense.
+// The object of label k follows Semantic Foam's extraction rule: it consists of the solid cells
+// whose own class is k, and the empty cells around them bound it. Five rules refine it, because
+// photos do not show the inside of objects, and training labels some cells wrongly:
+// - Cells that nearly all of the photos' rays pass are haze, not matter, however dense.
 // - Solid cells that no photo shows (density left over behind a surface) belong to the object only
 //   if they hang together with a photographed cell of it; the others are no object at all.
 // - Crumbs beside the object's large components are left out (`min_component_share`).
@@ -154,26 +188,31 @@ struct ExportableScene {
 // - A pocket of other cells that the object encloses completely, in which there is neither a
 //   photographed solid cell nor a camera nor another object, is hidden inside the object and
 //   belongs to it, seen or not (rays leak through thin shells). A room is not filled by its walls.
-// `fill_hidden_space` switches the last two; the first and the fourth need a model that knows what
-// rays passed and what stopped them. No cell belongs to two objects. The label of id 0 makes none.
+// `fill_hidden_space` controls the last two rules; the first and the fourth need
+// CellStatistics::passed and stopped. No cell belongs to two objects. The label of id 0 has no
+// object.
 //
 // Then ComponentOptions may leave out more, by default fragments (LeaveOutFragments); the rest is
 // measured (DescribeObject).
 //
 // The display colour of a cell is CellStatistics::mean_color where the model has statistics, else
-// the view-independent part of its spherical harmonics, cut to 0..1. Cells of objects that are not
-// photographed take theirs from those that are (SpreadColors).
+// the view-independent part of its spherical harmonics, clipped to 0..1. Cells of objects that are
+// not photographed get colours from those that are (SpreadColors).
 //
-// CHECKs that the model's arrays have the sizes that they promise.
+// CHECKs the sizes of the model's arrays.
 ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOptions& options = {});
 
-// What an exporter wrote.
+// A file that an exporter has written.
 struct WrittenFile {
-  LabelId object_id = kNoObject;  // kNoObject = the whole scene
-  std::string format;   // its extension: "vdb", "nvdb", "om", "ply", "obj", "mtl", "glb", "usda"
-  std::string path;     // relative to the output folder, with '/'
-  std::string summary;  // what is in it, for the log: "1204 vertices, 2404 faces"
-  std::string warning = {};  // what the user should know of it, or nothing
+  LabelId object_id = kNoObject;  // kNoObject: the whole scene
+  // Its extension: "vdb", "nvdb", "om", "ply", "obj", "mtl", "glb", "usda".
+  std::string format;
+  // Path relative to the output folder, with '/'.
+  std::string path;
+  // Content, for the log: "1204 vertices, 2404 faces".
+  std::string summary;
+  // Warning for the user; empty: none.
+  std::string warning = {};
 };
 
 }  // namespace semfoam

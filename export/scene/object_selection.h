@@ -9,26 +9,27 @@
 
 namespace semfoam {
 
-// The labels of a model that can be chosen: all but that of id 0.
+// Returns the labels of a model that can be selected: all but that of id 0.
 std::vector<NamedLabel> NamedLabels(const std::vector<Label>& labels);
 
-// What `choice` means among the objects of a scene. Throws UserError, with the objects that there
-// are, where a text means none of them, and what ChooseLabels throws.
+// Returns the filter for a choice among the objects of a scene. Throws UserError, listing the
+// existing objects, where a text selects none of them, and what ChooseLabels throws.
 //
-// Where `labels_without_object` is given, a label that exists and has no object (without solid
-// cells, or left out) is no error but listed there, as "mug (7)", if it is among the ones to take.
+// If `labels_without_object` is given, a selected label that exists but has no object (without
+// solid cells, or left out) is no error, but appended there as "mug (7)".
 LabelFilter FilterObjects(const ExportableScene& scene,
                           const LabelChoice& choice,
                           std::vector<std::string>* labels_without_object = nullptr);
 
-// The objects that a filter has, by ascending id, each once.
+// Returns the objects that a filter selects, by ascending id, each once.
 std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
                                              const LabelFilter& filter);
 std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
                                              const LabelChoice& choice);
 
-// Whether a cell is meant: of an object, where the filter has that; of none, where the filter takes
-// all but some objects and its own label is not one of these.
+// Returns whether a filter selects a cell. It selects the cells of the objects that it has; and, if
+// it excludes some objects but selects no others explicitly, the cells without an object whose own
+// label is not excluded.
 bool HasCell(const ExportableScene& scene, const LabelFilter& filter, uint32_t cell);
 
 }  // namespace semfoam

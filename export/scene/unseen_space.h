@@ -8,23 +8,27 @@
 
 namespace semfoam {
 
-// What is known of a cell when an object looks for its inside.
+// Classification of a cell for the search of an object's inside.
 enum class CellKnowledge : uint8_t {
-  kOpen,    // seen to be empty, or another thing's: never inside
-  kUnseen,  // nobody has looked in: inside or not, as the surface is smaller
-  kInside,  // the object's own matter
+  // Seen to be empty, or part of another object: never inside.
+  kOpen,
+  // Not seen by any photo: inside or not, whichever gives the smaller surface.
+  kUnseen,
+  // Matter of the object.
+  kInside,
 };
 
-// The unseen cells that belong to an object: of all ways to draw its boundary through space that
-// nobody has seen, the one of the smallest area. So the shell that photos show becomes a body:
-// where it stands on something, the hole is closed by the smaller of the two, the area of contact
-// and not the wall of the hollow; and behind a wall or under a floor, where all is unseen, the
-// boundary stays at the wall. Of several equally small boundaries, the one that encloses the least.
+// Returns the unseen cells that belong to an object: of all boundaries through unseen space,
+// chooses the one of the smallest area. So the shell that photos show is completed to a body: where
+// the object stands on another one, the boundary closes at the area of contact, which is smaller
+// than the wall of the hollow inside; and behind a wall or under a floor, where everything is
+// unseen, the boundary stays at the wall. Of several equally small boundaries, chooses the one that
+// encloses the least.
 //
-// A minimum cut: `knowledge` says of every cell [num_cells] (guards are open, whatever it says) on
-// which side it is, `face_areas` (aligned with delaunay.neighbors, FaceAreas) what a boundary
-// between two cells costs. `inside` lists the cells that are kInside. Ascending; the same on every
-// machine, as areas are counted in integers.
+// Computes a minimum cut: `knowledge` [num_cells] gives the side of each cell (guards are always
+// open), `face_areas` (aligned with delaunay.neighbors, FaceAreas) the cost of a boundary between
+// two cells. `inside` lists the cells that are kInside. The result is ascending, and the same on
+// every machine, because areas are counted in integers.
 std::vector<uint32_t> UnseenInside(const Delaunay& delaunay,
                                    const std::vector<double>& face_areas,
                                    const std::vector<CellKnowledge>& knowledge,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-// The one header of export/ that includes OpenMesh: for code that works on the meshes themselves.
+// Converts surfaces to OpenMesh meshes. The only header of export/ that includes OpenMesh: for code
+// that works on the meshes themselves.
 
 #include "export/scene/object_surface.h"
 
@@ -24,20 +25,21 @@ struct SemanticMeshTraits : OpenMesh::DefaultTraits {
 };
 using SemanticMesh = OpenMesh::TriMesh_ArrayKernelT<SemanticMeshTraits>;
 
-// The names of the properties that an .om file carries, on vertices and on faces ("label" int,
-// "confidence" float) and on the mesh ("object_id" int, "object_name" std::string). Read them with
-// mesh.get_property_handle after OpenMesh::IO::read_mesh; OpenMesh restores them by itself.
+// Names of the properties in an .om file, on vertices and on faces ("label" int, "confidence"
+// float) and on the mesh ("object_id" int, "object_name" std::string). Read them with
+// mesh.get_property_handle after OpenMesh::IO::read_mesh; OpenMesh restores them automatically.
 inline constexpr char kLabelProperty[] = "label";
 inline constexpr char kConfidenceProperty[] = "confidence";
 inline constexpr char kObjectIdProperty[] = "object_id";
 inline constexpr char kObjectNameProperty[] = "object_name";
 
-// The surface as an OpenMesh mesh with those properties, all persistent, and vertex and face
+// Converts a surface to an OpenMesh mesh with those properties, all persistent, and vertex and face
 // colours. Vertex and face indices are those of the surface. CHECKs that OpenMesh, which accepts
 // manifolds only, takes every face.
 SemanticMesh ToSemanticMesh(const ObjectSurface& surface);
 
-// OpenMesh's own binary format: lossless. Throws UserError when the file cannot be written.
+// Writes OpenMesh's own binary format, which is lossless. Throws UserError when the file cannot be
+// written.
 void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface);
 
 }  // namespace semfoam

@@ -6,20 +6,20 @@
 
 namespace semfoam {
 
-// An iso-surface of the object's occupancy (1 at its sites, 0 at all others) on the Delaunay
-// tetrahedra, smoothed without blunting edges (surface_smoothing.h). `cells` must be
+// Extracts an iso-surface of the object's occupancy (1 at its sites, 0 at all others) on the
+// Delaunay tetrahedra, smoothed without blunting edges (surface_smoothing.h). `cells` must be
 // ExtractSurface(scene, object); the result is in the same frame, and its vertex_tet and
 // triangle_cells are empty.
 //
-// A vertex is a Delaunay edge from a site i of the object to one, j, that is not; it begins at the
-// centroid of the Voronoi face of i and j, shows what cell i is, and ends within nine tenths of i's
-// radius and of the half edge of there, so that it stays between the two sites, and the two sides
-// of a wall of one cell keep apart. Spikes into empty space are cut off first: a corner of the
-// faces counts as no farther from the sites of its cells than three times their radius. What the
-// faces then enclose is the volume that the smooth surface is given.
+// A vertex is a Delaunay edge from a site i of the object to a site j outside of it. It starts at
+// the centroid of the Voronoi face of i and j, has the colour and confidence of cell i, and is
+// moved by at most nine tenths of i's radius and of half the edge, so that it stays between the two
+// sites, and the two sides of a wall of one cell stay apart. Spikes into empty space are cut off
+// first: a corner of the faces is moved to within three times the radius of its cells from their
+// sites. The volume that the faces then enclose is the volume of the smooth surface.
 //
-// The result is a closed, oriented 2-manifold, whatever the labels and however degenerate the
-// sites, because its faces are made of numbers, not of positions:
+// The result is a closed, oriented 2-manifold for any labels and any degenerate sites, because its
+// faces follow from the indices of the triangulation, not from positions:
 // - A tetrahedron with one corner on one side and three on the other has one triangle, between the
 //   three edges from that corner; with two and two it has a quadrangle between four edges, cut in
 //   two along a diagonal.
@@ -33,9 +33,9 @@ namespace semfoam {
 //   around a vertex: one fan.
 //
 // With every vertex on its edge, each triangle would lie in its tetrahedron and none could meet
-// another. So where faces intersect, their vertices are put onto their edges (in the middle, or
-// where a spike would end), until none do but those that have no freedom left (tetrahedra without
-// volume, from cospherical sites).
+// another. So where faces intersect, their vertices are moved onto their edges (to the middle, or
+// to where a spike would end), until no faces intersect except those that cannot be moved
+// (tetrahedra without volume, from cospherical sites).
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells);

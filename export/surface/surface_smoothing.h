@@ -12,21 +12,21 @@ namespace semfoam {
 // Corners of triangles as indices of positions, counter-clockwise seen from outside.
 using Triangles = std::vector<std::array<uint32_t, 3>>;
 
-// The volume that closed surfaces enclose, in the cubed unit of `positions`; negative where they
-// are inside out. 0 without positions.
+// Returns the volume that closed surfaces enclose, in the cubed unit of `positions`; negative for
+// inverted surfaces, 0 without positions.
 double EnclosedVolume(const std::vector<Eigen::Vector3d>& positions, const Triangles& triangles);
 
-// Smooths a closed 2-manifold without blunting its edges: one step of the umbrella operator takes
-// the worst of the noise, then the normals of the triangles are filtered bilaterally (a neighbour
-// counts by its area, its nearness and the likeness of its normal) and the vertices follow them
-// (Zheng, Fu, Au and Tai, "Bilateral Normal Filtering for Mesh Denoising", TVCG 2011, the local
-// iterative scheme; vertices as in Sun, Rosin, Martin and Langbein, "Fast and Effective
-// Feature-Preserving Mesh Denoising", TVCG 2007). At the end the surface is moved along its normals
-// until it encloses `volume` (in the cubed unit of the positions), as far as the bound lets it.
+// Smooths a closed 2-manifold without blunting its edges: one step of the umbrella operator removes
+// the strongest noise, then the normals of the triangles are filtered bilaterally (weighted by
+// area, distance and similarity of the normals) and the vertices are fitted to them (Zheng, Fu, Au
+// and Tai, "Bilateral Normal Filtering for Mesh Denoising", TVCG 2011, the local iterative scheme;
+// vertices as in Sun, Rosin, Martin and Langbein, "Fast and Effective Feature-Preserving Mesh
+// Denoising", TVCG 2007). At the end the surface is moved along its normals until it encloses
+// `volume` (in the cubed unit of the positions), as far as `max_move` allows.
 //
-// Vertex v ends within `max_move[v]` of where it began. Only positions change, so the surface stays
-// a closed manifold; it may come to intersect itself. Same input, same result on any number of
-// threads. CHECKs that the sizes agree.
+// Vertex v moves by at most `max_move[v]`. Only positions change, so the surface stays a closed
+// manifold; it may intersect itself afterwards. The result is the same on any number of threads.
+// CHECKs that the sizes agree.
 void SmoothKeepingEdges(const Triangles& triangles,
                         const std::vector<double>& max_move,
                         double volume,

@@ -13,38 +13,41 @@
 
 namespace semfoam {
 
-// The lattice of the scene's volume, and the box that scene.vdb fills. The box is the
-// robust extent of the solid, photographed cells: per axis from the 1 % to the 99 % quantile of
-// their sites, 5 % wider on either side but never wider than the sites themselves, so that a few
-// far cells do not decide the voxel size; cut to options.crop, which never moves the lattice: with
-// the same voxel_size, neighbouring crops fit together. Empty where the crop holds nothing of it.
+// The lattice of the scene's volume, and the box of scene.vdb. The box is the robust extent of the
+// solid, photographed cells: per axis from the 1 % to the 99 % quantile of their sites, 5 % wider
+// on either side but never wider than the sites themselves, so that a few far cells do not
+// determine the voxel size; it is clipped to options.crop, which never moves the lattice: with the
+// same voxel_size, neighbouring crops fit together. Empty where the crop does not intersect it.
 struct VolumeFrame {
-  VoxelLattice lattice;     // normalised frame
-  Eigen::AlignedBox3d box;  // normalised frame
+  // Both in the normalised frame.
+  VoxelLattice lattice;
+  Eigen::AlignedBox3d box;
 };
 VolumeFrame MakeVolumeFrame(const ExportableScene& scene, const VolumeExportOptions& options);
 
-// One volume to be made: its cells (ascending) on its lattice, within its box (normalised frame).
+// The plan of one volume: its cells (ascending), its lattice, and its box (normalised frame).
 struct Volume {
-  const ObjectInfo* object = nullptr;  // null = the scene
+  // Null: the scene.
+  const ObjectInfo* object = nullptr;
   std::vector<uint32_t> cells;
   VoxelLattice lattice;
   Eigen::AlignedBox3d box;
 };
 
-// All of the object's cells, within the robust box of their sites and on the scene's lattice,
-// halved until the object is at least max_resolution / 2 voxels long: every voxel of the scene
-// holds 2^3, 4^3, ... of the object's exactly. WriteObjectVolume says which cells are too far.
+// Plans the volume of an object: all of its cells, within the robust box of their sites
+// (WriteObjectVolume has the rule), on the scene's lattice with the voxels halved until the object
+// is at least max_resolution / 2 voxels long: every voxel of the scene holds exactly 2^3, 4^3, ...
+// voxels of the object.
 Volume ObjectVolume(const ExportableScene& scene,
                     const ObjectInfo& object,
                     const VolumeFrame& frame,
                     const VolumeExportOptions& options);
 
-// The farthest voxel from a lattice's origin that a volume may have, along an axis.
+// Maximum distance of a voxel from a lattice's origin along an axis, in voxels.
 inline constexpr double kMaxVoxelIndex = 1 << 22;
 
-// Refuses a volume that would not fit, before any of it is made: throws UserError, which names
-// `path`, the number of voxels and the voxel size that would be right.
+// Throws UserError if a volume would have too many voxels, before any of it is made. The message
+// names `path`, the number of voxels and the voxel size that would be right.
 void CheckVolumeSize(const std::filesystem::path& path,
                      const ExportableScene& scene,
                      const Volume& volume,

@@ -15,67 +15,79 @@
 
 namespace semfoam {
 
-// What a training will draw from, as far as that can be known ahead.
+// The pixels that a training will draw from, as far as they are known in advance.
 struct DrawingPlan {
+  // Seed of all random numbers.
   uint64_t seed = 0;
-  int num_tiles = 0;               // of an iteration
-  std::vector<PixelRange> ranges;  // that an iteration may draw from
-  std::vector<ViewPixel> kept;     // pixels that are looked at again and again, in any order
-  int64_t first_iteration = 0;     // > 0 for a run that is taken up again
-  bool may_grow = false;           // the number of iterations is not known yet
+  // Number of tiles of an iteration.
+  int num_tiles = 0;
+  // Ranges that iterations may draw from.
+  std::vector<PixelRange> ranges;
+  // Pixels that are read throughout the run, in any order.
+  std::vector<ViewPixel> kept;
+  // First iteration of this run; > 0 if it resumes from a checkpoint.
+  int64_t first_iteration = 0;
+  // Whether the number of iterations may still grow.
+  bool may_grow = false;
   // Which of the ranges the iteration may draw from; ascending, at least one.
   std::function<std::vector<int>(int64_t iteration)> ranges_at;
 };
 
-// The pixels of photos that do not fit into memory. What an iteration draws is known ahead, and a
-// run draws far fewer pixels than large photos have: so each photo is decoded, the pixels that a
-// *chapter* of many iterations will draw are kept, and the photo goes. A run whose pixels all fit
-// is one chapter; else the next chapter is read by a thread of its own while the present one is
-// trained on, each in half of the memory. Which pixels are drawn depends on none of this: a run has
-// the same bytes whatever the memory.
+// Holds the drawn pixels of photos that do not fit into memory. The pixels of each iteration are
+// known in advance, and a run draws far fewer pixels than large photos have: so each photo is
+// decoded, the pixels that the iterations of a *chapter* will draw are kept, and the photo is
+// released. A run whose pixels all fit is one chapter; otherwise a separate thread reads the next
+// chapter while training uses the present one, each in half of the memory. The choice of pixels
+// does not depend on the chapters: a run produces the same bytes with any amount of memory.
 class PixelCache {
  public:
-  // Called with how many of how many views have been read, while nothing else goes on; from any
-  // thread, one at a time.
+  // Receives the number of views read and of all views to read, while training waits for them;
+  // called from any thread, one call at a time.
   using Report = std::function<void(int done, int total)>;
 
-  // Bytes that a run of so many iterations takes, all in one chapter, and the least that any can
-  // do with.
+  // Return the bytes that a run of `num_iterations` takes in one chapter, and the minimum that any
+  // run needs.
   static int64_t BytesOfRun(const DrawingPlan& plan, int64_t num_iterations);
   static int64_t LeastBytes(const DrawingPlan& plan);
 
-  // `views` must outlive this, and are not HoldsPixels(). Reads nothing yet. Throws UserError that
-  // says how much memory would be right where views.CacheBytes() is less than LeastBytes.
+  // `views` must outlive this object and must not be HoldsPixels(). Reads nothing yet. Throws
+  // UserError with the memory that is needed where views.CacheBytes() is less than LeastBytes.
   PixelCache(const TrainingViews& views, DrawingPlan plan);
   ~PixelCache();
   PixelCache(const PixelCache&) = delete;
   PixelCache& operator=(const PixelCache&) = delete;
 
-  // The kTileRays pixels of each tile that DrawTiles has for this iteration and range, in order;
-  // valid until the next call. Iterations must not descend. `num_iterations`: of the run, as known
-  // by now. Reads the chapter, or waits for it, where it is not there. Throws what
-  // TrainingViews::OpenView throws, also for a chapter that is read ahead.
+  // Returns the kTileRays pixels of each tile of DrawTiles for this iteration and range, in order;
+  // valid until the next call. Iterations must not descend. `num_iterations` is the number of the
+  // run as known by now. Reads the iteration's chapter, or waits for it, if it is not in memory.
+  // Throws what TrainingViews::OpenView throws, also for a chapter that is read in advance.
   const PixelValue* Drawn(int64_t iteration, int range, int64_t num_iterations);
 
-  // Of DrawingPlan::kept. To be called after Drawn.
+  // Returns the pixel DrawingPlan::kept[index]. Must be called after Drawn.
   const PixelValue& Kept(size_t index) const { return kept_values_[index]; }
 
   void SetReport(Report report) { report_ = std::move(report); }
   int num_chapters() const { return num_chapters_; }
 
  private:
-  // What one iteration draws from one range.
+  // The tiles that one iteration draws from one range.
   struct Batch {
     int64_t iteration;
     int range;
   };
   struct Chapter {
-    int64_t begin = 0, end = 0;          // iterations
-    std::vector<Batch> batches;          // ascending
-    std::vector<int64_t> tiles;          // [batches][num_tiles]; gone when all is read
-    std::vector<PixelValue> values;      // [batches][num_tiles][kTileRays]
-    std::vector<int> views;              // to read
-    std::atomic<bool> is_drawn = false;  // the tiles
+    // Iterations [begin, end).
+    int64_t begin = 0, end = 0;
+    // Batches in ascending order.
+    std::vector<Batch> batches;
+    // [batches][num_tiles] Corners; freed when all pixels are read.
+    std::vector<int64_t> tiles;
+    // [batches][num_tiles][kTileRays] Pixels.
+    std::vector<PixelValue> values;
+    // Views to read.
+    std::vector<int> views;
+    // Whether `tiles` is complete.
+    std::atomic<bool> is_drawn = false;
     std::atomic<size_t> next_view = 0;
     std::atomic<int> num_read = 0;
     std::atomic<bool> stop = false;
@@ -89,14 +101,16 @@ class PixelCache {
   static void Fail(Chapter* chapter);
   void ReadViews(Chapter* chapter, const Report& report);
   void ReadView(int view, Chapter* chapter);
-  void Finish(Chapter* chapter);  // reads what is left of it, with all threads
+  // Reads the remaining views of the chapter, with all threads.
+  void Finish(Chapter* chapter);
   static void Abandon(Chapter* chapter);
 
   const TrainingViews& views_;
   const DrawingPlan plan_;
   const int64_t batch_bytes_;
   Report report_;
-  std::vector<uint32_t> kept_order_;  // kept pixels by view
+  // Indices of the kept pixels, ordered by view.
+  std::vector<uint32_t> kept_order_;
   std::vector<PixelValue> kept_values_;
   bool kept_are_read_ = false;
   std::unique_ptr<Chapter> now_, next_;

@@ -14,17 +14,21 @@ namespace semfoam {
 
 // One pixel of a photo as a ray with its targets.
 struct TrainingRay {
-  Eigen::Vector3f direction;  // unit length
-  Eigen::Vector3f color;      // display values (sRGB / 255), 0..1
-  int32_t class_index =
-      kUnlabelled;  // class of the pixel, or kUnlabelled: trains colour, not identity
+  // Unit length, normalised frame.
+  Eigen::Vector3f direction;
+  // Display values (sRGB / 255), 0..1.
+  Eigen::Vector3f color;
+  // Class of the pixel; kUnlabelled: the ray trains colour, not identity.
+  int32_t class_index = kUnlabelled;
 };
 
-// What a photo and its mask store of one pixel: what is kept of photos that do not all fit into
-// memory. No padding, as there may be hundreds of millions of them.
+// Colour and class of one pixel as stored for photos that do not all fit into memory. Without
+// padding, because there may be hundreds of millions of them.
 struct PixelValue {
-  uint8_t color[3];        // RGB
-  uint8_t class_bytes[2];  // the class, low byte first; 0xffff = kUnlabelled
+  // RGB.
+  uint8_t color[3];
+  // The class, low byte first; 0xffff = kUnlabelled.
+  uint8_t class_bytes[2];
 
   void SetClass(int32_t class_index) {
     const auto value = static_cast<uint16_t>(class_index == kUnlabelled ? 0xffff : class_index);
@@ -38,19 +42,19 @@ struct PixelValue {
 };
 static_assert(sizeof(PixelValue) == 5);
 
-// The pixels of one view, decoded for as long as this lives.
+// Holds the decoded pixels of one view while it exists.
 class ViewPixels {
  public:
   virtual ~ViewPixels() = default;
   virtual PixelValue At(int x, int y) const = 0;
 };
 
-// The photos as the trainer sees them: rays in the normalised frame, made on the fly from (view,
-// pixel); colour and class of a pixel come from the same call, so they cannot drift apart.
-// Thread-safe: all calls are const.
+// Interface of the trainer to the photos: makes rays in the normalised frame from (view, pixel).
+// Colour and class of a pixel come from the same call, so they always belong together. Thread-safe:
+// all calls are const.
 //
 // Views that do not fit into memory (HoldsPixels is false) are read one after the other: the
-// trainer knows which pixels it will draw, and keeps just these (pixel_cache.h).
+// trainer knows which pixels it will draw, and keeps only these (pixel_cache.h).
 class TrainingViews {
  public:
   virtual ~TrainingViews() = default;
@@ -59,14 +63,15 @@ class TrainingViews {
   virtual int Width(int view) const = 0;
   virtual int Height(int view) const = 0;
   virtual bool IsHeldOut(int view) const = 0;
-  virtual Eigen::Vector3d Origin(int view) const = 0;  // camera centre, normalised frame
+  // Returns the camera centre in the normalised frame.
+  virtual Eigen::Vector3d Origin(int view) const = 0;
 
-  // The ray through the centre of pixel (x, y), that is through (x + 0.5, y + 0.5). False where the
-  // camera model has no ray for the pixel (its distortion cannot be inverted there).
-  // CHECKs HoldsPixels().
+  // Computes the ray through the centre of pixel (x, y), that is through (x + 0.5, y + 0.5), and
+  // its targets. Returns false where the camera model has no ray for the pixel (its distortion
+  // cannot be inverted there). CHECKs HoldsPixels().
   virtual bool Ray(int view, int x, int y, TrainingRay* ray) const = 0;
 
-  // The direction of that ray, for which no pixel need be in memory.
+  // Computes the direction of that ray alone; the pixels need not be in memory.
   virtual bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const {
     TrainingRay ray;
     if (!Ray(view, x, y, &ray)) return false;
@@ -74,22 +79,24 @@ class TrainingViews {
     return true;
   }
 
-  // Whether all pixels are in memory. Views of which this is false implement what follows.
+  // Returns whether all pixels are in memory. Classes that return false must implement the
+  // functions below.
   virtual bool HoldsPixels() const { return true; }
-  // What pixels that are kept may take of memory, in bytes, all together.
+  // Returns the maximum memory for kept pixels, in bytes.
   virtual int64_t CacheBytes() const { return std::numeric_limits<int64_t>::max(); }
-  // How many views may be open at a time, each with all its pixels.
+  // Returns the maximum number of views that may be open at a time, each with all its pixels.
   virtual int MostOpenViews() const { return 1; }
-  // Decodes a view. Throws UserError naming the file that can no longer be read.
+  // Decodes a view. Throws UserError naming the file where it can no longer be read.
   virtual std::unique_ptr<ViewPixels> OpenView(int view) const;
-  // As Ray, with what OpenView has read at (x, y).
+  // Computes the ray as Ray does, with the `value` that ViewPixels::At returned for (x, y).
   virtual bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const;
 };
 
 // A coloured SfM point in the normalised frame, to start the foam from.
 struct SeedPoint {
   Eigen::Vector3f position;
-  Eigen::Vector3f color;  // display values, 0..1
+  // Display values, 0..1.
+  Eigen::Vector3f color;
 };
 
 }  // namespace semfoam

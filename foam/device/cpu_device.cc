@@ -84,19 +84,19 @@ class CpuTrainingDevice final : public TrainingDevice {
 
   void UploadTopology() override {}
 
-  void HoldDensities() override {
+  void ClampDensities() override {
     Foam& foam = state_.foam;
     const std::vector<uint8_t>& is_clear = state_.topology.is_clear();
     CHECK_EQ(is_clear.size(), foam.NumSites());
     ParallelForBlocks(foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
       for (int64_t i = begin; i < end; ++i) {
-        foam.raw_density[i] = HeldRawDensity(foam.raw_density[i], is_clear[i] != 0);
+        foam.raw_density[i] = ClampedRawDensity(foam.raw_density[i], is_clear[i] != 0);
       }
     });
     density_ = CellDensities(foam);
   }
 
-  void FollowSites() override { state_.topology.Follow(state_.foam.positions); }
+  void RefreshPlanes() override { state_.topology.RefreshPlanes(state_.foam.positions); }
 
   void StartCells(const std::vector<Eigen::Vector3d>& origins,
                   std::vector<uint32_t>* cells) override {

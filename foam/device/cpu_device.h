@@ -9,8 +9,8 @@
 
 #include <memory>
 
-// the CPU, as device_factory.h hands them out. They work on the host's state where it
-// is, so there is nothing to bring over but what is derived from it.
+// Implements the devices of device_factory.h on the CPU. They work on the host's state in place:
+// only data derived from it is copied or computed.
 
 namespace semfoam {
 

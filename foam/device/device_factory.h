@@ -12,13 +12,14 @@
 
 namespace semfoam {
 
-// Makes what trains the foam in `state` on `device`. `state` must outlive it; Upload() and
-// UploadTopology() copy state and topology there. Throws UserError where the device has too little
-// memory.
+// Makes the TrainingDevice that trains the foam in `state` on `device`. `state` must outlive it;
+// Upload() and UploadTopology() copy state and topology to the device. Throws UserError where the
+// device has too little memory.
 std::unique_ptr<TrainingDevice> MakeTrainingDevice(const Device& device, TrainingState* state);
 
-// Makes what casts rays through a foam on `device`, to render it. What the three refer to must
-// outlive the caster and stay as it is. Throws UserError where the device has too little memory.
+// Makes the RayCaster that renders a foam on `device`. The arrays of `geometry`, `shading` and
+// `classifier` must outlive the caster and must not change. Throws UserError where the device has
+// too little memory.
 std::unique_ptr<RayCaster> MakeRayCaster(const Device& device,
                                          const WalkGeometry<float>& geometry,
                                          const CellShading<float>& shading,

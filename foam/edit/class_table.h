@@ -12,27 +12,28 @@ namespace semfoam {
 
 using IdentityFeature = std::array<float, kIdentityDim>;
 
-// Keeps these classes (indices into Model::labels, each once) in this order, with their labels; a
-// cell of another class falls to the likeliest of those kept. Without classes the model has no
-// semantics any more: identities and classifier are empty.
+// Keeps only these classes (indices into Model::labels, each once), in this order, with their
+// labels; a cell of another class gets the most likely class of those kept. Without classes the
+// model has no semantics: identities and classifier are empty.
 void KeepClasses(const std::vector<int32_t>& classes, Model* model);
 
-// Adds one class, the last, for cells to come, and returns the identity feature that they are all
-// to have. An inserted object brings features of another training, which this classifier knows
-// nothing of, so it gets a new one:
-// - every cell that the model has keeps its class, and its softmax to some 1e-3 (but for one in a
-//   thousand whose features reach farthest: they are shortened, their classes stay);
-// - the returned feature is of the new class, and so is what a ray gathers if that feature has more
-//   than about half of its weight, whatever the other half is of this model's cells.
-// It lies in the direction that the model's own features and classes use least (the eigenvector of
-// the smallest eigenvalue of their second moments), and is no longer than it has to be, so that it
-// hardly shifts the other classes' logits where a ray sees both. A model without semantics also
-// gets a class of id 0, unlabelled, for the cells it has.
+// Adds a last class for cells that will be inserted, and returns the identity feature that they
+// must have. The features of an inserted object come from another training and mean nothing to this
+// classifier, so all its cells get this feature:
+// - every cell of the model keeps its class, and its softmax to about 1e-3, except one in a
+// thousand
+//   with the longest features: these are shortened, but keep their classes;
+// - the returned feature belongs to the new class, and so does the identity rendered along a ray if
+//   the feature has more than about half of the weight, for any other cells of the model.
+// The feature lies in the direction that the model's own features and classes use least (the
+// eigenvector of the smallest eigenvalue of their second moments), and has the minimum length, so
+// that it barely shifts the other classes' logits where a ray crosses both. A model without
+// semantics also gets a class of id 0, unlabelled, for the cells it has.
 IdentityFeature AddClass(const Label& label, Model* model);
 
-// The label as `labels` can take it: with its own id, or, where another label has that, with the
-// smallest one that is free. Its name and the masks' id (Label::source_id) stay. Throws UserError
-// when all of 1..65535 are taken.
+// Returns the label with an id that no label of `labels` has: its own, or else the smallest free
+// one. Its name and the masks' id (Label::source_id) stay. Throws UserError when all of 1..65535
+// are taken.
 Label WithFreeId(const std::vector<Label>& labels, Label label);
 
 }  // namespace semfoam

@@ -12,11 +12,13 @@
 
 namespace semfoam {
 
-// Where an object goes: x_scene = scale * rotation * x_object + translation, both in the COLMAP
-// frames of their models.
+// The placement of an object: x_scene = scale * rotation * x_object + translation, both in the
+// COLMAP frames of their models.
 struct ObjectPlacement {
-  double scale = 1;                                        // > 0
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // orthonormal, determinant 1
+  // > 0.
+  double scale = 1;
+  // Orthonormal with determinant 1.
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Apply(const Eigen::Vector3d& x) const {
@@ -24,32 +26,35 @@ struct ObjectPlacement {
   }
 };
 
-// The objects as cells of the scene's normalised frame: positions moved, colours turned with them
-// (ShRotation), densities such that the optical depth across them stays, SH degree and statistics
-// as the scene has them (the degree at least). Throws UserError when a cell of an object would lie
-// beyond kFarRadius; ring sites that would are left out.
+// Transforms objects into the scene's normalised frame: moves the positions, rotates the colours
+// (ShRotation), scales the densities so that the optical depth across a cell stays, and gives them
+// at least the scene's SH degree and its kinds of statistics. Throws UserError when a cell of an
+// object would lie beyond kFarRadius; ring sites that would are left out.
 ExtractedObjects PlaceObjects(ExtractedObjects objects,
                               const ObjectPlacement& placement,
                               const Model& scene);
 
 struct Insertion {
   Model model;
-  std::vector<Label> labels;  // of the objects, in their order, as they are in the model
-  size_t num_removed = 0;     // cells of the scene that were where an object is now
-  size_t num_ring_sites = 0;  // sites that now bound the objects, with the scene's matter or air
+  // Labels of the objects in the model, in the order of the objects.
+  std::vector<Label> labels;
+  // Number of the scene's cells that the objects replaced.
+  size_t num_removed = 0;
+  // Number of ring sites kept around the objects, with the scene's matter or air.
+  size_t num_ring_sites = 0;
 };
 
-// Puts objects that PlaceObjects has placed into a scene. `delaunay` is the scene's.
+// Inserts objects that PlaceObjects has placed into a scene. `delaunay` is the scene's.
 //
-// A cell of the scene goes if its site lies in a cell of an object, or so near that it would cut
-// into one. No convex hull: what stands in the hole of a ring stays. The object's ring says where
-// the object ends, and what begins there is the scene's: each ring site takes all that the scene's
-// cell has at its place, unless that has a site hard by. So objects that are inserted where they
-// were taken from leave the scene as it was, objects that are put on a table leave the table whole,
-// and nothing grows into the place of the cells that went, because the ring lies before it.
+// Removes a cell of the scene if its site lies in a cell of an object, or so near that it would cut
+// into one. It uses no convex hull: matter in the hole of a torus stays. The ring sites bound the
+// object, and belong to the scene: each takes the parameters of the scene's cell at its position,
+// unless that cell's own site is very near. So objects that are inserted where they were extracted
+// leave the scene unchanged, objects that are placed on a table leave the table intact, and no cell
+// of the scene extends into the place of the removed cells, because the ring separates them.
 //
-// Each object becomes a class of its own (AddClass, WithFreeId), and all its cells get that
-// class's feature; the scene's cells keep theirs. Frame, photos and options are the scene's.
+// Each object gets its own class (AddClass, WithFreeId), and all its cells get that class's
+// feature; the scene's cells keep theirs. Frame, photos and options are the scene's.
 Insertion InsertObjects(const Model& scene,
                         const Delaunay& delaunay,
                         const ExtractedObjects& placed);

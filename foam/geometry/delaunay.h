@@ -17,8 +17,10 @@ inline constexpr uint32_t kNoTet = 0xffffffffu;
 // are neighbours when they share a Delaunay edge; CGAL perturbs symbolically, so this is a valid
 // simplicial complex even for cospherical sites.
 struct Delaunay {
-  uint32_t num_sites = 0;  // real sites: cells [0, num_sites)
-  uint32_t num_cells = 0;  // with the guards: cells [num_sites, num_cells)
+  // Number of real sites: cells [0, num_sites).
+  uint32_t num_sites = 0;
+  // Number of sites and guards: the guards are cells [num_sites, num_cells).
+  uint32_t num_cells = 0;
 
   // CSR: the neighbours of cell i are neighbors[offsets[i]] .. neighbors[offsets[i + 1]],
   // ascending. A site at exactly the place of one with a lower index has an empty cell and no
@@ -42,7 +44,7 @@ struct Delaunay {
 // an order that depends on the input alone too. CHECKs that every coordinate is finite.
 Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions);
 
-// The tetrahedra around every cell, whose circumcentres are the corners of that cell.
+// The tetrahedra around every cell. Their circumcentres are the corners of that cell.
 struct TetsOfCells {
   // CSR: those around cell i are tets[offsets[i]] .. tets[offsets[i + 1]], ascending.
   std::vector<uint32_t> offsets;  // [num_cells + 1]
@@ -54,13 +56,13 @@ struct TetsOfCells {
 };
 TetsOfCells ListTetsOfCells(const Delaunay& delaunay);
 
-// A permutation that puts sites in Hilbert order: position k of the new order holds site order[k]
-// of the old.
+// Returns a permutation that puts sites in Hilbert order: position k of the new order holds site
+// order[k] of the old.
 std::vector<uint32_t> HilbertOrder(const std::vector<Eigen::Vector3f>& sites);
 
-// The cell whose site is nearest to `query` (ties: the one found first): greedy descent over the
-// Delaunay graph from `start`, which reaches the true nearest site because that graph has no local
-// minima.
+// Returns the cell whose site is nearest to `query` (ties: the one found first), by greedy descent
+// over the Delaunay graph from `start`. The graph has no local minima, so the descent reaches the
+// nearest site.
 uint32_t NearestCell(const std::vector<Eigen::Vector3f>& cell_positions,
                      const Delaunay& delaunay,
                      const Eigen::Vector3d& query,

@@ -9,9 +9,9 @@
 
 namespace semfoam {
 
-// The cell whose site is nearest to `query` (ties: the one found first): greedy descent over the
-// Delaunay graph from `start`, which reaches the true nearest site because that graph has no local
-// minima. `start_cell` must have neighbours. `position(cell)` is its site;
+// Returns the cell whose site is nearest to `query` (ties: the one found first), by greedy descent
+// over the Delaunay graph from `start_cell`, which must have neighbours. The graph has no local
+// minima, so the descent reaches the nearest site. `position(cell)` returns the site of a cell;
 // `visit_neighbors(cell, visit)` calls visit(neighbour) for each of its neighbours.
 template <typename Position, typename VisitNeighbors>
 SEMFOAM_HOST_DEVICE uint32_t DescendToNearestCell(const Eigen::Vector3d& query,

@@ -11,7 +11,8 @@ namespace semfoam {
 // to the millimetre. A length of the normalised frame is `scale` times as long in the world; a
 // density (per unit length) is 1 / scale times as large.
 struct Similarity {
-  double scale = 1;  // world units per normalised unit, > 0
+  // World units per normalised unit, > 0.
+  double scale = 1;
   Eigen::Vector3d translation =
       Eigen::Vector3d::Zero();  // the normalised frame's origin in the world
 

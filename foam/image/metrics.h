@@ -8,24 +8,24 @@
 
 namespace semfoam {
 
-// Peak signal-to-noise ratio in dB over all pixels and channels, peak 255; infinity for equal
-// images. CHECKs equal sizes.
+// Computes the peak signal-to-noise ratio in dB over all pixels and channels, peak 255; infinity
+// for equal images. CHECKs equal sizes.
 double Psnr(const Image8& render, const Image8& photo);
 
-// Structural similarity (Wang et al. 2004), mean over pixels and channels: 11-pixel Gaussian
-// window, sigma 1.5, image borders mirrored with the border pixel repeated, K1 = 0.01, K2 = 0.03.
-// CHECKs equal sizes.
+// Computes the structural similarity (Wang et al. 2004), the mean over pixels and channels:
+// 11-pixel Gaussian window, sigma 1.5, image borders mirrored with the border pixel repeated, K1 =
+// 0.01, K2 = 0.03. CHECKs equal sizes.
 double Ssim(const Image8& render, const Image8& photo);
 
-// How well classes that were rendered agree with those that masks give, over any number of pixels.
+// Measures how well rendered classes agree with the classes of masks, over any number of pixels.
 class LabelAgreement {
  public:
-  // One pixel: its class by the masks and as shown, 0 or more. A negative `truth` (unlabelled) says
-  // nothing, and the pixel is left out; a negative `shown` agrees with no class.
+  // Adds one pixel: its class in the masks and its rendered class, both 0 or more. A pixel with a
+  // negative `truth` (unlabelled) is left out; a negative `shown` agrees with no class.
   void Add(int32_t truth, int32_t shown);
 
-  // The mean of intersection over union, 0..1, over the classes that occur in the truth; NaN where
-  // none does.
+  // Returns the mean intersection over union, 0..1, over the classes that occur in the truth; NaN
+  // without any.
   double MeanIou() const;
 
  private:

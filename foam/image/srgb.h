@@ -5,8 +5,9 @@
 
 namespace semfoam {
 
-// Light from a display value (sRGB / 255) and back: the transfer function of IEC 61966-2-1. Both
-// are in 0..1 where a display can show them; more than 1 goes on by the same formula.
+// Convert display values (sRGB / 255) to linear light and back by the transfer function of IEC
+// 61966-2-1. Both are in 0..1 for colours that a display can show; the same formula is used above
+// 1.
 template <typename T>
 T LinearFromDisplay(T value) {
   return value <= T(0.04045) ? value / T(12.92) : std::pow((value + T(0.055)) / T(1.055), T(2.4));

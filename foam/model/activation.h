@@ -7,7 +7,7 @@
 
 namespace semfoam {
 
-// Density of a cell from its raw parameter: sigma = kDensityScale * softplus_10(raw),
+// Computes the density of a cell from its raw parameter: sigma = kDensityScale * softplus_10(raw),
 // softplus_10(x) = ln(1 + exp(10 x)) / 10 (Radiant Foam's activation). The scale makes a raw
 // density of 1 opaque across a typical cell of the normalised frame (radius about 0.01), so that a
 // handful of optimiser steps moves a cell between air and matter; Radiant Foam has 1 here, for
@@ -26,7 +26,7 @@ SEMFOAM_HOST_DEVICE T Density(const T& raw) {
   return T(kDensityScale / kSoftplusBeta) * log1p(exp(x));
 }
 
-// d Density / d raw.
+// Computes d Density / d raw.
 template <typename T>
 SEMFOAM_HOST_DEVICE T DensityDerivative(const T& raw) {
   using std::exp;
@@ -35,7 +35,7 @@ SEMFOAM_HOST_DEVICE T DensityDerivative(const T& raw) {
   return T(kDensityScale) / (T(1) + exp(-x));
 }
 
-// The raw density whose density is sigma > 0.
+// Returns the raw density whose density is `sigma` > 0.
 inline double RawDensity(double sigma) {
   const double y = kSoftplusBeta * sigma / kDensityScale;
   return (y > kSoftplusLinear ? y : std::log(std::expm1(y))) / kSoftplusBeta;

@@ -40,7 +40,8 @@ inline void ClassLogits(const Foam& foam, const float* identity, float* logits) 
 
 struct MostLikelyClass {
   int32_t class_index = -1;
-  float confidence = 0;  // softmax of that class
+  // Softmax of that class.
+  float confidence = 0;
 };
 
 // Returns the class of the largest logit (ties: the lowest index) and its softmax. `logits` must

@@ -18,19 +18,26 @@ SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
   return (sh_degree + 1) * (sh_degree + 1);
 }
 
-// The foam: N sites whose Voronoi cells partition space. Everything that training changes, and
-// nothing else. Positions are in the normalised frame (see Similarity); structure of arrays, sites
-// in Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
+// The foam: N sites whose Voronoi cells partition space. Holds all parameters that training
+// changes, and nothing else. Positions are in the normalised frame (see Similarity); structure of
+// arrays, sites in Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
 struct Foam {
-  int sh_degree = 0;    // 0..3
-  int num_classes = 0;  // K; 0 = no semantics: `identity` and the classifier are empty
+  // Degree of the spherical harmonics, 0..3.
+  int sh_degree = 0;
+  // Number of classes K; 0: no semantics, and `identity` and the classifier are empty.
+  int num_classes = 0;
 
-  std::vector<Eigen::Vector3f> positions;  // [N]
-  std::vector<float> raw_density;          // [N], before the activation (activation.h)
-  LargePageVector<float> sh;  // [N][(sh_degree+1)^2][3]: coefficient-major, channels interleaved
-  LargePageVector<float> identity;       // [N][kIdentityDim], each a cache line
-  std::vector<float> classifier_weight;  // [K][kIdentityDim]
-  std::vector<float> classifier_bias;    // [K]
+  // [N] Positions of the sites.
+  std::vector<Eigen::Vector3f> positions;
+  // [N] Densities before the activation (activation.h).
+  std::vector<float> raw_density;
+  // [N][(sh_degree + 1)^2][3] SH coefficients: coefficient-major, channels interleaved.
+  LargePageVector<float> sh;
+  // [N][kIdentityDim] Identity features, each one cache line.
+  LargePageVector<float> identity;
+  // [K][kIdentityDim] Weights and [K] biases of the linear layer from identities to classes.
+  std::vector<float> classifier_weight;
+  std::vector<float> classifier_bias;
 
   size_t NumSites() const { return positions.size(); }
   bool HasSemantics() const { return num_classes > 0; }
@@ -45,8 +52,9 @@ struct CellStatistics {
   // [N], display values (sRGB / 255), 0 to 1: the weight-averaged visible colour.
   std::vector<Eigen::Vector3f> mean_color;
 
-  // Evidence of empty space. A ray sees its surface where its transmittance falls through 1/2; what
-  // it passes before is empty. Sums over the sampled rays, [N], or empty where not measured.
+  // Evidence of empty space. A ray meets its surface where its transmittance falls to 1/2, and the
+  // cells that it crosses before are empty. Sums over the sampled rays, [N], or empty where not
+  // measured.
   //
   // Twice the part of the transmittance behind the cell that is above 1/2.
   std::vector<float> passed;

@@ -18,7 +18,7 @@ namespace semfoam {
 
 // One class of the classifier. Its position in Model::labels is the class index k.
 struct Label {
-  // The value that renders and exports write: 1 to 65535, or 0 for the class of unlabelled pixels.
+  // The value in renders and exports: 1 to 65535, or 0 for the class of unlabelled pixels.
   LabelId id = kNoObject;
   // The value in the masks; equals `id` unless one of the set's ids is above 65535.
   MaskId source_id{0};
@@ -48,7 +48,7 @@ struct Model {
   Similarity world_from_normalized;
   std::vector<Label> labels;
   std::vector<PhotoRecord> photos;
-  // The training's options by name; no path, number of threads, time or date.
+  // The training's options by name, without paths, number of threads, time and date.
   std::map<std::string, std::string> options;
 };
 

@@ -5,8 +5,8 @@
 
 namespace semfoam {
 
-// The SH coefficients [N][(degree + 1)^2][3] of a foam as another degree, 0 to 3, has them: bands
-// that only one of the two has are zero or left out.
+// Returns the SH coefficients of a foam converted to another degree, 0 to 3: [N][(degree +
+// 1)^2][3]. Bands that the foam lacks are zero; bands above `degree` are left out.
 LargePageVector<float> ShOfDegree(const Foam& foam, int degree);
 
 // Raises or lowers the SH degree of a foam, 0 to 3.

@@ -7,21 +7,22 @@
 
 namespace semfoam {
 
-// Turns the view dependence of colours along with the thing that shows them: after Apply, a cell
-// shows along the direction rotation * d what it showed along d. Each degree l of the spherical
-// harmonics is closed under rotation (Wigner's matrices of 2 l + 1 rows); they are found here by
-// least squares from the basis itself at fixed directions, which is exact to rounding and holds for
-// whatever constants and signs ShBasis has.
+// Rotates the view-dependent colours of an object together with the object: after Apply, the colour
+// along the direction rotation * d is the former colour along d. Each degree l of the spherical
+// harmonics is closed under rotation (Wigner's matrices of 2 l + 1 rows). The matrices are computed
+// by least squares from ShBasis at fixed directions, which is exact to rounding for any constants
+// and signs of the basis.
 class ShRotation {
  public:
-  // degree 0..3; `rotation` is orthonormal with determinant 1.
+  // `degree` is 0..3; `rotation` is orthonormal with determinant 1.
   ShRotation(int degree, const Eigen::Matrix3d& rotation);
 
-  // `sh` is [NumShCoefficients(degree)][3], as in Foam::sh; changed in place.
+  // Rotates `sh` [NumShCoefficients(degree)][3], laid out as in Foam::sh, in place.
   void Apply(float* sh) const;
 
  private:
-  std::vector<Eigen::MatrixXd> bands_;  // of degree 1, 2, ...: new coefficients from old
+  // Of degree 1, 2, ...: the matrix from old to new coefficients.
+  std::vector<Eigen::MatrixXd> bands_;
 };
 
 }  // namespace semfoam

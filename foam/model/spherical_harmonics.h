@@ -11,9 +11,9 @@ namespace semfoam {
 // The value of a constant SH basis function: dc = (display value - 0.5) / kShDc.
 inline constexpr double kShDc = 0.28209479177387814;
 
-// Real spherical harmonics up to `degree` (0..3) at the unit direction d, with the constants and
-// signs of 3D Gaussian splatting and Radiant Foam, so that coefficients can be exchanged with both.
-// `basis` receives NumShCoefficients(degree) values.
+// Evaluates the real spherical harmonics up to `degree` (0..3) at the unit direction d, with the
+// constants and signs of 3D Gaussian splatting and Radiant Foam, so that coefficients can be
+// exchanged with both. `basis` receives NumShCoefficients(degree) values.
 template <typename T>
 SEMFOAM_HOST_DEVICE void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T* basis) {
   const T &x = d[0], &y = d[1], &z = d[2];
@@ -39,8 +39,8 @@ SEMFOAM_HOST_DEVICE void ShBasis(int degree, const Eigen::Matrix<T, 3, 1>& d, T*
   basis[15] = T(-0.5900435899266435) * x * (xx - T(3) * yy);
 }
 
-// Colour of a cell along a ray: max(0, 0.5 + sum of coefficient * basis), per channel. `sh` is
-// [num_coefficients][3].
+// Computes the colour of a cell along a ray: max(0, 0.5 + sum of coefficient * basis), per channel.
+// `sh` is [num_coefficients][3].
 template <typename T, typename Coefficient>
 SEMFOAM_HOST_DEVICE void ShColor(const T* basis,
                                  int num_coefficients,

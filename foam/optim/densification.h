@@ -11,27 +11,34 @@
 
 namespace semfoam {
 
-// How a foam changes at a densification: which old site each new one comes from.
+// The changes of a foam at a densification: the old site that each new one comes from.
 struct Rearrangement {
-  std::vector<uint32_t> origin;            // [new N] index of the old site
-  std::vector<uint8_t> is_new;             // [new N] 1 = a child of it, at a place of its own
-  std::vector<Eigen::Vector3f> positions;  // [new N] as of the plan
+  // [new N] Index of the old site.
+  std::vector<uint32_t> origin;
+  // [new N] 1 for a child of the old site, with a position of its own; 0 for the old site itself.
+  std::vector<uint8_t> is_new;
+  // [new N] Positions at the time of the plan.
+  std::vector<Eigen::Vector3f> positions;
   size_t num_pruned = 0;
   size_t num_added = 0;
 };
 
 struct DensificationOptions {
-  size_t num_to_add = 0;  // children, at most
-  float prune_contribution =
-      1e-2f;  // a cell that, with all its neighbours, never weighs more than this is pruned ...
-  float prune_radius =
-      0.02f;  // ... if its radius is smaller; large empty cells hold the space open
-  float transparent_contribution =
-      1e-3f;                       // a cell that never weighs more than this becomes transparent
-  float seen_contribution = 0.1f;  // children are placed towards neighbours that weigh as much
+  // Maximum number of children.
+  size_t num_to_add = 0;
+  // A cell is pruned if neither it nor any neighbour ever weighs more than `prune_contribution` and
+  // its radius is below `prune_radius`: large empty cells stay, because they keep empty space
+  // empty.
+  float prune_contribution = 1e-2f;
+  float prune_radius = 0.02f;
+  // A cell that never weighs more than this is made transparent.
+  float transparent_contribution = 1e-3f;
+  // Children are placed towards neighbours that weigh at least this much.
+  float seen_contribution = 0.1f;
 };
 
-// The raw density with which a cell of this largest rendering weight goes into a densification.
+// Returns the raw density with which a cell of this largest rendering weight enters a
+// densification: lowered to kLowestRawDensity if the weight is below `transparent_contribution`.
 SEMFOAM_HOST_DEVICE inline float FadedRawDensity(float raw,
                                                  float contribution,
                                                  float transparent_contribution) {
@@ -39,13 +46,14 @@ SEMFOAM_HOST_DEVICE inline float FadedRawDensity(float raw,
                                                                             : raw;
 }
 
-// Plans to prune what nothing sees, and to add children to cells drawn without replacement with
-// probability proportional to the squared error of the colours that they had a part in: where a
-// photo has more detail than the cells can show. (Radiant Foam takes |dL/dposition| times the
-// cell's radius, which cancels inside a cell that shows a fine pattern; foam/NOTES.md has the
-// comparison.) A child lies a quarter of the way to the parent's farthest neighbour that is seen,
-// or farthest neighbour at all, jittered, and copies everything else from its parent. The new order
-// is that of Hilbert. Random numbers are keyed by (seed, event).
+// Plans a densification. Prunes cells that no ray sees, and adds children to cells drawn without
+// replacement, with probability proportional to the squared error of the colours that they
+// contributed to: where a photo has more detail than the cells can show. (Radiant Foam takes
+// |dL/dposition| times the cell's radius, which cancels inside a cell that shows a fine pattern;
+// foam/NOTES.md has the comparison.) A child lies a quarter of the way to the parent's farthest
+// visible neighbour (without any, the farthest neighbour), jittered, and copies all other
+// parameters of its parent. The new sites are in Hilbert order. Random numbers are keyed by (seed,
+// event).
 Rearrangement PlanDensification(const Delaunay& delaunay,
                                 const DensificationStatistics& statistics,
                                 const DensificationOptions& options,
@@ -53,8 +61,8 @@ Rearrangement PlanDensification(const Delaunay& delaunay,
                                 uint64_t event,
                                 const Foam& foam);
 
-// Carries the plan out, at once or later: what the foam has learned in between is kept, and old
-// sites stay where they are now.
+// Executes a plan, at once or later: parameters learned since the plan are kept, and old sites keep
+// their current positions.
 void Rearrange(const Rearrangement& plan,
                const DensificationStatistics& statistics,
                const DensificationOptions& options,

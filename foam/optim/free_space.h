@@ -10,12 +10,14 @@
 
 namespace semfoam {
 
-// The near part of a view, where nothing is: a cone around what it sees, and a ball half as large
-// around the camera itself. Normalised frame.
+// The empty near part of a view: a cone around the directions that it sees, and a ball of half the
+// cone's radius around the camera. Normalised frame.
 struct ClearCone {
   Eigen::Vector3f apex;
-  Eigen::Vector3f axis;  // unit length
-  float cosine = 1;      // of the half angle
+  // Unit length.
+  Eigen::Vector3f axis;
+  // Cosine of the half angle.
+  float cosine = 1;
   float radius = 0;
 
   bool Contains(const Eigen::Vector3f& x) const {
@@ -25,39 +27,41 @@ struct ClearCone {
   }
 };
 
-// The space that must be empty, as otherwise the photos would show what is there and not what they
-// do: the near part of every photo's view and of the views in between.
+// Describes the space that must be empty, because matter there would hide what the photos show: the
+// near part of every photo's view and of views interpolated between them.
 //
-// How far it reaches is read from the SfM points in the view. With n the distance of the nearest
+// Its depth in a view follows from the SfM points in the view. With n the distance of the nearest
 // ones (the 2 % quantile, so that a few wrong ones do not matter) and m the median distance, it is
-// n - 0.5 (m - n), within 0.3 n to 0.95 n: where the points lie in a narrow band, as of one object
-// from afar, what is before the band is known to be empty; where they are scattered, things without
-// a point may be nearer than the nearest point.
+// n - 0.5 (m - n), within 0.3 n to 0.95 n: where the points lie in a narrow band, as those of one
+// distant object, the space before the band is known to be empty; where they are scattered,
+// surfaces without a point may be nearer than the nearest point.
 //
-// Views in between: from every photo to those of its 8 nearest ones that look the same way (within
-// 60 degrees) and stand nearer than 1.5 times the clear radius, a view at every 0.15 of that
-// radius. Without them, matter of the background's colour gathers before the cameras that nobody
-// had: each photo explains what is behind the object by something near another camera.
+// Interpolated views: from every photo to those of its 8 nearest ones that look the same way
+// (within 60 degrees) and are nearer than 1.5 times the clear radius, a view at every 0.15 of that
+// radius. Without them, training places matter of the background's colour between the cameras: each
+// photo explains the background of the object by something near another camera.
 class FreeSpace {
  public:
   FreeSpace() = default;
-  // Held-out views are not looked at. A view with fewer than 50 points says nothing.
+  // Ignores held-out views, and views with fewer than 50 points.
   //
-  // The work is bounded, for N views and any number of seeds. Of the seeds in and around a cone an
-  // even sample is looked at where there are more than kMostSeedTests / (number of cones), but at
-  // least kFewestSampledSeeds of them. Where the views in between would be more than
-  // kMostConesBetween, they are farther apart.
+  // The work is bounded, for N views and any number of seeds. If there are more than kMostSeedTests
+  // / (number of cones) seeds in and around a cone, an even sample of them is tested, but at least
+  // kFewestSampledSeeds. If there would be more than kMostConesBetween interpolated views, they are
+  // farther apart.
   FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds);
 
-  static constexpr int64_t kMostSeedTests = int64_t{1} << 27;  // of the photos; as many in between
+  // Maximum number of tests for the photos, and again for the interpolated views.
+  static constexpr int64_t kMostSeedTests = int64_t{1} << 27;
   static constexpr int64_t kFewestSampledSeeds = 8192;
   static constexpr int64_t kMostConesBetween = 32768;
 
+  // Returns whether `x` lies in a cone.
   bool Contains(const Eigen::Vector3f& x) const;
 
   const std::vector<ClearCone>& cones() const { return cones_; }
 
-  // How many times a seed, or a block of seeds, was held against a cone.
+  // Returns how often a seed, or a block of seeds, was tested against a cone.
   int64_t num_seed_tests() const { return num_seed_tests_; }
 
  private:
@@ -66,13 +70,13 @@ class FreeSpace {
     Eigen::Array3i low, high;
   };
 
-  // Lays a box of kGridSide^3 voxels around all cones and finds for each the cones that may hold a
-  // part of it, but with an even choice of kMostCandidates of them where they are more.
+  // Lays a box of kGridSide^3 voxels around all cones and lists for each voxel the cones that may
+  // overlap it; if there are more than kMostCandidates, an even sample of that number.
   void BuildGrid();
   // Returns the voxels that the cone can touch, and one more on each side.
   VoxelRange VoxelsNear(const ClearCone& cone) const;
-  // Does for the voxels (0..kGridSide - 1, y, z) what BuildGrid does for all. `near`: of each cone.
-  // `candidates`: [kGridSide] lists of cones.
+  // Does for the voxels (0..kGridSide - 1, y, z) what BuildGrid does for all. `near` holds
+  // VoxelsNear of each cone. `candidates` [kGridSide] receives the lists of cones.
   void BuildRow(int y,
                 int z,
                 const std::vector<VoxelRange>& near,
@@ -84,9 +88,12 @@ class FreeSpace {
   std::vector<ClearCone> cones_;
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   float voxel_size_ = 1;
-  std::vector<uint8_t> is_clear_;     // [voxels] as a whole
-  std::vector<uint32_t> begins_;      // [voxels + 1] into candidates_
-  std::vector<uint32_t> candidates_;  // cones
+  // [voxels] Whether one cone contains the whole voxel.
+  std::vector<uint8_t> is_clear_;
+  // [voxels + 1] Where the candidates of each voxel begin in candidates_.
+  std::vector<uint32_t> begins_;
+  // Indices of cones.
+  std::vector<uint32_t> candidates_;
   int64_t num_seed_tests_ = 0;
 };
 

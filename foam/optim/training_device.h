@@ -85,24 +85,24 @@ class TrainingDevice {
 
   // Applies a densification to the state on the device: semfoam::Rearrange with its default
   // options, FoamOptimizer::Rearrange, and cleared statistics. On the host only the number of
-  // positions changes. Must be followed by UploadTopology() of the new sites and HoldDensities().
+  // positions changes. Must be followed by UploadTopology() of the new sites and ClampDensities().
   virtual void Rearrange(const Rearrangement& plan) = 0;
 
   // Copies the topology, including face planes, from host to device. Must be called after Upload()
   // or Rearrange() where the number of sites has changed.
   virtual void UploadTopology() = 0;
 
-  // Applies HeldRawDensity to the raw densities on the device, with the device's topology.
-  virtual void HoldDensities() = 0;
+  // Applies ClampedRawDensity to the raw densities on the device, with the device's topology.
+  virtual void ClampDensities() = 0;
 
   // Returns how many iterations run on the old topology while a new one of `num_sites` sites is
   // computed on the host; the new one is taken over after exactly as many, however long it took.
   // 0: iterations wait for it.
   virtual int TriangulationLag(size_t /*num_sites*/) const { return 0; }
 
-  // Recomputes the face planes from the current positions (TrainingTopology::Follow); the adjacency
-  // stays.
-  virtual void FollowSites() = 0;
+  // Recomputes the face planes from the current positions (TrainingTopology::RefreshPlanes); the
+  // adjacency stays.
+  virtual void RefreshPlanes() = 0;
 
   // Finds the cells that contain the points `origins` [count], by the current planes. `cells`
   // [count] holds the cells to search from, and then the result; an index out of range starts the

@@ -39,7 +39,7 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
   ParallelForBlocks(sites.size(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) is_clear_[i] = free_space.Contains(sites[i]);
   });
-  Follow(sites);
+  RefreshPlanes(sites);
 }
 
 uint32_t TrainingTopology::CellAt(const Eigen::Vector3d& origin, uint32_t from) const {

@@ -11,19 +11,19 @@
 
 #include <Eigen/Core>
 
-// What follows from the positions of the sites in training: which cells are neighbours, where their
-// faces are, and what each cell's place allows it to do. Positions and lengths are those of the
-// normalised frame.
+// Computes everything that follows from the positions of the sites in training: which cells are
+// neighbours, the planes of their faces, which cells must stay empty, and their radii. Positions
+// and lengths are those of the normalised frame.
 
 namespace semfoam {
 
 // Holds the adjacency of N sites, which Triangulate() computes, and the planes of their faces,
-// which Follow() computes. Both may lag behind the sites: triangulating takes some 5 us a site, and
-// moving planes costs something too. Guard sites (guard_sites.h) are added here.
+// which RefreshPlanes() computes. Both may lag behind the sites: triangulating takes about 5 us a
+// site, and recomputing the planes takes time too. Guard sites (guard_sites.h) are added here.
 //
-// An object is a function of the arguments of the last Triangulate() and the last Follow(): calling
-// these again with triangulated_sites() and the first N positions of geometry() gives the same
-// bytes.
+// The state of an object depends only on the arguments of the last Triangulate() and the last
+// RefreshPlanes(): calling these again with triangulated_sites() and the first N positions of
+// geometry() gives the same bytes.
 class TrainingTopology {
  public:
   // Triangulates `sites` [N] and computes everything below; planes are those of `sites`.
@@ -33,7 +33,7 @@ class TrainingTopology {
                    bool with_areas);
 
   // Recomputes the face planes from `sites` [N]; everything else stays.
-  void Follow(const std::vector<Eigen::Vector3f>& sites) {
+  void RefreshPlanes(const std::vector<Eigen::Vector3f>& sites) {
     Refresh(WithGuardSites(sites), &geometry_);
   }
 
@@ -43,7 +43,7 @@ class TrainingTopology {
 
   // Returns the adjacency of the sites and guards at the last Triangulate(), without tetrahedra.
   const Delaunay& delaunay() const { return delaunay_; }
-  // Returns positions and face planes at the last Follow().
+  // Returns positions and face planes at the last RefreshPlanes().
   const WalkGeometry<float>& geometry() const { return geometry_; }
   // Returns [N] whether the cell lies in free space and must stay transparent.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }

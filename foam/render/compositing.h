@@ -27,8 +27,9 @@ namespace semfoam {
 // (Normalised frame; 1e-6 over the whole foam, two hundred units across, is an opacity of 2e-4.)
 inline constexpr double kTransparentDensity = 1e-6;
 
-// A segment of this weight or less shows the mean colour of its cell only, and no identity: higher
-// SH degrees and features are not worth fetching for what cannot be seen.
+// A segment of this weight or less is shaded with the mean colour of its cell, and without
+// identity: its higher SH degrees and its feature would not be visible, and reading them costs
+// time.
 inline constexpr float kNegligibleWeight = 1e-4f;
 
 inline constexpr int kNumQuantiles = 2;
@@ -48,8 +49,9 @@ struct ShadedSegment {
 template <typename T>
 struct RayComposite {
   T tau = T(0);
-  T color[3] = {T(0), T(0), T(0)};  // premultiplied: sum of w_n c_n
-  T identity[kIdentityDim] = {};    // sum of w_n f_n
+  // Premultiplied colour: sum of w_n c_n.
+  T color[3] = {T(0), T(0), T(0)};
+  T identity[kIdentityDim] = {};  // sum of w_n f_n
   // Depth quantiles: the distances at which the transmittance falls through q_k =
   // exp(-quantile_tau[k]). A quantile that the ray never reaches has quantile_segment -1.
   T quantile_tau[kNumQuantiles] = {T(std::numeric_limits<double>::infinity()),
@@ -67,9 +69,8 @@ struct RayComposite {
   }
 };
 
-// Adds the geometry of segment number `index`: weight, optical depth and any quantile that falls
-// into it. Colour and identity are the caller's to add, with the weight it finds in the returned
-// segment.
+// Adds the geometry of segment number `index`: weight, optical depth and any quantile that lies in
+// it. The caller adds colour and identity with the weight of the returned segment.
 template <typename T>
 SEMFOAM_HOST_DEVICE ShadedSegment<T> AddSegment(
     const T& t_in, const T& t_out, const T& sigma, int index, RayComposite<T>* ray) {
@@ -123,7 +124,8 @@ class BackwardPass {
       : ray_(ray), gradient_(gradient) {}
 
   // `identity_dot` is the derivative of the loss by w_n through the identity: gradient.identity .
-  // f_n, or 0 where identity is not to bend geometry or the segment shows none.
+  // f_n, or 0 where the identity loss must not change geometry or the segment is shaded without
+  // identity.
   SEMFOAM_HOST_DEVICE SegmentGradient<T> Step(int index,
                                               const ShadedSegment<T>& segment,
                                               const T& identity_dot) {

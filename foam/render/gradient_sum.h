@@ -15,19 +15,18 @@ struct GradientRecord {
   CellContribution<float> contribution;
 };
 
-// The one place where the rays of a batch meet the cells: groups the batch's records by cell, so
-// that every cell can be summed up by one thread, in the order of the rays. Neither the groups nor
-// their order depend on the number of threads.
+// Groups the gradient records of a batch by cell, so that one thread can sum each cell in the order
+// of the rays. Neither the groups nor their order depend on the number of threads.
 class GradientSum {
  public:
-  // The records of one block of rays, to be filled by the thread that casts the block; blocks are
-  // in ray order.
+  // Returns the records of each block of rays, in ray order. The thread that casts a block fills
+  // its records.
   std::vector<std::vector<GradientRecord>>& blocks() { return blocks_; }
 
   // Groups the records of all blocks.
   void Group(uint32_t num_cells);
 
-  // After Group: the records of one cell, in ray order.
+  // Returns the records of one cell, in ray order. Must be called after Group.
   std::span<const GradientRecord> Of(uint32_t cell) const {
     return {sorted_.data() + offsets_[cell], sorted_.data() + offsets_[cell + 1]};
   }

@@ -15,7 +15,7 @@
 
 namespace semfoam {
 
-// One ray of a batch, in the normalised frame, and what it should show.
+// One ray of a batch, in the normalised frame, with its targets.
 struct BatchRay {
   Eigen::Vector3f origin;
   // Unit length.
@@ -38,11 +38,11 @@ struct ParameterRow {
         sh(position + 4),
         size((sh + 3 * NumShCoefficients(sh_degree) + 3) / 4 * 4) {}
 
-  // Where each begins; the identity begins at 0.
+  // Offsets of the parameters; the identity begins at 0.
   int position;
   int density;
   int sh;
-  // Of the row.
+  // Length of the row.
   int size;
 };
 

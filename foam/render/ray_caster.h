@@ -9,7 +9,7 @@
 
 namespace semfoam {
 
-// Rays stop where this share of the light is left, in training and in rendering alike.
+// Transmittance at which rays stop, in training and in rendering.
 inline constexpr double kTransmittanceCutoff = 1e-3;
 
 // A ray to be rendered, in the normalised frame.
@@ -40,7 +40,7 @@ class RayCaster {
  public:
   virtual ~RayCaster() = default;
 
-  // Renders all rays. They stop at kTransmittanceCutoff. The same bytes on any number of threads.
+  // Renders all rays, up to kTransmittanceCutoff. Returns the same bytes on any number of threads.
   // CHECKs that no ray hits the step limit.
   virtual std::vector<RenderedRay> Render(std::span<const RayQuery> rays) const = 0;
 };

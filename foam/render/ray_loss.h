@@ -13,9 +13,9 @@ namespace semfoam {
 // Weights of the terms of one ray's loss.
 struct RayLossWeights {
   double color = 1;
-  // Pulls the opacity to 1: photos show something everywhere.
+  // Pulls the opacity to 1, because every pixel of a photo shows a surface or a background.
   double opacity = 0.1;
-  // Pulls the two depth quantiles together, so that matter lies in thin layers.
+  // Pulls the two depth quantiles together, so that surfaces are thin.
   double quantile = 1e-4;
   // Of the cross-entropy, which is divided by ln(max(K, 2)).
   double identity = 1;
@@ -24,7 +24,7 @@ struct RayLossWeights {
   double identity_to_density = 0;
 };
 
-// What a ray should show.
+// Targets of a ray.
 struct RayTarget {
   // Display values, in [0, 1].
   float color[3];

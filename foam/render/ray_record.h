@@ -14,7 +14,7 @@
 
 // Casts one ray forward and backward: TraceRay records the walk's segments as it shades them, and
 // BackpropagateRay runs over that record. In float and double on the CPU, where it is the reference
-// for the fast path (ray_tracer.h), and in float on a GPU, which has its own kind of record
+// for the fast path (ray_tracer.h), and in float on a GPU, with its own record type
 // (foam/device/cuda/segment_pool.h).
 
 namespace semfoam {
@@ -57,7 +57,7 @@ struct RayInProgress {
   // The SH basis functions in the ray's direction.
   Real sh_basis[kMaxShCoefficients];
   RayComposite<Real> composite;
-  // Whether the walk was cut off after as many steps as there are cells.
+  // Whether the walk hit the step limit, the number of cells.
   bool hit_step_limit = false;
 };
 
@@ -68,7 +68,7 @@ struct RayRecord : RayInProgress<Real> {
   std::vector<RecordedSegment<Real>> segments;
   std::vector<ShadedSegment<Real>> shaded;
 
-  // For TraceRay.
+  // Empties the record, for TraceRay.
   void Clear() {
     segments.clear();
     shaded.clear();
@@ -99,7 +99,7 @@ struct RayRecord : RayInProgress<Real> {
   Backwards FromTheEnd() const { return {*this, segments.size()}; }
 };
 
-// A record for TraceRay without a backward pass: it only counts the shaded segments.
+// A record for TraceRay without a backward pass. Counts the shaded segments only.
 template <typename Real>
 struct RayWithoutRecord : RayInProgress<Real> {
   int num_shaded = 0;
@@ -198,7 +198,7 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
     emit(contribution);
   };
 
-  // The cell behind the face at hand: it is complete once the face has added its share.
+  // The cell behind the current face: complete once the face has added its share.
   CellContribution<Real> behind{segment.next, 0, Real(0), Real(0), Vector::Zero()};
   Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
   do {

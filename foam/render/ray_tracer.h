@@ -56,7 +56,7 @@ struct RayTrace {
     float t_out;
     // Optical depth of all segments before this one.
     float tau_in;
-    // Of this one.
+    // Optical depth of this segment.
     float optical_depth;
   };
   // [num_segments + 1]: the last entry is the cell behind the last face. Here and below, vectors
@@ -67,7 +67,7 @@ struct RayTrace {
   std::vector<uint32_t> clamped;
   // [num_segments], as is all that follows.
   LargePageVector<float> weight;
-  // Behind the segment.
+  // Transmittance behind the segment.
   LargePageVector<float> transmittance;
   LargePageVector<float> color[3];
 };
@@ -140,8 +140,8 @@ void WalkRays(const WalkGeometry<float>& geometry,
 // best first: "AVX-512", "AVX2", "SSE4", or Highway's name of another. The first is used.
 std::vector<std::string> SimdTargets();
 
-// Uses this one of SimdTargets() from now on; "": the best. For tests and benchmarks. Must not be
-// called while rays are traced.
+// Selects one of SimdTargets() for all later calls; "": the best. For tests and benchmarks. Must
+// not be called while rays are traced.
 void UseSimdTarget(const std::string& name);
 
 }  // namespace semfoam

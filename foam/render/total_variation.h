@@ -19,12 +19,12 @@ namespace semfoam {
 // No gradient flows into the areas. The published code clamps the absolute area at 1 from below,
 // which makes every weight 1 at usual scales.
 
-// a_ij / (number of edges * channels) for every directed edge, aligned with delaunay.neighbors; 0
-// towards guards.
+// Computes a_ij / (number of edges * channels) for every directed edge, aligned with
+// delaunay.neighbors; 0 towards guards.
 std::vector<float> TotalVariationWeights(const Delaunay& delaunay,
                                          const std::vector<double>& face_areas);
 
-// One edge's share of L: weight * sum over channels of |f_i - f_j|.
+// Computes one edge's share of L: weight * sum over channels of |f_i - f_j|.
 template <typename T>
 SEMFOAM_HOST_DEVICE T EdgeVariation(const T& weight, const T* f_i, const T* f_j) {
   using std::abs;

@@ -12,7 +12,8 @@
 namespace semfoam {
 
 inline constexpr float kAdamBeta1 = 0.9f;
-// Short memory: a cell sees hundreds of gradients in a run, not tens of thousands.
+// Adam's beta2. Lower than the usual 0.999, because a cell receives hundreds of gradients in a run,
+// not tens of thousands.
 inline constexpr float kAdamBeta2 = 0.99f;
 inline constexpr float kAdamEpsilon = 1e-15f;
 
@@ -21,9 +22,9 @@ struct AdamCorrection {
   float first = 1, second = 1;
 };
 
-// One Adam step (Kingma and Ba 2015, algorithm 1) of `count` parameters: moves both moments and
-// writes what to add to the parameters to `change`. All arrays are [count]. If the gradient is not
-// finite, does nothing and returns false.
+// Takes one Adam step (Kingma and Ba 2015, algorithm 1) of `count` parameters: updates both moments
+// and writes the changes of the parameters to `change`. All arrays are [count]. If the gradient is
+// not finite, does nothing and returns false.
 bool AdamStep(const AdamCorrection& correction,
               int count,
               const float* gradient,
@@ -32,10 +33,10 @@ bool AdamStep(const AdamCorrection& correction,
               float* second_moment,
               float* change);
 
-// parameters[k] += change[k].
+// Adds change[k] to parameters[k].
 void AddTo(const float* change, int count, float* parameters);
 
-// What the records of a cell say of it besides the gradient.
+// Statistics of a cell over its records.
 struct RecordTotals {
   float largest_weight = 0;
   float squared_error = 0;  // sum of weight times |dL/dcolour|^2 of the ray
@@ -48,9 +49,10 @@ RecordTotals SumRecords(std::span<const GradientRecord> records,
                         const ParameterRow& row,
                         float* gradient);
 
-// TotalVariation (total_variation.h) of the edges of cells [begin, end), each edge from both its
-// sides: writes `scale` dL/df to `gradient` [.][kIdentityDim], returns the sum of a_ij |f_i - f_j|.
-// `offsets` and `neighbors` are the triangulation's, `weights` aligned with the latter.
+// Computes TotalVariation (total_variation.h) of the edges of cells [begin, end), each edge from
+// both its sides: writes `scale` dL/df to `gradient` [.][kIdentityDim], returns the sum of a_ij
+// |f_i - f_j|. `offsets` and `neighbors` are the triangulation's, `weights` aligned with the
+// latter.
 double TotalVariationOfCells(const uint32_t* offsets,
                              const uint32_t* neighbors,
                              const float* weights,
@@ -61,11 +63,11 @@ double TotalVariationOfCells(const uint32_t* offsets,
                              uint32_t end,
                              float* gradient);
 
-// The planes of cells [begin, end), from all cells' positions: fills all rows of `blocks` (those of
-// cell i: first_block[i], ...) but the neighbours, which are read, and writes the squared distance
-// from each of these cells to its nearest neighbour to `nearest_squared` [end - begin] (infinity
-// for a cell without neighbours, 2 at most for one with empty lanes). No fused multiply-add, so
-// that the planes are the same on every instruction set.
+// Computes the planes of cells [begin, end), from all cells' positions: fills all rows of `blocks`
+// (those of cell i: first_block[i], ...) but the neighbours, which are read, and writes the squared
+// distance from each of these cells to its nearest neighbour to `nearest_squared` [end - begin]
+// (infinity for a cell without neighbours, 2 at most for one with empty lanes). No fused
+// multiply-add, so that the planes are the same on every instruction set.
 void PlanesFromSites(const Eigen::Vector3f* positions,
                      const uint32_t* first_block,
                      int64_t begin,

@@ -52,7 +52,8 @@ void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry) {
 
 namespace {
 
-// Planes of cells [begin, end); has_twin[i] = 1 where a site is hardly apart from a neighbour's.
+// Computes the planes of cells [begin, end). Sets has_twin[i] = 1 where a site nearly coincides
+// with a neighbour.
 void RefreshPlanes(int64_t begin,
                    int64_t end,
                    WalkGeometry<double>* geometry,

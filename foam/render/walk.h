@@ -28,20 +28,20 @@
 // ray; through any other face only double may leave (ExitInDouble), which asks for p_j.d >
 // p_i.d. So there is no cycle, whatever the rounding.
 //
-// Why it goes right: a crossing is off by some rounding, so near an edge of two faces either may
-// come out first, and the ray clips a corner of a cell that it misses by no more than that. Only
-// where sites are hardly apart is the wrong one of two cells wrong all along; such cells, and their
-// neighbours, are left to double altogether.
+// Why it is accurate: a crossing has some rounding error, so near an edge of two faces either may
+// come first, and the ray enters a corner of a cell that it misses by no more than that error. Only
+// where sites nearly coincide can the wrong one of two cells be wrong along a whole segment; such
+// cells, and their neighbours, are walked in double precision only.
 
 namespace semfoam {
 
-// The faces of a cell come in blocks of 16, each coordinate in a row of its own: a vector register
-// of AVX-512 takes a row at once, smaller ones take it in parts. Most cells are one block or two.
+// The faces of a cell are stored in blocks of 16, each coordinate in its own row: a vector register
+// of AVX-512 holds a row, smaller registers hold parts of it. Most cells have one or two blocks.
 inline constexpr uint32_t kPlaneLanes = 16;
 
-// 16 faces as their cell sees them. Lanes beyond the last face have normal 0, so that no ray leaves
-// through them, and neighbour kNoCell. So have all lanes of a cell that is left to double, but with
-// their neighbours, and with half_squared 0.
+// 16 faces of a cell. Lanes beyond the last face have normal 0, so that no ray leaves through them,
+// and neighbour kNoCell. In a cell that is walked in double precision, all lanes have normal 0 and
+// half_squared 0, but their neighbours are set.
 template <typename Real>
 struct alignas(64) PlaneBlock {
   Real normal_x[kPlaneLanes];  // n = p_j - p_i
@@ -51,8 +51,8 @@ struct alignas(64) PlaneBlock {
   uint32_t neighbor[kPlaneLanes];  // j
 };
 
-// Borrowed arrays of a WalkGeometry: what a ray needs to see of it, also where the arrays lie in
-// the memory of a GPU.
+// Borrowed arrays of a WalkGeometry, in the memory of the CPU or of a GPU: all that a ray reads of
+// it.
 template <typename Real>
 struct WalkView {
   const Eigen::Matrix<Real, 3, 1>* positions = nullptr;
@@ -61,15 +61,15 @@ struct WalkView {
   uint32_t num_sites = 0;
   uint32_t num_cells = 0;
 
-  // Whether no exit at all is an answer for this cell: a guard's may be unbounded, if it is not
-  // left to double.
+  // Returns whether the cell may have no exit: a guard's cell may be unbounded, unless it is walked
+  // in double precision.
   SEMFOAM_HOST_DEVICE bool IsOpen(uint32_t cell) const {
     return cell >= num_sites && blocks[first_block[cell]].half_squared[0] != 0;
   }
 };
 
 // The cells of a foam, laid out for walking. Sites may move while the topology stays: Refresh()
-// then brings the planes along.
+// then recomputes the planes.
 template <typename Real>
 struct WalkGeometry {
   using Vector = Eigen::Matrix<Real, 3, 1>;
@@ -88,8 +88,8 @@ struct WalkGeometry {
   }
 };
 
-// t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i. Also for
-// ceres::Jet.
+// Computes the t at which the ray crosses the plane between two sites. r = o - p_i, n = p_j - p_i.
+// Also for ceres::Jet.
 template <typename T>
 SEMFOAM_HOST_DEVICE T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
                                        const Eigen::Matrix<T, 3, 1>& n,
@@ -97,9 +97,9 @@ SEMFOAM_HOST_DEVICE T CrossingDistance(const Eigen::Matrix<T, 3, 1>& r,
   return (T(0.5) * n.dot(n) - r.dot(n)) / n.dot(d);
 }
 
-// The ray runs in the plane between the two sites, to within 1e-5: its crossing is then anywhere,
-// to rounding, and its derivative without bound. Such a crossing counts as a constant of the
-// gradient.
+// Returns whether the ray lies in the plane between the two sites to within 1e-5: the crossing is
+// then undetermined to rounding, and its derivative unbounded. The gradient treats such a crossing
+// as a constant.
 template <typename T>
 SEMFOAM_HOST_DEVICE bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n,
                                    const Eigen::Matrix<T, 3, 1>& d) {
@@ -107,8 +107,8 @@ SEMFOAM_HOST_DEVICE bool IsGrazing(const Eigen::Matrix<T, 3, 1>& n,
   return nd * nd < T(1e-10) * n.squaredNorm();
 }
 
-// Derivatives of that t with respect to the two sites, x = o + t d being the crossing point:
-// dt/dp_i = (x - p_i) / (n.d) and dt/dp_j = (p_j - x) / (n.d).
+// Computes the derivatives of that t with respect to the two sites, x = o + t d being the crossing
+// point: dt/dp_i = (x - p_i) / (n.d) and dt/dp_j = (p_j - x) / (n.d).
 template <typename Real>
 SEMFOAM_HOST_DEVICE void CrossingDerivatives(const Eigen::Matrix<Real, 3, 1>& r,
                                              const Eigen::Matrix<Real, 3, 1>& n,
@@ -129,25 +129,25 @@ struct CellExit {
   uint32_t neighbor = kNoCell;
 };
 
-// Where the cosine of ray and normal is not greater than this, the sign of n.d is not certain; 1e-5
-// is a hundred times its rounding in float.
+// Cosine of ray and normal up to which the sign of n.d is uncertain; 1e-5 is a hundred times its
+// rounding error in float.
 template <typename Real>
 inline constexpr Real kSmallestCosine = std::is_same_v<Real, float> ? 1e-5 : 1e-13;
 
-// Is the cosine greater? From n.d and |n|^2 / 2.
+// Returns whether the cosine is greater, computed from n.d and |n|^2 / 2.
 template <typename Real>
 SEMFOAM_HOST_DEVICE bool IsCertain(Real nd, Real half_squared) {
   return nd * nd - 2 * kSmallestCosine<Real> * kSmallestCosine<Real> * half_squared > 0;
 }
 
-// Sites nearer to each other than this, times 1 + their distance from the origin, are hardly apart:
-// the faces of the one are those of the other to rounding.
+// Sites nearer to each other than this, times 1 + their distance from the origin, nearly coincide:
+// they have the same faces to rounding.
 template <typename Real>
 inline constexpr Real kHardlyApart = 64 * std::numeric_limits<Real>::epsilon();
 
-// Where the ray crosses the 16 planes of a block, infinity for those that do not look along it. r =
-// origin - site. The vector code (simd/walk-inl.h) does the very same operations in the same order,
-// so that it takes the very same steps.
+// Computes where the ray crosses the 16 planes of a block; infinity for planes with n.d <= 0. r =
+// origin - site. The vector code (simd/walk-inl.h) does the same operations in the same order, so
+// that it takes the same steps.
 template <typename Real>
 SEMFOAM_HOST_DEVICE void BlockCrossings(const PlaneBlock<Real>& block,
                                         const Eigen::Matrix<Real, 3, 1>& r,
@@ -155,8 +155,7 @@ SEMFOAM_HOST_DEVICE void BlockCrossings(const PlaneBlock<Real>& block,
                                         Real* crossings) {
   const Real dx = direction[0], dy = direction[1], dz = direction[2];
   const Real rx = r[0], ry = r[1], rz = r[2];
-  // Two plain loops, and the select apart from the division, are what compilers turn into vector
-  // code.
+  // Compilers vectorise two plain loops with the select separate from the division.
   Real along[kPlaneLanes];
   for (uint32_t k = 0; k < kPlaneLanes; ++k) {
     const Real nx = block.normal_x[k], ny = block.normal_y[k], nz = block.normal_z[k];
@@ -168,7 +167,7 @@ SEMFOAM_HOST_DEVICE void BlockCrossings(const PlaneBlock<Real>& block,
   }
 }
 
-// The smallest of a block's crossings, as a tree of minima of rows.
+// Returns the smallest of a block's crossings, as a tree of minima of rows.
 template <typename Real>
 SEMFOAM_HOST_DEVICE Real Smallest(const Real* crossings) {
   Real smallest[kPlaneLanes];
@@ -182,7 +181,7 @@ SEMFOAM_HOST_DEVICE Real Smallest(const Real* crossings) {
   return smallest[0];
 }
 
-// Bit k is set where crossings[k] == t.
+// Returns a mask whose bit k is set where crossings[k] == t.
 template <typename Real>
 SEMFOAM_HOST_DEVICE uint32_t LanesAt(const Real* crossings, Real t) {
   uint32_t lanes = 0;
@@ -190,9 +189,9 @@ SEMFOAM_HOST_DEVICE uint32_t LanesAt(const Real* crossings, Real t) {
   return lanes;
 }
 
-// The exit from what double makes of the sites: for ties, faces nearly parallel to the ray, and
-// cells that are left to double. Only to sites farther along the ray. Equal t: the larger n.d /
-// |n|, which leaves an edge or a vertex in the fewest steps.
+// Finds the exit of a cell in double precision: for ties, faces nearly parallel to the ray, and
+// cells that are walked in double precision. Considers only sites farther along the ray. At equal
+// t, chooses the larger n.d / |n|, which leaves an edge or a vertex in the fewest steps.
 template <typename Real>
 SEMFOAM_HOST_DEVICE CellExit<Real> ExitInDouble(
     const std::type_identity_t<WalkView<Real>>& geometry,
@@ -224,7 +223,7 @@ SEMFOAM_HOST_DEVICE CellExit<Real> ExitInDouble(
   return exit;
 }
 
-// The face through which the ray leaves `cell`.
+// Finds the face through which the ray leaves `cell`.
 template <typename Real>
 SEMFOAM_HOST_DEVICE CellExit<Real> FindExit(const std::type_identity_t<WalkView<Real>>& geometry,
                                             uint32_t cell,
@@ -251,7 +250,8 @@ SEMFOAM_HOST_DEVICE CellExit<Real> FindExit(const std::type_identity_t<WalkView<
   return ExitInDouble<Real>(geometry, cell, origin, direction);
 }
 
-// ExitInDouble, never inlined: for vector code, whose instruction set must have no say in it.
+// Calls ExitInDouble without inlining it, so that it is not compiled for the instruction set of
+// vector code.
 CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
                                  uint32_t cell,
                                  const Eigen::Vector3f& origin,
@@ -261,9 +261,9 @@ CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
 //   visit(cell, t_in, t_out, next, clamped) -> bool: go on?
 // for every cell that the ray leaves again: [t_in, t_out] is its segment of the ray, `next` the
 // cell behind its exit face. clamped: the exit lay before the entry (rounding, or a topology older
-// than the positions), so t_out = t_in, and the face has no say in it. The last, unbounded cell (a
-// guard's) is not visited. Returns false if the walk was cut by the step limit, which a valid
-// topology never does: no cell is visited twice, and the limit is the number of cells.
+// than the positions), so t_out = t_in does not depend on the face. The last, unbounded cell (a
+// guard's) is not visited. Returns false if the walk hit the step limit, which cannot happen in a
+// valid topology: no cell is visited twice, and the limit is the number of cells.
 template <typename Real, typename Visitor>
 SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geometry,
                               const Eigen::Matrix<Real, 3, 1>& origin,
@@ -285,7 +285,8 @@ SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geomet
   return false;
 }
 
-// As the planes have it: see DescendToNearestCell. `start`: any cell.
+// Returns the cell nearest to `query` by the positions of the planes: see DescendToNearestCell.
+// `start` may be any cell.
 SEMFOAM_HOST_DEVICE inline uint32_t NearestCell(const WalkView<float>& geometry,
                                                 const Eigen::Vector3d& query,
                                                 uint32_t start) {
@@ -296,7 +297,7 @@ SEMFOAM_HOST_DEVICE inline uint32_t NearestCell(const WalkView<float>& geometry,
       }
     }
   };
-  // An empty cell (a duplicate site) has no way out; a guard always has.
+  // An empty cell (a duplicate site) has no neighbours; a guard always has some.
   const bool is_empty = geometry.first_block[start] == geometry.first_block[start + 1];
   return DescendToNearestCell(
       query,
@@ -305,7 +306,7 @@ SEMFOAM_HOST_DEVICE inline uint32_t NearestCell(const WalkView<float>& geometry,
       visit_neighbors);
 }
 
-// Is a site hardly apart from its nearest neighbour's?
+// Returns whether a site nearly coincides with its nearest neighbour.
 template <typename Real>
 SEMFOAM_HOST_DEVICE bool IsHardlyApart(Real nearest_squared,
                                        const Eigen::Matrix<Real, 3, 1>& site) {
@@ -317,12 +318,12 @@ SEMFOAM_HOST_DEVICE bool IsHardlyApart(Real nearest_squared,
 template <typename Real>
 void SetTopology(const Delaunay& delaunay, WalkGeometry<Real>* geometry);
 
-// Sets positions and planes for `cell_positions` (guards included), on the topology set last.
+// Sets positions and planes for `cell_positions` (guards included), keeping the topology.
 template <typename Real>
 void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
              WalkGeometry<Real>* geometry);
 
-// Both.
+// Lays out the cells and sets their positions and planes.
 template <typename Real>
 void Refresh(const std::vector<Eigen::Matrix<Real, 3, 1>>& cell_positions,
              const Delaunay& delaunay,

@@ -49,7 +49,9 @@ Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
                     file.version(),
                     ", and this program reads version ",
                     kCheckpointVersion,
-                    "; the program version that wrote it, or --resume 0 to train from the "
+                    "; the program version that wrote it, or ",
+                    Field{"resume"},
+                    " 0 to train from the "
                     "beginning, would be right.");
   }
   if (file.size() <

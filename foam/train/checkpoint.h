@@ -17,8 +17,8 @@ namespace semfoam {
 
 class ChecksummedReader;
 
-// The file of a checkpoint: a state that a run can go on from. The caller decides what is in it;
-// this writes and reads it, whole or not at all.
+// Writes and reads checkpoints: files with a state from which a run can resume. The caller decides
+// the contents; a file is read as a whole or refused.
 //
 // A checksummed file (foam/util/checksummed_file.h), little-endian: 8 bytes magic "SEMFCKP\n", u32
 // version, u32 reserved (0), u64 length of the JSON header; the header, {"arrays": [{"name",
@@ -27,25 +27,27 @@ class ChecksummedReader;
 // whole file.
 inline constexpr uint32_t kCheckpointVersion = 1;
 
-// Texts by name, in groups. Numbers are texts too (foam/util/number_text.h), so that NaN and
-// infinity are numbers like others.
+// Texts by name, in groups. Numbers are stored as texts too (foam/util/number_text.h), because JSON
+// has no NaN and infinity.
 using CheckpointTexts = std::map<std::string, std::map<std::string, std::string>>;
 
-// What is to be written. The arrays lie elsewhere, and must until then; no two have one name.
+// The contents to write. The arrays are borrowed and must exist until the file is written; their
+// names are unique.
 struct CheckpointContents {
   struct Array {
     std::string name;
     std::span<const std::byte> bytes;
   };
-  CheckpointTexts texts;  // UTF-8
+  // In UTF-8.
+  CheckpointTexts texts;
   std::vector<Array> arrays;
 };
 
-// Written beside, put on the disk, and moved into place (foam/util/output_file.h). Copies no array.
-// Throws UserError where that is not possible (disk full).
+// Writes a checkpoint beside its target and moves it into place (foam/util/output_file.h). Copies
+// no array. Throws UserError where it cannot be written (disk full).
 void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents& contents);
 
-// The file does not hold a whole checkpoint: it is cut, damaged, or something else.
+// Reports a file that does not hold a complete checkpoint: it is cut, damaged, or of another kind.
 class DamagedCheckpoint : public UserError {
  public:
   using UserError::UserError;
@@ -54,23 +56,23 @@ class DamagedCheckpoint : public UserError {
 // A checkpoint in memory.
 class Checkpoint {
  public:
-  // Reads and verifies the whole file. Throws, with one sentence that names it: DamagedCheckpoint;
-  // or UserError where the file says nothing about what it holds, because it is missing, cannot be
-  // read (permission, a failing disk), or is of another version of the format, older or newer,
-  // which is judged by the version number alone. Every length in the file is checked against the
-  // bytes that are there before it is used.
+  // Reads and verifies the whole file. Throws DamagedCheckpoint where it is damaged. Throws
+  // UserError where its contents are unknown: the file is missing, cannot be read (permission, a
+  // failing disk), or has another version of the format, older or newer, judged by the version
+  // number alone. Both name the file in one sentence. Every length in the file is checked against
+  // the file's size before it is used.
   explicit Checkpoint(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
 
-  // Of a group; empty where there is none of that name.
+  // Returns the texts of a group; empty if the checkpoint has none of that name.
   const std::map<std::string, std::string>& Texts(const std::string& group) const;
 
   bool HasArray(const std::string& name) const { return arrays_.count(name) != 0; }
-  // Throws DamagedCheckpoint where there is none of that name.
+  // Returns the bytes of an array. Throws DamagedCheckpoint where there is none of that name.
   std::span<const std::byte> Array(const std::string& name) const;
 
-  // A DamagedCheckpoint that names the file, for what is wrong with the texts or arrays themselves.
+  // Throws a DamagedCheckpoint that names the file, for errors in the texts or arrays.
   [[noreturn]] void ThrowDamaged(const std::string& what) const;
 
  private:
@@ -81,8 +83,8 @@ class Checkpoint {
   // Names of the arrays and their lengths in bytes, in the file's order.
   using ArrayTable = std::vector<std::pair<std::string, uint64_t>>;
 
-  // Reads the header into texts_, and returns the arrays that come behind it. Checks their lengths
-  // against the file's.
+  // Reads the header into texts_, and returns the table of arrays that follow it. Checks their
+  // lengths against the file's.
   ArrayTable ReadHeader(ChecksummedReader* file);
   void ReadArray(const std::string& name, uint64_t count, ChecksummedReader* file);
   [[noreturn]] void ThrowNoCheckpoint() const;

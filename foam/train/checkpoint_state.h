@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 #include <glog/logging.h>
 
-// Objects that a checkpoint holds describe their state once, for both directions:
+// Objects whose state is stored in a checkpoint describe it once, for writing and reading:
 //
 //   template <typename Archive>
 //   void Serialize(Archive* archive) {
@@ -21,11 +21,11 @@
 //     archive->Array("moments", &moments_, num_sites * stride);
 //   }
 //
-// Both archives take pointers, and know the number of elements that an array must have.
+// Both archives take pointers, and the number of elements that an array must have.
 
 namespace semfoam {
 
-// Collects a state. The arrays must outlive the contents.
+// Adds a state to the contents of a checkpoint. The arrays must outlive the contents.
 class StateWriter {
  public:
   static constexpr bool kIsReader = false;
@@ -55,8 +55,8 @@ class StateWriter {
   CheckpointContents* contents_;
 };
 
-// Gives a state back. Throws UserError, naming the file, where something is missing, has another
-// length or is no such number; floats must be finite.
+// Restores a state from a checkpoint. Throws UserError, naming the file, where a value is missing,
+// has another length, is not a number of the right kind, or is a float that is not finite.
 class StateReader {
  public:
   static constexpr bool kIsReader = true;

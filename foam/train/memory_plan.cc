@@ -141,11 +141,12 @@ void RequireMemory(const TrainingOptions& options,
       std::max<int64_t>(0, RoundedDown(static_cast<int64_t>(0.99 * left / of_sites * plan.sites))));
   if (smaller.Check().empty() &&
       PlanMemory(smaller, num_classes, num_seeds, photo_bytes).Total() <= available) {
-    throw UserError(problem, "final_sites ", smaller.final_sites, " would fit.");
+    throw UserError(problem, Field{"final_sites"}, " ", smaller.final_sites, " would fit.");
   }
   throw UserError(problem,
-                  plan.batch > plan.photos ? "a smaller rays_per_iteration would be right."
-                                           : "a smaller image_cache_gb would be right.");
+                  "a smaller ",
+                  Field{plan.batch > plan.photos ? "rays_per_iteration" : "image_cache_gb"},
+                  " would be right.");
 }
 
 }  // namespace semfoam

@@ -8,49 +8,58 @@
 
 namespace semfoam {
 
-// What a training holds in memory when it holds the most: with all its sites, while they are
-// triangulated anew. In bytes, rounded up where the scene decides; the sizes behind it were
-// measured on runs of up to a million sites (foam/README.md).
+// The peak memory of a training, which occurs with all its sites, during a triangulation. In bytes,
+// rounded up where it depends on the scene; the sizes per site were measured on runs of up to a
+// million sites (foam/README.md).
 struct MemoryPlan {
-  int64_t sites = 0;          // at the most
-  int64_t parameters = 0;     // of all cells, with Adam's two moments
-  int64_t planes = 0;         // of all faces, for the walk
-  int64_t triangulation = 0;  // CGAL's and ours, and what hangs on the topology
-  int64_t batch = 0;          // rays of an iteration and the records of their gradients
-  int64_t photos = 0;         // and masks, or what is kept of them
-  int64_t program = 0;        // the rest of the process
+  // Maximum number of sites.
+  int64_t sites = 0;
+  // Parameters of all cells, with Adam's two moments.
+  int64_t parameters = 0;
+  // Planes of all faces, for the walk.
+  int64_t planes = 0;
+  // CGAL's triangulation, our copy of it, and arrays derived from it.
+  int64_t triangulation = 0;
+  // Rays of an iteration and the records of their gradients.
+  int64_t batch = 0;
+  // Photos and masks, or their kept pixels.
+  int64_t photos = 0;
+  // The rest of the process.
+  int64_t program = 0;
 
   int64_t OfSites() const { return parameters + planes + triangulation; }
   int64_t Total() const;
 
-  // "up to 100000 sites of 2300 bytes (0.23 GB), ..., 0.35 GB in all".
+  // Returns "up to 100000 sites of 2300 bytes (0.23 GB), ..., 0.35 GB in all".
   std::string Report() const;
 };
 
-// How many classes a run with masks is taken to have before their ids are known; few have more.
+// Number of classes assumed for a run with masks before their ids are known; few runs have more.
 inline constexpr int kUsualClasses = 256;
 
-// `num_classes`: 0 without masks. `num_seeds`: SfM points to start from. `photo_bytes`: what photos
-// and masks take. Options must have passed their Check.
+// Plans the memory of a training. `num_classes` is 0 without masks; `num_seeds` is the number of
+// SfM points to start from; `photo_bytes` is the memory of photos and masks. `options` must have
+// passed their Check.
 MemoryPlan PlanMemory(const TrainingOptions& options,
                       int num_classes,
                       int64_t num_seeds,
                       int64_t photo_bytes);
 
-// What a run keeps of photos and masks that do not fit into memory (foam/data/pixel_cache.h), at
-// the most: the pixels that it draws, and those that it looks at again and again.
+// Returns the maximum memory for the pixels that a run keeps of photos and masks that do not fit
+// into memory (foam/data/pixel_cache.h): those that it draws, and those that it reads throughout
+// the run.
 int64_t DrawnPixelBytes(const TrainingOptions& options);
 
-// Throws UserError with one sentence that says how much is needed, how much there is, and what
-// would fit, when the plan for these arguments exceeds `available` bytes. To be called before
-// anything is loaded or written.
+// Throws UserError when the plan for these arguments exceeds `available` bytes: one sentence with
+// the memory that is needed, the memory that is available, and what would fit. Must be called
+// before anything is loaded or written.
 void RequireMemory(const TrainingOptions& options,
                    int num_classes,
                    int64_t num_seeds,
                    int64_t photo_bytes,
                    int64_t available);
 
-// "2.31 GB", "34 MB".
+// Returns a text such as "2.31 GB" or "34 MB".
 std::string FormatBytes(int64_t bytes);
 
 }  // namespace semfoam

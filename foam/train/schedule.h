@@ -7,9 +7,9 @@
 
 namespace semfoam {
 
-// A learning rate over a run, in fractions of the run (0 = start, 1 = end): linear from 0 during
-// the warm-up, then a half cosine from `initial` to `final` at `end`, then 0 (Radiant Foam's
-// schedule).
+// The learning rate over a run, in fractions of the run (0 = start, 1 = end): rises linearly from 0
+// during the warm-up, falls along a half cosine from `initial` to `final` at `end`, and is 0 after
+// that (Radiant Foam's schedule).
 struct CosineSchedule {
   double initial = 0;
   double final = 0;

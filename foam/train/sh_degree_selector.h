@@ -9,18 +9,18 @@
 
 #include <cstdint>
 
-// Which degree of spherical harmonics a training uses.
+// Chooses the degree of the spherical harmonics in the course of a training.
 
 namespace semfoam {
 
-// Raises the SH degree in the course of a run, while it pays. The run starts at degree 0; degree d
-// is added at d tenths of the run. A tenth later it must have paid, or it is taken out again and
-// the degree is settled: without it, the squared error of the colours must be greater by 1 % on the
-// probes, which training has not seen until then. Without probes every degree up to
+// Raises the SH degree as long as that lowers the error. The run starts at degree 0; degree d is
+// added at d tenths of the run. A tenth later, the degree stays if the squared error of the colours
+// without it is greater by 1 % on the probes, pixels that training has not seen until then;
+// otherwise it is removed and the degree is final. Without probes every degree up to
 // TrainingOptions::sh_degree stays.
 class ShDegreeSelector {
  public:
-  // All arguments must outlive this.
+  // All arguments must outlive this object.
   ShDegreeSelector(const TrainingOptions& options,
                    const TrainingSchedule& schedule,
                    const CameraCells& camera_cells,
@@ -28,19 +28,19 @@ class ShDegreeSelector {
                    TrainingState* state,
                    TrainingDevice* device);
 
-  // Takes the decision that is due after so many iterations, if any: changes the degree on host and
-  // device by one at most, and releases the probes when it is settled. To be called after every
-  // iteration.
+  // Makes the decision that is due after `iteration` iterations, if any: changes the degree on host
+  // and device by at most one, and releases the probes when the degree is final. Must be called
+  // after every iteration.
   void Update(int64_t iteration);
 
-  // Returns whether the degree may be settled by then, so that probes are trained on, as far as
-  // that is known ahead.
+  // Returns whether the degree may be final by then, so that training uses the probes, as far as
+  // that is known in advance.
   ProbeUse ProbeUseAt(int64_t iteration) const;
 
-  // Releases the probes if the degree that Serialize has read is settled.
+  // Releases the probes if the degree that Serialize has read is final.
   void Restore();
 
-  // Describes the numbers (checkpoint_state.h); the degree itself is the foam's.
+  // Describes the numbers (checkpoint_state.h); the degree itself is part of the foam.
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Number("sh_degree_is_settled", &is_settled_);

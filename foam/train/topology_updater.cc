@@ -102,7 +102,7 @@ void TopologyUpdater::Update(int64_t iteration) {
     Begin(iteration, {});
   }
   if ((!is_frozen_ || pending_ != nullptr) && iteration % kRefreshInterval == 0) {
-    device_->FollowSites();
+    device_->RefreshPlanes();
   }
 }
 
@@ -186,7 +186,7 @@ void TopologyUpdater::TakeOver() {
   if (!pending_->plan.origin.empty()) CarryOut(pending_->plan);
   state_->topology = std::move(topology);
   HandOver(pending_->iteration);
-  device_->FollowSites();
+  device_->RefreshPlanes();
   pending_.reset();
   const double seconds = SecondsSince(begin);
   seconds_triangulating_ += seconds;
@@ -205,7 +205,7 @@ void TopologyUpdater::Triangulate(int64_t iteration) {
 // Uploads the host's new topology, of the sites of an iteration.
 void TopologyUpdater::HandOver(int64_t iteration) {
   device_->UploadTopology();
-  device_->HoldDensities();
+  device_->ClampDensities();
   last_triangulation_ = iteration;
   if (num_triangulations_ > 0) triangulated_sites_ += state_->foam.NumSites();
   ++num_triangulations_;
@@ -257,7 +257,7 @@ TopologyUpdater::SavedSites TopologyUpdater::Read(const Checkpoint& checkpoint, 
 
 void TopologyUpdater::Restore(const SavedSites& sites) {
   state_->topology.Triangulate(sites.triangulated, free_space_, state_->foam.HasSemantics());
-  state_->topology.Follow(sites.planes);
+  state_->topology.RefreshPlanes(sites.planes);
   device_->Upload();
   device_->UploadTopology();
   if (pending_ != nullptr) StartThread();

@@ -19,26 +19,26 @@
 
 #include <Eigen/Core>
 
-// When sites are added, pruned and triangulated anew.
+// Adds, prunes and triangulates the sites in the course of a training.
 
 namespace semfoam {
 
 // Densifies a foam in training and keeps its topology up to date:
-// - face planes follow the sites every other iteration;
+// - face planes are recomputed every other iteration;
 // - TrainingOptions::densify_events densifications are spread evenly over [densify_from,
 //   densify_until], each followed by a triangulation;
 // - in between, the sites are triangulated anew when rays show that the topology is stale, and a
 //   last time when positions freeze.
 //
-// A triangulation may run in a thread of its own while iterations go on with the old topology. It
-// is taken over after TriangulationLag() iterations, however long it took, and everything is
-// counted in iterations, sites and segments: so the results depend neither on the machine's speed
-// nor on the number of threads.
+// A triangulation may run in a separate thread while iterations continue with the old topology. Its
+// result is used after exactly TriangulationLag() iterations, and all decisions are based on counts
+// of iterations, sites and segments: so the results depend neither on the machine's speed nor on
+// the number of threads.
 class TopologyUpdater {
  public:
-  // `views` and `seeds` decide which space stays empty (FreeSpace). `options`, `schedule` and what
-  // the pointers refer to must outlive this; `camera_cells` are reset when sites change their
-  // order.
+  // `views` and `seeds` determine the space that stays empty (FreeSpace). `options`, `schedule` and
+  // the objects behind the pointers must outlive this object; `camera_cells` are reset when sites
+  // change their order.
   TopologyUpdater(const TrainingViews& views,
                   const std::vector<SeedPoint>& seeds,
                   const TrainingOptions& options,
@@ -46,23 +46,23 @@ class TopologyUpdater {
                   CameraCells* camera_cells,
                   TrainingState* state,
                   TrainingDevice* device);
-  // Waits for a triangulation under way.
+  // Waits for a running triangulation.
   ~TopologyUpdater();
   TopologyUpdater(const TopologyUpdater&) = delete;
   TopologyUpdater& operator=(const TopologyUpdater&) = delete;
 
-  // Triangulates the device's sites and hands the topology to the device, at once. To be called
-  // before the first iteration.
+  // Triangulates the device's sites and copies the topology to the device. Must be called before
+  // the first iteration.
   void Triangulate(int64_t iteration);
 
-  // Takes from a batch how many segments its rays had, and how many of these were clamped, which
-  // tells when a topology is stale. To be called for every batch that is not empty.
+  // Records the numbers of segments and of clamped segments of a batch, which show when the
+  // topology is stale. Must be called for every batch that is not empty.
   void Observe(const BatchTotals& batch);
 
-  // Does what is due after so many iterations. To be called after every iteration.
+  // Does what is due after `iteration` iterations. Must be called after every iteration.
   void Update(int64_t iteration);
 
-  // Drops a triangulation under way, after waiting for it: the run ends.
+  // Waits for a running triangulation and discards it, at the end of the run.
   void Abandon();
 
   // Writes the numbers of this class to the summary.
@@ -82,24 +82,24 @@ class TopologyUpdater {
     archive->Number("batch_clamped_pieces", &batch_clamped_segments_);
   }
 
-  // Adds to a checkpoint where the sites were when they were triangulated and when their planes
-  // were made; of a triangulation under way, what it is made of. Reads the host's state.
+  // Adds to a checkpoint the positions of the sites at the last triangulation and at the last
+  // computation of the planes, and the input of a running triangulation. Reads the host's state.
   void Save(CheckpointContents* contents) const;
 
   // The sites of a checkpoint's topology.
   struct SavedSites {
-    // [N] When they were triangulated.
+    // [N] Positions at the last triangulation.
     std::vector<Eigen::Vector3f> triangulated;
-    // [N] When their planes were made.
+    // [N] Positions at the last computation of the planes.
     std::vector<Eigen::Vector3f> planes;
   };
 
-  // Reads what Save has added, for the host's sites and so many iterations done. Throws
+  // Reads what Save has added, for the host's sites and `iteration` iterations done. Throws
   // DamagedCheckpoint where it does not belong to these or a site is out of bounds.
   SavedSites Read(const Checkpoint& checkpoint, int64_t iteration);
 
-  // Makes the topology again, uploads it with the whole state to the device, and begins again what
-  // was under way.
+  // Recomputes the topology, uploads it with the whole state to the device, and restarts the
+  // triangulation that was running.
   void Restore(const SavedSites& sites);
 
  private:
@@ -123,20 +123,21 @@ class TopologyUpdater {
   TrainingState* const state_;
   TrainingDevice* const device_;
 
-  // The triangulation under way; null: there is none.
+  // The running triangulation; null: none.
   std::unique_ptr<PendingTriangulation> pending_;
-  // How many densifications have been planned.
+  // Number of densifications planned so far.
   int num_densifications_ = 0;
   // The iteration whose sites were triangulated last.
   int64_t last_triangulation_ = 0;
   int64_t num_triangulations_ = 0;
   // Sum of the numbers of sites of all triangulations but the first.
   int64_t triangulated_sites_ = 0;
-  // For which iterations waited.
+  // Seconds that iterations waited for triangulations.
   double seconds_triangulating_ = 0;
-  // Whether the last triangulation, of sites that no longer move, has begun.
+  // Whether the last triangulation has begun; the sites no longer move.
   bool is_frozen_ = false;
-  // Segments of all rays so far; those of the last batch, and how many of these were clamped.
+  // Number of segments of all rays so far, of those of the last batch, and of the clamped ones
+  // among the latter.
   int64_t num_segments_ = 0;
   int64_t batch_segments_ = 0;
   int64_t batch_clamped_segments_ = 0;

@@ -20,48 +20,68 @@ namespace semfoam {
 class TrainingDevice;
 struct TrainingState;
 
-// Where a run is. NaN = not known.
+// The progress of a run. NaN: not known.
 struct TrainingProgress {
-  int64_t iteration = 0;  // iterations done
+  // Number of iterations done, and of all iterations.
+  int64_t iteration = 0;
   int64_t num_iterations = 0;
-  int64_t rays = 0;  // cast so far
+  // Number of rays cast so far.
+  int64_t rays = 0;
   int64_t sites = 0;
-  int photos_read = 0;      // while photos that do not fit into memory are read: so many of
-  int photos_to_read = 0;   // these; else 0
-  double seconds = 0;       // since the start of training
-  double seconds_left = 0;  // estimate
-  double color_loss = NAN;  // means since the last report
+  // Number of photos read, and of all photos to read, while photos that do not fit into memory are
+  // read; otherwise 0.
+  int photos_read = 0;
+  int photos_to_read = 0;
+  // Seconds since the start of training, and an estimate of the seconds to its end.
+  double seconds = 0;
+  double seconds_left = 0;
+  // Mean losses since the last report.
+  double color_loss = NAN;
   double opacity_loss = NAN;
   double quantile_loss = NAN;
   double identity_loss = NAN;
   double tv_loss = NAN;
-  double held_out_psnr =
-      NAN;  // dB over a grid of the held-out views' pixels, as of the last evaluation
-  double held_out_miou = NAN;  // on the same pixels, see LabelAgreement: against the views' classes
+  // Quality on a grid of the held-out views' pixels at the last evaluation: PSNR in dB, and mean
+  // IoU against the views' classes (LabelAgreement).
+  double held_out_psnr = NAN;
+  double held_out_miou = NAN;
 };
 
+// The result of a run.
 struct TrainingSummary {
   Foam foam;
   CellStatistics statistics;
   TrainingProgress last;
-  int64_t late_rays = 0;        // as given, or as chosen for TrainingOptions::seconds
-  int64_t segments = 0;         // cells walked through, over all training rays
-  int64_t step_limit_hits = 0;  // rays cut by the walk's step limit: 0 in a healthy run
+  // TrainingOptions::late_rays, or the number that was chosen for TrainingOptions::seconds.
+  int64_t late_rays = 0;
+  // Number of cells walked through by all training rays.
+  int64_t segments = 0;
+  // Number of rays cut by the walk's step limit: 0 in a healthy run.
+  int64_t step_limit_hits = 0;
   int64_t triangulations = 0;
-  double seconds_triangulating = 0;   // for which iterations waited
-  int triangulation_lag = 0;          // iterations that went on meanwhile (TrainingDevice)
-  int64_t nonfinite_gradients = 0;    // updates skipped because a gradient was not finite
-  int64_t nonfinite_pixels = 0;       // drawn and left out because their colour is not finite
-  int64_t unstable_iterations = 0;    // see TrainingGuard: a run that recovered
-  double explained_contrast = NAN;    // see TrainingGuard: of the training photos, at the end
-  std::vector<TrainingProgress> log;  // all reports
+  // Seconds that iterations waited for triangulations.
+  double seconds_triangulating = 0;
+  // Number of iterations that ran during a triangulation (TrainingDevice::TriangulationLag).
+  int triangulation_lag = 0;
+  // Number of updates skipped because a gradient was not finite.
+  int64_t nonfinite_gradients = 0;
+  // Number of drawn pixels left out because their colour is not finite.
+  int64_t nonfinite_pixels = 0;
+  // TrainingGuard::unstable_iterations of a run that recovered.
+  int64_t unstable_iterations = 0;
+  // TrainingGuard::explained_contrast at the end.
+  double explained_contrast = NAN;
+  // All reports.
+  std::vector<TrainingProgress> log;
 
-  std::string BriefReport() const;  // one line
+  // Returns one line about the result.
+  std::string BriefReport() const;
 };
 
-// What happens around the iterations of a run. Each may be empty.
+// Functions called in the course of a run, and where it runs. All may be empty.
 struct TrainingHooks {
-  std::function<void(const TrainingProgress&)> report;  // about once a second and at the end
+  // Called about once a second and at the end.
+  std::function<void(const TrainingProgress&)> report;
 
   // Called after every iteration but the last, with the number of those done. `save` adds the state
   // of the run to a checkpoint's contents, which is to be written before the hook returns. What the
@@ -69,30 +89,31 @@ struct TrainingHooks {
   using Save = std::function<void(CheckpointContents*)>;
   std::function<void(int64_t iteration, const Save& save)> between_iterations;
 
-  // The run goes on from there, and ends with the same bytes as if it had never stopped: on the
-  // same views, seeds, number of classes (the caller's to know), options and kind of device, and
-  // with any number of threads. Seconds go on from those of the checkpoint.
+  // The checkpoint to resume from; null: start a new run. The resumed run ends with the same bytes
+  // as if it had never stopped, given the same views, seeds, number of classes, options and kind of
+  // device, which the caller must ensure; the number of threads may differ. Seconds continue from
+  // those of the checkpoint.
   std::unique_ptr<const Checkpoint> resume_from;
 
-  // Where to train, and to render what is measured of the trained foam.
+  // The device for the training and for the measurements of the trained foam.
   Device device;
 
-  // Makes what trains in place of `device`, for tests; empty: MakeTrainingDevice.
+  // Makes the training device, for tests; empty: MakeTrainingDevice of `device`.
   std::function<std::unique_ptr<TrainingDevice>(TrainingState*)> make_device;
 };
 
-// Throws UserError, one sentence, where the checkpoint is of a run on another kind of device: going
-// on there would end with other bytes. One that does not say is of the CPU. TrainFoam asks it of
-// its device; for those who want to know before they load what it trains on.
+// Throws UserError, one sentence, where the checkpoint is of a run on another kind of device, on
+// which the run would end with other bytes. A checkpoint that does not name a kind is of the CPU.
+// TrainFoam checks this itself; callers can check it before they load photos.
 void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device);
 
-// Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only.
-// Deterministic in (views, seeds, num_classes, options) and the kind of device, whatever the number
-// of threads. Throws UserError where the views hold nothing to train on, the options are out of
-// range, the run is lost (training_guard.h), or the checkpoint is none of a run like this one.
-// Pixels whose colour is not finite are left out. Views that do not hold their pixels are read
-// first, and again where their memory asks for it (foam/data/pixel_cache.h); the bytes are the
-// same.
+// Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. The
+// result depends on (views, seeds, num_classes, options) and the kind of device alone, not on the
+// number of threads. Throws UserError where the views have no pixel to train on, the options are
+// out of range, the run is lost (training_guard.h), or the checkpoint is of a different run. Pixels
+// whose colour is not finite are left out. Views that do not hold their pixels are read first, and
+// again during the run if their pixels do not all fit into memory (foam/data/pixel_cache.h); the
+// bytes are the same.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -60,7 +60,9 @@ void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device) {
                   kInWords[of_gpu],
                   ", and gone on with on ",
                   kInWords[!of_gpu],
-                  " the run would end with other bytes; device ",
+                  " the run would end with other bytes; ",
+                  Field{"device"},
+                  " ",
                   of_gpu ? "cuda:0, or another GPU" : "cpu",
                   ", or training from the beginning, would be right.");
 }

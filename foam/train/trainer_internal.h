@@ -20,22 +20,22 @@
 
 namespace semfoam {
 
-// Runs one training: draws the rays of each iteration, lets a TrainingDevice learn from them, and
-// calls after each iteration what decides on the SH degree, the topology, evaluations and reports.
-// Included by trainer.cc (iterations) and trainer_checkpoint.cc (stopping and going on) only.
+// Runs one training: draws the rays of each iteration, passes them to a TrainingDevice, and after
+// each iteration updates the SH degree, the topology, evaluations and reports. Included by
+// trainer.cc (iterations) and trainer_checkpoint.cc (saving and resuming) only.
 class Trainer {
  public:
-  // The arguments must outlive this. Throws UserError where there is no photo to train on.
+  // The arguments must outlive this object. Throws UserError where there is no photo to train on.
   Trainer(const TrainingViews& views,
           const std::vector<SeedPoint>& seeds,
           const TrainingOptions& options,
           const TrainingHooks& hooks);
 
-  // Exactly one of these must be called before Run().
+  // Start a new run or restore a checkpoint. Exactly one of these must be called before Run().
   void Begin(const std::vector<SeedPoint>& seeds, int num_classes);
   void Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoint);
 
-  // Trains to the end. To be called once.
+  // Trains to the end. Must be called once.
   TrainingSummary Run(const TrainingHooks& hooks);
 
  private:
@@ -57,7 +57,7 @@ class Trainer {
   const TrainingOptions& options_;
   TrainingSchedule schedule_;
   TrainingPixels pixels_;
-  // As of the last Download; sizes (sites, classes, SH degree) are always current.
+  // The state at the last Download; sizes (sites, classes, SH degree) are always current.
   TrainingState state_;
   std::unique_ptr<TrainingDevice> device_;
   CameraCells camera_cells_;
@@ -67,7 +67,7 @@ class Trainer {
   TrainingGuard guard_;
   // The rays of the last iteration.
   std::vector<BatchRay> rays_;
-  // Counts what no other member counts.
+  // The parts of the result that no other member holds.
   TrainingSummary summary_;
 };
 

@@ -14,12 +14,12 @@
 #include <optional>
 #include <vector>
 
-// How well a foam in training shows photos.
+// Measures how well a foam in training reproduces photos.
 
 namespace semfoam {
 
-// Returns the sum over the rays of the squared difference between the colour that each shows, at
-// most white, and its target's. `rendered` [rays] belongs to `rays`.
+// Returns the sum over the rays of the squared difference between the rendered colour, clipped at
+// white, and the target's. `rendered` [rays] belongs to `rays`.
 double SquaredError(const std::vector<BatchRay>& rays, const std::vector<RenderedRay>& rendered);
 
 // The quality of held-out views. NaN = not known.
@@ -33,7 +33,7 @@ struct HeldOutQuality {
 // Evaluates the held-out views kNumEvaluations times over the run.
 class HeldOutEvaluator {
  public:
-  // All arguments must outlive this.
+  // All arguments must outlive this object.
   HeldOutEvaluator(const TrainingViews& views,
                    const TrainingSchedule& schedule,
                    const TrainingPixels& pixels,
@@ -42,7 +42,7 @@ class HeldOutEvaluator {
                    TrainingDevice* device);
 
   // Renders TrainingPixels::HeldOutPixels() on the device and returns their quality, if an
-  // evaluation is due after so many iterations. Of the host's state it reads sizes alone.
+  // evaluation is due after `iteration` iterations. Reads only sizes of the host's state.
   std::optional<HeldOutQuality> EvaluateIfDue(int64_t iteration);
 
   // Returns the seconds that all evaluations have taken.

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-// When a training run cannot succeed any more.
+// Detects training runs that cannot succeed any more.
 
 namespace semfoam {
 
-// Watches the losses of a training run and throws UserError when the run is lost, so that no foam
-// is written that looks like a result and is none. A run is lost
+// Checks the losses of a training run and throws UserError when the run is lost, so that no useless
+// foam is written. A run is lost
 //
 // - at once, when a loss term is not finite: gradients that are not finite change no parameter, so
 //   what overflows now overflows again;
@@ -33,10 +33,10 @@ namespace semfoam {
 // rays.
 class TrainingGuard {
  public:
-  // Takes the results of an iteration that was just done: its rays with their targets, its losses
-  // and counts, the total variation (0 where none was computed), and the number of cells whose
-  // gradient was not finite. Throws UserError, one sentence naming the iteration and the quantity,
-  // when the run is lost.
+  // Takes the results of the last iteration: its rays with their targets, its losses and counts,
+  // the total variation (0 where none was computed), and the number of cells whose gradient was not
+  // finite. Throws UserError, one sentence naming the iteration and the quantity, when the run is
+  // lost.
   void Watch(int64_t iteration,
              const std::vector<BatchRay>& rays,
              const BatchTotals& batch,
@@ -55,7 +55,7 @@ class TrainingGuard {
   // have no contrast.
   double explained_contrast() const { return explained_contrast_; }
 
-  // Describes what it has seen so far (checkpoint_state.h).
+  // Describes the state (checkpoint_state.h).
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Number("iterations", &window_.iterations);
@@ -118,9 +118,9 @@ class TrainingGuard {
   [[noreturn]] void FailColorLoss(int64_t iteration) const;
   [[noreturn]] void FailIdentityLoss(int64_t iteration) const;
 
-  // The window that has begun.
+  // The current window.
   Window window_;
-  // Number of windows that are over.
+  // Number of finished windows.
   int64_t num_windows_ = 0;
   BoundedLoss color_;
   BoundedLoss identity_;

@@ -12,12 +12,12 @@
 #include <functional>
 #include <vector>
 
-// Where a run is, in iterations, rays, seconds and losses, and its reports of that.
+// Records the progress of a run, in iterations, rays, seconds and losses.
 
 namespace semfoam {
 
-// Counts the iterations of a run, takes the time, averages losses from report to report, and keeps
-// all reports.
+// Counts the iterations of a run, measures its time, averages losses between reports, and keeps all
+// reports.
 class TrainingLog {
  public:
   // Receives a report.
@@ -30,8 +30,8 @@ class TrainingLog {
   int64_t iteration() const { return progress_.iteration; }
   // Returns the number of rays cast.
   int64_t rays() const { return progress_.rays; }
-  // Returns the seconds since the run began; for one that goes on from a checkpoint, those until
-  // the checkpoint and those since RestartClock().
+  // Returns the seconds since the start of the run; for a resumed run, those until the checkpoint
+  // plus those since RestartClock().
   double Seconds() const;
 
   // Adds the losses of an iteration to the next report's means.
@@ -39,19 +39,19 @@ class TrainingLog {
   void AddTvLoss(double tv_loss);
   // Ends an iteration that cast `num_rays` rays.
   void EndIteration(int64_t num_rays);
-  // Takes the quality that reports show from now on.
+  // Sets the quality for the following reports.
   void SetQuality(const HeldOutQuality& quality);
-  // Leaves these seconds, in which no iteration ran, out of the estimate of the seconds left.
+  // Excludes these seconds, in which no iteration ran, from the estimate of the seconds left.
   void SetSecondsReading(double seconds) { seconds_reading_ = seconds; }
 
-  // Sends a progress with `done` of `total` photos read, which is not kept.
+  // Sends, without keeping it, a report of `done` of `total` photos read.
   void ReportReading(int done, int total, const Receiver& receiver) const;
   // Returns whether the last report is more than a second old.
   bool ReportIsDue() const;
-  // Keeps a report, starts new means, and sends it where `receiver` is not empty.
+  // Keeps a report, starts new means, and sends the report unless `receiver` is empty.
   void Report(const TrainingSchedule& schedule, const Foam& foam, const Receiver& receiver);
 
-  // Returns the last report; without any, the run's beginning.
+  // Returns the last report; before the first one, the progress at the start.
   const TrainingProgress& progress() const { return progress_; }
   const std::vector<TrainingProgress>& reports() const { return reports_; }
 
@@ -92,13 +92,13 @@ class TrainingLog {
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point begin_ = Clock::now();
-  // Counts and quality are current; all else is as of the last report.
+  // Counts and quality are current; the rest is that of the last report.
   TrainingProgress progress_;
   std::vector<TrainingProgress> reports_;
-  // When the last report was, in seconds since begin_.
+  // Time of the last report, in seconds since begin_.
   double last_report_ = 0;
   double seconds_reading_ = 0;
-  // Sums since the last report, and how many iterations are in them.
+  // Sums since the last report, and their number of iterations.
   RayLossTerms<double> loss_sum_;
   double tv_sum_ = 0;
   int64_t loss_count_ = 0;

@@ -8,22 +8,29 @@
 
 namespace semfoam {
 
-// How a foam is trained. Lengths are of the normalised frame (the cameras' extent is about 1);
+// Options of a training. Lengths are of the normalised frame (the cameras' extent is about 1);
 // times are fractions of the run. The papers' constants were tuned for 2e10 rays on a GPU; these
 // are for 1e7 to 1e8 (foam/README.md).
 struct TrainingOptions {
-  // The work: fixed numbers, so that the speed of the machine changes no byte.
-  int64_t num_rays = 30'000'000;  // over the whole run, > 0
+  // Number of rays over the whole run, > 0. The amount of work is fixed by numbers, so that the
+  // result does not depend on the speed of the machine.
+  int64_t num_rays = 30'000'000;
   // Of these, the rays after `densify_until`; 0 = their share of num_rays. Schedules of that part
   // are stretched or shortened with it.
   int64_t late_rays = 0;
-  int rays_per_iteration = 4096;  // batch size, > 0
-  int initial_sites = 20'000;     // SfM points beyond this are thinned, >= 0
-  int final_sites = 100'000;      // what densification grows to, >= 64
-  int sh_degree = 2;              // 0..3, at most: raised while it pays on photos not seen
-  bool fixed_sh_degree = false;   // raised to sh_degree whether it pays or not
+  // Number of rays of an iteration, > 0.
+  int rays_per_iteration = 4096;
+  // Maximum number of sites at SfM points, >= 0; more points are thinned at random.
+  int initial_sites = 20'000;
+  // Number of sites after the last densification, >= 64.
+  int final_sites = 100'000;
+  // Maximum degree of the spherical harmonics, 0..3. The degree is raised as long as that lowers
+  // the error on pixels that training has not seen.
+  int sh_degree = 2;
+  // Whether to raise the degree up to `sh_degree` without that test.
+  bool fixed_sh_degree = false;
 
-  // Rays stop where this share of the light is left, > 0 and < 1.
+  // Transmittance at which rays stop, > 0 and < 1.
   double transmittance_cutoff = kTransmittanceCutoff;
 
   // Weights of the loss terms (foam/render/ray_loss.h, foam/render/total_variation.h), >= 0. The
@@ -31,36 +38,43 @@ struct TrainingOptions {
   double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
   double identity_weight = 1;
-  // The share of the identity loss's gradient that shapes densities and positions as well; 0..1.
+  // Share of the identity loss's gradient that flows into densities and positions, 0..1.
   double identity_to_density = 0;
   double tv_weight = 2;
 
-  // Learning rates at the start; each falls on a cosine to `final_rate` times that.
-  double position_rate = 0.04;  // of a cell's radius
+  // Learning rates at the start, each of which falls along a cosine to `final_rate` times that.
+  //
+  // Of positions, in units of the cell's radius.
+  double position_rate = 0.04;
   double density_rate = 0.1;
   double color_rate = 2e-2;
-  double sh_factor = 0.1;  // higher SH degrees learn at this times the colour rate
+  // Factor of `color_rate` for the SH coefficients of degree 1 and above.
+  double sh_factor = 0.1;
   double identity_rate = 2e-2;
-  double classifier_rate = 5e-3;  // constant
+  // Of the classifier; constant over the run.
+  double classifier_rate = 5e-3;
   double final_rate = 0.1;
 
+  // Times of the first and the last densification, and their number.
   double densify_from = 0.05;
   double densify_until = 0.6;
   int densify_events = 10;
-  double freeze_positions = 0.9;  // from here on positions stay, and the topology is exact
+  // Time from which on positions stay and the topology is exact.
+  double freeze_positions = 0.9;
 
+  // Seed of all random numbers.
   uint64_t random_seed = 0;
 
-  // > 0: late_rays is chosen where densification ends, so that TrainFoam takes so many seconds.
-  // Alone of all options it makes a run depend on the machine; the same options with 0 here and
-  // TrainingSummary::late_rays give the same bytes.
+  // If > 0, late_rays is chosen at the end of densification so that TrainFoam takes this number of
+  // seconds. This is the only option that makes the result depend on the machine; the same options
+  // with 0 here and TrainingSummary::late_rays give the same bytes.
   double seconds = 0;
 
-  // An empty string, or one sentence that begins with the name of the option out of range and tells
-  // its range.
+  // Returns an empty string if all options are in range; else one sentence with the name of the
+  // first that is not, at the beginning, and its range.
   std::string Check() const;
 
-  // Every option by its name (checkpoint_state.h).
+  // Describes every option by its name (checkpoint_state.h).
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Number("num_rays", &num_rays);
@@ -92,8 +106,8 @@ struct TrainingOptions {
   }
 };
 
-// Sites that training begins with besides the SfM points: those that fill the space around, and
-// those of the far background.
+// Return the numbers of sites besides the SfM points at the start: those scattered in the space
+// around the points, and those of the far background.
 inline int ScatteredSites(const TrainingOptions& options) { return options.final_sites / 10; }
 inline int FarSites(const TrainingOptions& options) { return options.final_sites / 40; }
 

@@ -12,12 +12,12 @@
 #include <memory>
 #include <vector>
 
-// The pixels that a training looks at: those that it learns from, the probes on which the SH degree
-// is settled (sh_degree_selector.h), and those of held-out views that show its progress.
+// Chooses the pixels that a training uses: those that it learns from, the probes that decide the SH
+// degree (sh_degree_selector.h), and those of held-out views that measure its progress.
 
 namespace semfoam {
 
-// Whether an iteration draws from the probes' photos too, as far as that is known ahead.
+// Whether an iteration draws from the probes' photos too, as far as that is known in advance.
 enum class ProbeUse { kSetApart, kTrainedOn, kUnknown };
 
 // Divides the views of a training into photos to learn from and probes, draws the rays of its
@@ -25,8 +25,8 @@ enum class ProbeUse { kSetApart, kTrainedOn, kUnknown };
 // Random numbers are keyed by (TrainingOptions::random_seed, iteration).
 class TrainingPixels {
  public:
-  // Sets probes apart where the SH degree has to be settled and there are photos to spare. Both
-  // arguments must outlive this.
+  // Sets probes apart if the SH degree is to be chosen and there are enough photos. Both arguments
+  // must outlive this object.
   TrainingPixels(const TrainingViews& views, const TrainingOptions& options);
 
   // Returns the views that are not held out, ascending; the probes are among them.
@@ -36,21 +36,22 @@ class TrainingPixels {
   bool IsEmpty() const { return drawn_.size() == 0; }
   bool HasProbes() const { return probes_.size() > 0; }
 
-  // Draws from the probes' photos too, from the next iteration on; there are no probes then.
+  // Draws from the probes' photos too from the next iteration on; there are no probes after this.
   void ReleaseProbes();
 
-  // Prepares to keep the pixels of views that do not hold theirs; does nothing for other views. To
-  // be called once, before any pixel is asked for. `probe_use` tells of every iteration from
-  // `first_iteration` on what it may draw from, and must stay valid as long as this. Throws
-  // UserError as PixelCache does.
+  // Prepares to keep the pixels of views that do not hold theirs; does nothing for other views.
+  // Must be called once, before any pixel is requested. `probe_use` returns for every iteration
+  // from `first_iteration` on whether it draws from the probes' photos, and must stay valid as long
+  // as this object. Throws UserError as PixelCache does.
   void OpenCache(int64_t first_iteration, std::function<ProbeUse(int64_t iteration)> probe_use);
 
-  // Reads what has to be kept for `first_iteration`, calling `report`, which may be empty, for
-  // every view. `num_iterations`: of the run, as known by now. Throws as PixelCache::Drawn does.
+  // Reads the pixels to keep for `first_iteration`, calling `report`, which may be empty, for every
+  // view. `num_iterations` is the number of the run as known by now. Throws as PixelCache::Drawn
+  // does.
   void Read(int64_t first_iteration, int64_t num_iterations, PixelCache::Report report);
 
   // Draws the rays of an iteration (DrawRays), which must not be lower than the one before.
-  // `start_cells`: per view. Returns the number of pixels left out because their colour is not
+  // `start_cells` [NumViews]. Returns the number of pixels left out because their colour is not
   // finite. Throws as PixelCache::Drawn does.
   int64_t Draw(int64_t iteration,
                int64_t num_iterations,
@@ -63,7 +64,7 @@ class TrainingPixels {
   // Returns a grid of pixels over the held-out views (EvaluationStride), view by view.
   std::vector<ViewPixel> HeldOutPixels() const;
 
-  // Returns what the photo stores of the k-th of HeldOutPixels(), for views that do not hold their
+  // Returns the stored value of the k-th of HeldOutPixels(), for views that do not hold their
   // pixels; null for others.
   const PixelValue* HeldOutValue(size_t k) const;
 
@@ -79,11 +80,11 @@ class TrainingPixels {
   const std::vector<int> training_views_;
   // The pixels that iterations draw from.
   PixelRange drawn_;
-  // The pixels of photos that iterations do not draw from; empty when the SH degree is settled.
+  // The pixels of the probes' photos; empty when the SH degree is final.
   PixelRange probes_;
   // Null for views that hold their pixels.
   std::unique_ptr<PixelCache> cache_;
-  // How many of the cache's kept pixels are probes; they come first.
+  // Number of probes among the cache's kept pixels; they come first.
   size_t num_probes_kept_ = 0;
 };
 

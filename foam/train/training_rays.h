@@ -14,23 +14,24 @@ namespace semfoam {
 // Returns the views that are held out, or those that are not, ascending.
 std::vector<int> SelectViews(const TrainingViews& views, bool held_out);
 
-// Returns the pixel's ray and colour; nothing where it has no ray or its colour is not finite.
-// `value`: what the photo stores of it, for views that do not hold their pixels; else null.
+// Returns the pixel's ray and targets; nothing where it has no ray or its colour is not finite.
+// `value` is the stored pixel, for views that do not hold their pixels; otherwise null.
 std::optional<BatchRay> PixelAsRay(const TrainingViews& views,
                                    const ViewPixel& pixel,
                                    const PixelValue* value,
                                    uint32_t start_cell);
 
-// Returns how many tiles (DrawTiles) make up an iteration of about so many rays.
+// Returns the number of tiles (DrawTiles) of an iteration of about `rays_per_iteration` rays.
 inline int NumTiles(int rays_per_iteration) {
   return (rays_per_iteration + kTileRays - 1) / kTileRays;
 }
 
-// Draws the rays of an iteration, about so many: tiles of neighbouring pixels, which walk through
-// the same cells and find them in the cache, in the order of the photos. Pixels without a ray (a
-// lens that cannot be inverted there) drop out, and so do those whose colour is not finite, which
-// are counted and returned. Random numbers are keyed by (seed, iteration). `start_cells` per view.
-// `values`: of each tile's pixels, for views that do not hold them (PixelCache::Drawn); else null.
+// Draws the rays of an iteration, about `rays_per_iteration`: tiles of neighbouring pixels, which
+// walk through the same cells and find them in the cache, in the order of the photos. Leaves out
+// pixels without a ray (a lens that cannot be inverted there) and pixels whose colour is not
+// finite; returns the number of the latter. Random numbers are keyed by (seed, iteration).
+// `start_cells` [NumViews]. `values` holds the pixels of each tile for views that do not hold them
+// (PixelCache::Drawn); otherwise null.
 int64_t DrawRays(const TrainingViews& views,
                  const PixelRange& pixels,
                  const PixelValue* values,

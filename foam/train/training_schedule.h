@@ -9,43 +9,45 @@
 
 namespace semfoam {
 
-// Rays that TrainFoam casts without learning from them: over the run for the progress of the
+// Returns the number of rays that TrainFoam casts without training on them: during the run for the
 // held-out quality, and after it for the cells' statistics.
 int64_t EvaluationRays(const TrainingViews& views);
 int64_t StatisticsRays(const TrainingViews& views);
 
-inline constexpr int kNumEvaluations = 20;  // of the held-out views, over the run
+// Number of evaluations of the held-out views over the run.
+inline constexpr int kNumEvaluations = 20;
 
-// Pixels between two of those rays, in either direction: a few, and more where large photos have
-// more pixels than a foam has to show.
+// Returns the distance in pixels between two of those rays, in x and y: a few, and more for large
+// photos, which have more pixels than the evaluation needs.
 int EvaluationStride(const TrainingViews& views);
 int StatisticsStride(const TrainingViews& views);
 
-// How many iterations a run has and where in the run each of them is, which decides the learning
-// rates and all that happens once.
+// Computes the number of iterations of a run, and the time of each as a fraction of the run, which
+// determines the learning rates and when single events happen.
 class TrainingSchedule {
  public:
-  // The options must outlive it.
+  // The options must outlive this object.
   explicit TrainingSchedule(const TrainingOptions& options);
 
   int64_t num_iterations() const { return num_iterations_; }
-  // Those up to densify_until.
+  // Returns the number of iterations up to densify_until.
   int64_t early_iterations() const { return early_iterations_; }
-  // As given, or as chosen by FitToSeconds.
+  // Returns TrainingOptions::late_rays, or the number that FitToSeconds has chosen.
   int64_t late_rays() const { return late_rays_; }
 
-  // After so many iterations, 0 at the start and 1 at the end. Iterations beyond densify_until
-  // count for less or more than the others where late_rays says so.
+  // Returns the fraction of the run that is done after `iteration` iterations, 0 at the start and 1
+  // at the end. Iterations after densify_until count for less or more than the others if late_rays
+  // is set.
   double RunFraction(int64_t iteration) const;
   bool PositionsMove(int64_t iteration) const {
     return RunFraction(iteration) < options_.freeze_positions;
   }
   LearningRates Rates(int64_t iteration) const;
 
-  // To be called after every iteration, with the seconds since training began and those of them
-  // that went into evaluations. Where densification ends, the sites are all there and an iteration
-  // costs what it will cost to the end: with TrainingOptions::seconds, what time is left decides
-  // how many more there are.
+  // With TrainingOptions::seconds, chooses the number of remaining iterations by the time that is
+  // left. Does so when densification ends: from then on the number of sites, and so the time of an
+  // iteration, stays. Must be called after every iteration, with the seconds since training began
+  // and those of them that evaluations took.
   void FitToSeconds(const TrainingViews& views,
                     int64_t iteration,
                     double seconds,
@@ -60,11 +62,14 @@ class TrainingSchedule {
 
  private:
   const TrainingOptions& options_;
-  int64_t planned_iterations_;  // by num_rays
-  int64_t early_iterations_;    // of these, up to densify_until; late_rays may replace the rest
+  // Number of iterations by num_rays.
+  int64_t planned_iterations_;
+  // Of these, the iterations up to densify_until; late_rays may replace the others.
+  int64_t early_iterations_;
   int64_t num_iterations_;
   int64_t late_rays_;
-  double pace_begin_ = 0;  // seconds of learning before the pace was measured
+  // Seconds of training before the pace was measured.
+  double pace_begin_ = 0;
 };
 
 }  // namespace semfoam

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-// Arrays with one row of elements per site: rows in another order, and rows of another length. Both
-// functions run in parallel and hold the old and the new array for a moment, so large arrays are
-// best changed one at a time. `Vector`: std::vector or one like it.
+// Reorders and resizes arrays with one row of elements per site. Both functions run in parallel and
+// hold the old and the new array at the same time, so large arrays are best changed one after the
+// other. `Vector` is std::vector or has its interface.
 
 namespace semfoam {
 

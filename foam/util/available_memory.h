@@ -6,11 +6,11 @@
 
 namespace semfoam {
 
-// Bytes that this process can still take: the least of what the machine has left (MemAvailable),
-// what the control groups that it is in, and theirs above, allow (versions 1 and 2; file cache that
-// can be dropped counts as free), and what its limits of address space and data allow (ulimit -v,
-// -d). What the system does not tell is no limit; the largest int64_t if it tells nothing. The
-// arguments are for tests.
+// Returns the number of bytes that this process can still allocate: the minimum of the machine's
+// available memory (MemAvailable), of what its control groups and their parents allow (versions 1
+// and 2; file cache that can be dropped counts as free), and of its limits of address space and
+// data (ulimit -v, -d). A value that the system does not report is no limit; without any, returns
+// the largest int64_t. Tests pass other folders than /proc and /sys/fs/cgroup.
 int64_t AvailableMemory(const std::filesystem::path& proc = "/proc",
                         const std::filesystem::path& cgroups = "/sys/fs/cgroup");
 

@@ -27,21 +27,23 @@
 namespace semfoam {
 
 struct ChecksummedFormat {
-  static constexpr size_t kPreambleBytes = 24;  // magic, version, reserved, length of the header
+  // Magic, version, reserved and length of the header.
+  static constexpr size_t kPreambleBytes = 24;
   static constexpr size_t kChecksumBytes = 8;
 
   char magic[8];
   uint32_t version = 0;
-  // The header ends and every block begins at a multiple of so many bytes: the header is padded
-  // with spaces, the blocks with zeros.
+  // The header ends and every block begins at a multiple of this number of bytes: the header is
+  // padded with spaces, the blocks with zeros.
   size_t alignment = 1;
 
   // Returns the least multiple of `alignment` that is not below `bytes`.
   size_t Aligned(size_t bytes) const { return (bytes + alignment - 1) / alignment * alignment; }
 };
 
-// Returns the text of a header. `path` is for messages, and so is `name_owner`: whose names the
-// header has, with the article ("a label"). Throws UserError where one of them is not UTF-8.
+// Returns the text of a header. `path` and `name_owner` are for messages; `name_owner` is the kind
+// of object whose names the header holds, with the article ("a label"). Throws UserError where one
+// of them is not UTF-8.
 std::string HeaderText(const std::filesystem::path& path,
                        const nlohmann::json& header,
                        const std::string& name_owner);
@@ -49,7 +51,7 @@ std::string HeaderText(const std::filesystem::path& path,
 // Returns the value of a header's text; none where ParseJson (foam/util/json_file.h) refuses it.
 std::optional<nlohmann::json> ParseHeaderText(std::string_view text);
 
-// The XXH64 of bytes that come in parts.
+// Computes the XXH64 of bytes that arrive in parts.
 class RunningChecksum;
 
 // Writes such a file from its beginning to its end, beside its target, and moves it into place
@@ -87,10 +89,10 @@ class ChecksummedWriter {
 };
 
 // Reads such a file from its beginning to its end, and compares magic and checksums. The caller
-// checks the version and every length before it uses them, and says in its own words what is wrong.
+// checks the version and every length before it uses them, and reports what is wrong.
 class ChecksummedReader {
  public:
-  // Reads the preamble. `what` says what the file should be, with its article: "a checkpoint".
+  // Reads the preamble. `what` is the expected kind of file, with its article: "a checkpoint".
   // Throws UserError, here and in Read, where the file cannot be read (InputFile).
   ChecksummedReader(const std::filesystem::path& path,
                     const std::string& what,
@@ -99,9 +101,9 @@ class ChecksummedReader {
 
   // Returns whether magic and version are there and the magic is the format's.
   bool HasMagic() const { return has_magic_; }
-  // The version and the length of the header in bytes, as the file has them. Without HasMagic()
-  // neither has a meaning; the length has none where the version is not the format's or the file is
-  // shorter than kPreambleBytes.
+  // Return the version and the length of the header in bytes, as stored in the file. Both are
+  // meaningless without HasMagic(); the length also where the version is not the format's or the
+  // file is shorter than kPreambleBytes.
   uint32_t version() const { return version_; }
   uint64_t header_bytes() const { return header_bytes_; }
 

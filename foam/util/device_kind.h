@@ -3,7 +3,7 @@
 
 namespace semfoam {
 
-// Runs on devices of one kind have the same bytes.
+// The kind of a device. Runs on devices of the same kind produce the same bytes.
 enum class DeviceKind { kCpu, kGpu };
 
 }  // namespace semfoam

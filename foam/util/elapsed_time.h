@@ -5,7 +5,7 @@
 
 namespace semfoam {
 
-// Seconds from `begin` until now, by a clock that never goes back.
+// Returns the seconds from `begin` until now, by a monotonic clock.
 inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }

@@ -10,11 +10,11 @@
 namespace semfoam {
 
 // Throws UserError, one sentence, unless `path` is a regular file (or a link to one) that may be
-// read: a folder, a pipe that would block for ever and a device that never ends are no input.
-// `what` says what it should be, with its article: "a COLMAP model's file".
+// read. Refuses folders, pipes, which could block forever, and devices, which may have no end.
+// `what` is the expected kind of file, with its article: "a COLMAP model's file".
 void RequireRegularFile(const std::filesystem::path& path, const std::string& what);
 
-// A regular file, read from its beginning on.
+// Reads a regular file from its beginning to its end.
 class InputFile {
  public:
   // Throws UserError as RequireRegularFile does.
@@ -23,11 +23,12 @@ class InputFile {
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
 
-  // When it was opened; 0 for files that have none, such as those of /proc.
+  // Returns the size in bytes at the time of opening; 0 for files that report none, such as those
+  // of /proc.
   uint64_t size() const { return size_; }
 
-  // Reads the next `count` bytes and returns how many there were: fewer at the end of the file
-  // alone. Throws UserError where reading fails, which says nothing about what the file holds.
+  // Reads the next `count` bytes and returns how many were read: fewer only at the end of the file.
+  // Throws UserError where reading fails.
   size_t Read(void* bytes, size_t count);
 
  private:
@@ -37,16 +38,17 @@ class InputFile {
   uint64_t size_ = 0;
 };
 
-// All bytes of a regular file, and as much memory as it has bytes. Throws UserError, one sentence
-// that names the file, as RequireRegularFile does, and where it may not or cannot be read to its
-// end.
+// Returns all bytes of a regular file. Takes as much memory as the file has bytes. Throws
+// UserError, one sentence that names the file, as RequireRegularFile does and where the file cannot
+// be read to its end.
 std::string ReadFileBytes(const std::filesystem::path& path, const std::string& what);
 
-// Without the three bytes that some editors put before UTF-8.
+// Returns `text` without the three bytes of the UTF-8 byte order mark that some editors write at
+// the beginning.
 std::string_view WithoutByteOrderMark(std::string_view text);
 
-// `text` as a sentence can quote it: on one line, without control characters, and cut after some 60
-// bytes.
+// Returns `text` in a form to be quoted in a message: on one line, with control characters escaped,
+// and cut after about 60 bytes.
 std::string Shortened(std::string_view text);
 
 }  // namespace semfoam

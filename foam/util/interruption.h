@@ -4,7 +4,7 @@
 #include <exception>
 #include <functional>
 
-// What happens when the process is told to end: by SIGINT (Ctrl-C), SIGTERM, or SIGHUP (its
+// Handles the signals that ask the process to end: SIGINT (Ctrl-C), SIGTERM, and SIGHUP (its
 // terminal was closed).
 //
 // A program calls HandleInterruptions() once. A loop that must not be cut off defers the signal and

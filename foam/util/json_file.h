@@ -10,16 +10,16 @@
 
 namespace semfoam {
 
-// The value that `text` holds. `path` is for messages. Throws UserError, one sentence that names
-// the file and the place, where it is no JSON, gives a key twice, has a number that a double cannot
-// hold, or is nested deeper than 64 levels, which no file of ours is and recursion does not bear.
+// Parses `text`. `path` is for messages. Throws UserError, one sentence that names the file and the
+// place, where the text is no JSON, has a key twice, has a number that a double cannot hold, or is
+// nested deeper than 64 levels, which would overflow the stack of the recursive parser.
 nlohmann::json ParseJson(const std::filesystem::path& path, std::string_view text);
 
-// The value that a file holds: ReadFileBytes, then ParseJson.
+// Reads and parses a file: ReadFileBytes, then ParseJson.
 nlohmann::json ReadJsonFile(const std::filesystem::path& path);
 
-// The whole number that `value` is, as it stands in the file (7, not 7.0 or 7.5); none where it is
-// no such, or outside of [low, high].
+// Returns `value` as a whole number if it is written as one (7, not 7.0 or 7.5) and lies in [low,
+// high]; otherwise nothing.
 std::optional<int64_t> JsonInteger(const nlohmann::json& value, int64_t low, int64_t high);
 
 }  // namespace semfoam

@@ -11,9 +11,9 @@
 
 namespace semfoam {
 
-// Memory for arrays that are read at random places: aligned to a cache line for vector loads, and
-// large ones to 2 MiB with a wish for huge pages. A ray hops through tens of megabytes of planes;
-// with pages of 4 KiB every hop would also be a miss in the address translation.
+// Allocates arrays that are read at random places: aligned to a cache line for vector loads, and
+// large ones to 2 MiB with the advice to use huge pages. A ray reads planes from all over tens of
+// megabytes; with pages of 4 KiB nearly every read would also miss the TLB.
 template <typename T>
 struct LargePageAllocator {
   using value_type = T;

@@ -7,8 +7,8 @@
 
 namespace semfoam {
 
-// A number as text that reads back as the same number, bit for bit: the shortest there is, "inf",
-// "-inf" or "nan".
+// Returns the shortest text that parses to the same number, bit for bit; also "inf", "-inf" and
+// "nan".
 template <typename T>
 std::string FormatNumber(T value) {
   char text[64];
@@ -16,8 +16,8 @@ std::string FormatNumber(T value) {
   return std::string(text, result.ptr);
 }
 
-// False, and `value` unchanged, where the text is not one number of the type's range and nothing
-// else.
+// Parses a text that is one number in the type's range and nothing else. Returns false, and leaves
+// `value` unchanged, where it is not.
 template <typename T>
 bool ParseNumber(const std::string& text, T* value) {
   T parsed{};

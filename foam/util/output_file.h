@@ -8,18 +8,18 @@
 
 namespace semfoam {
 
-// One output file, written in a hidden folder beside its target and renamed into place, so that a
-// reader never meets half a file and an older good file survives a failed write.
+// Writes one output file in a hidden folder beside its target and renames it into place, so that no
+// reader sees a partial file and an older file survives a failed write.
 //
 //   OutputFile file("out/scene.vdb");
 //   WriteSomehow(file.temporary_path());   // an empty file, named as the target
 //   file.Commit();                         // fsync, rename
 //
-// Without Commit (an exception or a signal on the way, say) nothing is left of it.
+// Without Commit, for example after an exception or a signal, the file is removed.
 class OutputFile {
  public:
-  // Makes the parent folders if they are missing. Throws UserError where that, or creating a file
-  // there, is not possible.
+  // Creates the parent folders if they are missing. Throws UserError where a folder or the file
+  // cannot be created.
   explicit OutputFile(std::filesystem::path target);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -27,7 +27,8 @@ class OutputFile {
 
   const std::filesystem::path& temporary_path() const { return temporary_; }
 
-  // Throws UserError when the data cannot be made durable (disk full) or the rename fails.
+  // Writes the data to the disk and renames the file to its target. Throws UserError where that
+  // fails (disk full).
   void Commit();
 
  private:
@@ -37,11 +38,11 @@ class OutputFile {
   int descriptor_ = -1;
 };
 
-// Makes `folder` (and its parents) if missing and proves that a file can be made in it. Throws
-// UserError naming the folder.
+// Creates `folder` and its parents if missing, and checks that a file can be created in it. Throws
+// UserError naming the folder where it cannot.
 void RequireWritableFolder(const std::filesystem::path& folder);
 
-// The whole text as a file, by OutputFile's rules.
+// Writes `text` as a file, by means of OutputFile.
 void WriteTextFile(const std::filesystem::path& target, std::string_view text);
 
 }  // namespace semfoam

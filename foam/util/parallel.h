@@ -7,11 +7,11 @@
 
 namespace semfoam {
 
-// Caps the threads of every parallel loop of the process while it lives, those of the libraries
-// that use oneTBB included. Of several limits at one time the smallest holds.
+// Limits the number of threads of every parallel loop of the process while it exists, those of
+// libraries that use oneTBB included. If several limits exist, the smallest applies.
 class ThreadLimit {
  public:
-  // -1 = as many threads as the machine has cores. Must be -1 or at least 1 (CHECK).
+  // Sets the maximum number of threads: at least 1, or -1 for the number of cores (CHECK).
   explicit ThreadLimit(int num_threads);
   ~ThreadLimit();
   ThreadLimit(const ThreadLimit&) = delete;

@@ -5,12 +5,13 @@
 
 namespace semfoam {
 
-// Whether a photo's name, as "a/b.jpg", is a path of a file that stays below the folder that it is
-// relative to: not empty, not absolute, without "..". Names come with data of others, and become
-// paths that are read (below the image folder) and written (below output folders).
+// Returns whether a photo's name, such as "a/b.jpg", is a path that stays below the folder that it
+// is relative to: not empty, not absolute, without "..". Names are read from files that may come
+// from untrusted sources, and are used as paths to read (below the image folder) and to write
+// (below output folders).
 bool StaysBelowFolder(const std::string& name);
 
-// Whether it is UTF-8, which alone can stand in scene.foam and in JSON files.
+// Returns whether a name is valid UTF-8, as scene.foam and JSON files require.
 bool IsUtf8(const std::string& name);
 
 }  // namespace semfoam

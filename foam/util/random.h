@@ -8,7 +8,8 @@
 namespace semfoam {
 
 // Counter-based random numbers: the k-th number of a stream is a function of (seed, purpose, index,
-// k) alone, so a run draws the same numbers whatever the threads do, and can be taken up anywhere.
+// k) alone, so a run draws the same numbers for any scheduling of its threads, and can be resumed
+// at any point.
 class CounterRandom {
  public:
   CounterRandom(uint64_t seed, uint64_t purpose, uint64_t index)
@@ -16,13 +17,13 @@ class CounterRandom {
 
   uint64_t Next() { return Mix(key_ + kGolden * ++counter_); }
 
-  // Uniform in [0, 1).
+  // Returns a uniform number in [0, 1).
   double Uniform() { return (Next() >> 11) * 0x1p-53; }
 
-  // Uniform in [0, bound), bound > 0, without bias worth the name for bound < 2^32.
+  // Returns a uniform number in [0, bound), bound > 0. The bias is below bound / 2^32.
   uint32_t Below(uint32_t bound) { return static_cast<uint32_t>(((Next() >> 32) * bound) >> 32); }
 
-  // Standard normal (Box and Muller).
+  // Returns a standard normal number (Box and Muller).
   double Normal() {
     const double radius = std::sqrt(-2 * std::log(1 - Uniform()));
     return radius * std::cos(2 * std::numbers::pi * Uniform());

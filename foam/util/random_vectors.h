@@ -7,17 +7,17 @@
 
 namespace semfoam {
 
-// Three numbers of a stream at once. In a call, as Vector3d(random->Normal(), ...) is one, it is
-// the compiler that chooses which is drawn first, and not every time alike. Here it is z, as g++
-// had it when the figures of the documents were measured.
+// Draws three numbers of a stream in a defined order: z, y, x. The order of the arguments of a
+// call, as in Vector3d(random->Normal(), ...), would be the compiler's choice; z first is the order
+// of g++, with which the published figures were measured.
 
-// Uniform in [0, 1)^3.
+// Returns a uniform point in [0, 1)^3.
 inline Eigen::Vector3d UniformVector(CounterRandom* random) {
   const double z = random->Uniform(), y = random->Uniform(), x = random->Uniform();
   return {x, y, z};
 }
 
-// Standard normal.
+// Returns a vector of standard normal numbers.
 inline Eigen::Vector3d NormalVector(CounterRandom* random) {
   const double z = random->Normal(), y = random->Normal(), x = random->Normal();
   return {x, y, z};

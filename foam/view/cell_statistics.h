@@ -9,16 +9,16 @@
 
 namespace semfoam {
 
-// Casts every `stride`-th pixel, in x and y, of all views that are not held out, and gathers per
-// cell the largest weight, the weight-averaged visible colour, and how much light passes and is
-// stopped (CellStatistics). A cell that no ray meets has zeros and the colour of its constant SH
+// Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
+// each cell the largest weight, the weight-averaged visible colour, and how much light passes and
+// is stopped (CellStatistics). A cell that no ray meets has zeros and the colour of its constant SH
 // term.
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
                             int stride);
 
-// Memory that MeasureCells takes for so many sites, in bytes, beside its result.
+// Returns the memory that MeasureCells takes for `num_sites` sites, in bytes, without its result.
 int64_t CellStatisticsBytes(int64_t num_sites);
 
 }  // namespace semfoam

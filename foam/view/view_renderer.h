@@ -49,8 +49,8 @@ class ViewRenderer {
  public:
   explicit ViewRenderer(const Foam& foam, const Device& device = {});
 
-  // Renders a view in parallel, on the device. The same bytes on any number of threads. Throws
-  // UserError where the device has too little memory.
+  // Renders a view in parallel, on the device. Returns the same bytes on any number of threads.
+  // Throws UserError where the device has too little memory.
   RenderedView Render(const CameraRays& rays) const;
 
   const Delaunay& delaunay() const { return delaunay_; }
@@ -69,8 +69,8 @@ class ViewRenderer {
   WalkGeometry<float> geometry_;
   std::vector<float> density_;  // [num_cells]
 
-  // Made by the first Render: some renderers are used without it, and a GPU needs a copy of all of
-  // the above.
+  // Made by the first Render: some renderers never render, and a GPU needs a copy of all of the
+  // above.
   mutable std::once_flag caster_is_made_;
   mutable std::unique_ptr<RayCaster> caster_;
 };

@@ -3,8 +3,12 @@
 
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
+#include "foam/view/pixel_reduction.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include <glog/logging.h>
 
 namespace semfoam {
 
@@ -34,27 +38,80 @@ Eigen::Vector3f PixelRays::Compute(int x, int y) const {
   return ray ? Eigen::Vector3f(ray->cast<float>()) : Eigen::Vector3f::Zero();
 }
 
-CameraRays MakeCameraRays(const Camera& camera,
-                          const Pose& cam_from_world,
-                          const Similarity& world_from_normalized) {
+namespace {
+
+// Rays cast together where a view is rendered in bands.
+constexpr int64_t kRaysOfBand = int64_t{1} << 18;
+
+// The rays of the rows [begin_row, end_row).
+CameraRays MakeRows(const Camera& camera,
+                    const Pose& cam_from_world,
+                    const Similarity& world_from_normalized,
+                    int begin_row,
+                    int end_row) {
   const PixelRays pixel_rays(camera, /*tabulate=*/false);
   const Eigen::Matrix3d world_from_cam =
       cam_from_world.UnitRotation().toRotationMatrix().transpose();
   CameraRays rays;
   rays.width = static_cast<int>(camera.width);
-  rays.height = static_cast<int>(camera.height);
+  rays.height = end_row - begin_row;
   rays.origin = world_from_normalized.Invert(cam_from_world.Center());
-  rays.directions.assign(camera.width * camera.height, Eigen::Vector3f::Zero());
+  rays.directions.assign(camera.width * rays.height, Eigen::Vector3f::Zero());
   ParallelForBlocks(rays.height, 16, [&](int64_t begin, int64_t end) {
     for (int64_t y = begin; y < end; ++y) {
       for (int x = 0; x < rays.width; ++x) {
         Eigen::Vector3f direction;
-        if (!pixel_rays.Direction(x, static_cast<int>(y), &direction)) continue;
+        if (!pixel_rays.Direction(x, begin_row + static_cast<int>(y), &direction)) continue;
         rays.directions[y * rays.width + x] = RotateToWorld(world_from_cam, direction);
       }
     }
   });
   return rays;
+}
+
+void Append(const RenderedView& band, RenderedView* view) {
+  const auto append = [](const auto& from, auto* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  view->width = band.width;
+  view->height += band.height;
+  append(band.color, &view->color);
+  append(band.opacity, &view->opacity);
+  append(band.distance, &view->distance);
+  append(band.class_index, &view->class_index);
+  append(band.confidence, &view->confidence);
+}
+
+}  // namespace
+
+CameraRays MakeCameraRays(const Camera& camera,
+                          const Pose& cam_from_world,
+                          const Similarity& world_from_normalized) {
+  return MakeRows(
+      camera, cam_from_world, world_from_normalized, 0, static_cast<int>(camera.height));
+}
+
+RenderedView RenderCamera(const ViewRenderer& renderer,
+                          const Camera& camera,
+                          const Pose& cam_from_world,
+                          const Similarity& world_from_normalized,
+                          int samples) {
+  CHECK_GE(samples, 1);
+  if (samples == 1) {
+    return renderer.Render(MakeCameraRays(camera, cam_from_world, world_from_normalized));
+  }
+  const Camera fine = RescaledCamera(camera, samples * camera.width, samples * camera.height);
+  const auto height = static_cast<int>(camera.height);
+  const auto rows = static_cast<int>(
+      std::max<int64_t>(1, kRaysOfBand / static_cast<int64_t>(fine.width * samples)));
+  RenderedView view;
+  for (int begin = 0; begin < height; begin += rows) {
+    const int end = std::min(height, begin + rows);
+    const CameraRays rays =
+        MakeRows(fine, cam_from_world, world_from_normalized, begin * samples, end * samples);
+    Append(AverageRays(renderer.Render(rays), samples), &view);
+  }
+  return view;
 }
 
 CameraRays MakeCameraRays(const PhotoRecord& photo,

@@ -16,25 +16,26 @@
 namespace semfoam {
 
 // A COLMAP model (a "sparse reconstruction"), as COLMAP's documentation describes its files: those
-// of 3.8 and, since 3.12, rigs and frames. Everything is kept as the file has it, in its order, so
+// of 3.8 and, since 3.12, rigs and frames. All values and their order are kept as in the files, so
 // that reading and writing back gives the same bytes.
 
 inline constexpr uint64_t kNoPoint3D = std::numeric_limits<uint64_t>::max();
 
-// x_target = rotation * x_source + translation. The rotation is the file's, of unit length to 1e-3;
-// use UnitRotation() to compute.
+// x_target = rotation * x_source + translation. The rotation is stored as in the file, with unit
+// length to 1e-3; use UnitRotation() for computations.
 struct Pose {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Eigen::Quaterniond UnitRotation() const { return rotation.normalized(); }
-  // Where the target frame's origin lies in the source frame: -R^T t.
+  // Returns the target frame's origin in the source frame: -R^T t.
   Eigen::Vector3d Center() const { return UnitRotation().conjugate() * -translation; }
 };
 
 // A feature of an image, and the point that it was triangulated to.
 struct Point2D {
-  double x = 0;  // pixels
+  // Position in pixels.
+  double x = 0;
   double y = 0;
   uint64_t point3d_id = kNoPoint3D;
 };
@@ -43,23 +44,29 @@ struct Point2D {
 struct Image {
   uint32_t id = 0;
   uint32_t camera_id = 0;
-  std::string name;     // relative to the image folder, with '/' between folders
-  Pose cam_from_world;  // with rigs: what CheckRigPoses has found composed of the frame's
+  // Path relative to the image folder, with '/' between folders.
+  std::string name;
+  // For models with rigs, the product of the frame's and the sensor's pose (CheckRigPoses).
+  Pose cam_from_world;
   std::vector<Point2D> points;
 };
 
-// One observation of a point: feature `point2d_index` of an image. The index is the file's and may
+// One observation of a point: feature `point2d_index` of an image. The index is not checked and may
 // be out of range in models of other programs.
 struct TrackElement {
   uint32_t image_id = 0;
   uint32_t point2d_index = 0;
 };
 
+// A triangulated point.
 struct Point3D {
   uint64_t id = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // world frame; may be non-finite in the file
-  Eigen::Matrix<uint8_t, 3, 1> color = Eigen::Matrix<uint8_t, 3, 1>::Zero();  // display values
-  double error = 0;  // mean reprojection error in pixels; -1 = unknown
+  // World frame; may be non-finite in the file.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  // Display values.
+  Eigen::Matrix<uint8_t, 3, 1> color = Eigen::Matrix<uint8_t, 3, 1>::Zero();
+  // Mean reprojection error in pixels; -1: unknown.
+  double error = 0;
   std::vector<TrackElement> track;
 };
 
@@ -76,18 +83,22 @@ struct RigSensor {
   std::optional<Pose> sensor_from_rig;
 };
 
+// Sensors with fixed relative poses.
 struct Rig {
   uint32_t id = 0;
-  std::optional<Sensor> reference;  // none: a rig without sensors
+  // Nothing: a rig without sensors.
+  std::optional<Sensor> reference;
   std::vector<RigSensor> others;
 };
 
-// What a rig's sensors took at one moment.
+// The data of one sensor of a rig at one time.
 struct FrameData {
   Sensor sensor;
-  uint64_t id = 0;  // of the image, for a camera
+  // Id of the image, for a camera.
+  uint64_t id = 0;
 };
 
+// The pose of a rig at one time, and the data of its sensors.
 struct Frame {
   uint32_t id = 0;
   uint32_t rig_id = 0;
@@ -95,38 +106,41 @@ struct Frame {
   std::vector<FrameData> data;
 };
 
+// The content of a model.
 struct Reconstruction {
   std::vector<Camera> cameras;
   std::vector<Image> images;
   std::vector<Point3D> points;
-  std::optional<std::vector<Rig>> rigs;      // none: the model has no such file
-  std::optional<std::vector<Frame>> frames;  // none: the model has no such file
+  // Nothing: the model has no such file.
+  std::optional<std::vector<Rig>> rigs;
+  std::optional<std::vector<Frame>> frames;
 };
 
 enum class ModelFormat { kBinary, kText };
 
-// The folder with the model's files: `path` itself, or `path`/0, `path`/sparse/0 or `path`/sparse.
-// Throws UserError when none of them holds a model.
+// Returns the folder with the model's files: `path` itself, or `path`/0, `path`/sparse/0 or
+// `path`/sparse. Throws UserError when none of them holds a model.
 std::filesystem::path FindModelFolder(const std::filesystem::path& path);
 
 // Reads the model in `folder`: binary where both formats are complete, as COLMAP does. Throws
 // UserError, one sentence naming the file, when a file is missing, cut, over-counted, followed by
-// other bytes, or inconsistent: a camera or image that is named but not there, an id or image name
-// that occurs twice, a pose that is not finite or not a rotation, rigs and frames that do not agree
-// with the images (CheckRigPoses), parameters that do not suit the
-// camera model, an image name that leaves the image folder. No count of a file is trusted: memory
-// is only taken for records that are there.
+// other bytes, or inconsistent: a camera or image that is referred to but missing, an id or image
+// name that occurs twice, a pose that is not finite or not a rotation, rigs and frames that do not
+// agree with the images (CheckRigPoses), parameters that do not suit the camera model, an image
+// name that leaves the image folder. Counts in a file are not trusted: memory is only allocated for
+// records that exist.
 Reconstruction ReadReconstruction(const std::filesystem::path& folder);
 
-// How many registered images a model has. Of a binary one only the count is read, which is not
-// checked beyond the file's size. Throws UserError as ReadReconstruction does.
+// Returns the number of registered images of a model. Reads only the count of a binary model, and
+// checks it against the file's size alone. Throws UserError as ReadReconstruction does.
 int64_t CountImages(const std::filesystem::path& folder);
 
-// Which format ReadReconstruction would choose. Throws UserError when neither is complete.
+// Returns the format that ReadReconstruction would choose. Throws UserError when neither is
+// complete.
 ModelFormat FindModelFormat(const std::filesystem::path& folder);
 
-// Writes the model's files, each by the rules of OutputFile, making the folder if missing. Throws
-// UserError when that is not possible, when the folder holds rigs or frames that are not this
+// Writes the model's files, each by means of OutputFile, and creates the folder if missing. Throws
+// UserError when a file cannot be written, when the folder holds rigs or frames that are not this
 // model's, or when a name cannot be written as text (a line break in it).
 void WriteReconstruction(const std::filesystem::path& folder,
                          const Reconstruction& reconstruction,

@@ -9,9 +9,10 @@
 
 namespace semfoam {
 
-// The two encodings of each file of a COLMAP model; colmap_model.cc chooses and checks. Readers
-// take the file's whole bytes, `path` is for messages. They throw UserError for bytes that are not
-// such a file, and check single records only.
+// Reads and writes the binary and the text encoding of each file of a COLMAP model; colmap_model.cc
+// chooses the encoding and checks the model. Readers take all bytes of the file; `path` is for
+// messages. They throw UserError for bytes that are not such a file, and check each record by
+// itself.
 
 std::vector<Camera> ParseCamerasBinary(const std::filesystem::path& path, const std::string& bytes);
 std::vector<Image> ParseImagesBinary(const std::filesystem::path& path, const std::string& bytes);

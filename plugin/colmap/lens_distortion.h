@@ -8,11 +8,11 @@
 
 namespace semfoam {
 
-// The polynomial and rational distortions of COLMAP's camera models, and the one way in which they
-// are inverted. For camera_models.cc.
+// The polynomial and rational distortions of COLMAP's camera models, and their inversion by
+// Newton's method. For camera_models.cc.
 
-// A number and its derivatives by the two coordinates of a point: what Newton's method needs of
-// the distortion, exactly and from the one formula.
+// A number and its derivatives by the two coordinates of a point, with which Newton's method gets
+// exact derivatives from the formula of the distortion.
 struct Dual {
   double value = 0;
   double du = 0;
@@ -97,8 +97,8 @@ struct ThinPrismDistortion {
   }
 };
 
-// k: k0 .. k5 p0 p1 s0 s1 s2 s3. The tangential and the prism's terms see the point where the
-// radial factor has put it.
+// k: k0 .. k5 p0 p1 s0 s1 s2 s3. The tangential and prism terms are functions of the point after
+// the radial factor.
 struct RadTanThinPrismDistortion {
   template <typename T>
   static void Apply(const double* k, const T& u, const T& v, T* x, T* y) {
@@ -125,8 +125,8 @@ Jacobian Linearize(const double* k, const Eigen::Vector2d& point) {
   return result;
 }
 
-// Newton's method for the (u, v) that the distortion maps to `target`; empty where it does not
-// converge.
+// Finds by Newton's method the (u, v) that the distortion maps to `target`; returns nothing where
+// it does not converge.
 template <typename Distortion>
 std::optional<Eigen::Vector2d> Solve(const double* k,
                                      const Eigen::Vector2d& target,
@@ -142,8 +142,8 @@ std::optional<Eigen::Vector2d> Solve(const double* k,
     Eigen::Vector2d step((j.y.dv * ex - j.x.dv * ey) / determinant,
                          (j.x.du * ey - j.y.du * ex) / determinant);
     if (!step.allFinite()) return std::nullopt;
-    // The limit keeps the iteration near the root next to the start: the ones farther out are
-    // beyond a fold of the distortion.
+    // The limit keeps the iteration near the root next to the start: roots farther out are beyond a
+    // fold of the distortion.
     const double limit = std::max(0.1 * point.norm(), 0.1);
     if (step.norm() > limit) step *= limit / step.norm();
     point -= step;
@@ -152,8 +152,8 @@ std::optional<Eigen::Vector2d> Solve(const double* k,
   return std::nullopt;
 }
 
-// Between the axis and the root the distortion must neither turn nor fold; where it does, the lens
-// sees the same pixel in two directions and the root is not the one that was photographed.
+// Returns whether the distortion neither turns nor folds between the axis and the root. Where it
+// does, two directions share the pixel, and the root is not the photographed one.
 template <typename Distortion>
 bool IsBeforeFold(const double* k, const Eigen::Vector2d& point) {
   constexpr int kSamples = 8;
@@ -164,14 +164,14 @@ bool IsBeforeFold(const double* k, const Eigen::Vector2d& point) {
   return true;
 }
 
-// The (u, v) before the first fold that the distortion maps to `target`.
+// Returns the (u, v) before the first fold that the distortion maps to `target`.
 template <typename Distortion>
 std::optional<Eigen::Vector2d> Undistort(const double* k, const Eigen::Vector2d& target) {
   auto near_target = Solve<Distortion>(k, target, target);
   if (near_target && IsBeforeFold<Distortion>(k, *near_target)) return near_target;
   // A distortion that pushes outwards before it folds may have its fold at `target` or nearer to
-  // the axis, and nothing to find from there. Outwards from the axis the root before it comes
-  // first.
+  // the axis, so that Newton's method fails from there. A search outwards from the axis finds the
+  // root before the fold first.
   constexpr int kSteps = 16;
   Eigen::Vector2d point = Eigen::Vector2d::Zero();
   for (int i = 1; i <= kSteps; ++i) {

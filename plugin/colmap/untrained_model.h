@@ -6,9 +6,9 @@
 
 namespace semfoam {
 
-// The foam that a training of `reconstruction` would begin with, colour alone: a cell at every
-// point (InitialFoam), the cameras of its images, no labels. `model_folder` is what errors call
-// the reconstruction. Throws UserError where it has no image.
+// Returns the foam that a training of `reconstruction` without masks would start from: a cell at
+// every point (InitialFoam), the cameras of its images, no labels. `model_folder` is for messages.
+// Throws UserError where the reconstruction has no image.
 Model UntrainedModel(const Reconstruction& reconstruction,
                      const std::filesystem::path& model_folder,
                      uint64_t random_seed);

@@ -9,15 +9,15 @@
 
 namespace semfoam {
 
-// Chooses the masks of a scene: in which folder they are, which photo each belongs to, and where
-// the names of their labels are.
+// Chooses the masks of a scene: their folder, the photo of each, and the file with the names of
+// their labels.
 
-// Returns the folders in which masks are looked for that the user did not name.
+// Returns the folders that are searched for masks where the user has not named the mask folder.
 std::vector<std::filesystem::path> WorkspacesOf(const SceneOptions& options);
 
 // Reads the masks' headers, in parallel. Takes the photos of the plan; fills its masks,
-// mask_folder, mask_decoding, masks_are_given, labels_file and labels_are_given. Throws as
-// PlanScene does of the masks and the labels' names.
+// mask_folder, mask_decoding, masks_are_given, labels_file and labels_are_given. Throws what
+// PlanScene throws about masks and label names.
 void ChooseMasks(const SceneOptions& options, ScenePlan* plan);
 
 }  // namespace semfoam

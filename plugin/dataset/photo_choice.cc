@@ -64,7 +64,9 @@ PhotoHeader ReadHeader(const fs::path& file, const Camera& camera, const fs::pat
     throw UserError(file.string(),
                     ": is missing, while ",
                     images_file.string(),
-                    " has this image; is image_path the folder that was given to COLMAP?");
+                    " has this image; is ",
+                    Field{"image_path"},
+                    " the folder that was given to COLMAP?");
   }
   const PhotoHeader header = ReadPhotoHeader(file);
   const PhotoSize size = header.size;

@@ -14,8 +14,8 @@ namespace semfoam {
 
 // Reads the photos' headers, in parallel. Fills photos, files, file_sizes, photo_decoding,
 // num_unregistered, num_rescaled, num_reduced and distortion of the plan; the photos have the order
-// of the model's images. `images_file`, where the model has them, is for messages. Throws as
-// PlanScene does of test_every, the model's images and the photos.
+// of the model's images. `images_file`, where the model has them, is for messages. Throws what
+// PlanScene throws about test_every, the model's images and the photos.
 void ChoosePhotos(const SceneOptions& options,
                   const Reconstruction& model,
                   const std::filesystem::path& images_file,

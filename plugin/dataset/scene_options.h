@@ -9,9 +9,9 @@
 
 namespace semfoam {
 
-// Options that say which photos and masks a training takes, and how.
+// Options of the photos and masks of a training.
 
-// Whether an effect is simulated: as the photos call for it, or as the user says.
+// Whether an effect is simulated: as the probe of the photos finds (kAuto), always, or never.
 enum class EffectSwitch { kAuto, kOn, kOff };
 
 struct SceneOptions {
@@ -28,7 +28,7 @@ struct SceneOptions {
   std::filesystem::path labels_path;
   // Distance between held-out photos, counted by name from the first photo on; 0 = hold out none.
   int test_every = 0;
-  // What id 0 of the masks is.
+  // The meaning of id 0 in the masks.
   LabelZero label_zero = LabelZero::kAuto;
   // How masks are corrected by the tracks.
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
@@ -42,7 +42,7 @@ struct SceneOptions {
   uint64_t random_seed = 0;
 };
 
-// In pixels.
+// Least movement of a corner by the distortion that is simulated, in pixels.
 inline constexpr double kLeastDistortion = 0.1;
 
 }  // namespace semfoam

@@ -21,7 +21,7 @@ namespace semfoam {
 
 // Vectors marked [photos] are parallel to `photos`.
 struct ScenePlan {
-  // The registered images, sorted by name, with cameras of the size that is trained on.
+  // The registered images, sorted by name, with cameras of the size used in training.
   std::vector<PhotoRecord> photos;
   // [photos] Files and their sizes.
   std::vector<std::filesystem::path> files;
@@ -34,10 +34,10 @@ struct ScenePlan {
   // Empty: no masks; no names.
   std::filesystem::path mask_folder;
   std::filesystem::path labels_file;
-  // Whether the user named them; false: they were found.
+  // Whether the user named them; false: they were found by their usual names.
   bool masks_are_given = false;
   bool labels_are_given = false;
-  // As in the options.
+  // Copied from SceneOptions.
   LabelZero label_zero = LabelZero::kAuto;
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
   Similarity world_from_normalized;
@@ -45,9 +45,9 @@ struct ScenePlan {
   std::vector<SeedPoint> seeds;
   // [seeds] Where training photos observe them; empty unless masks are held against them.
   std::vector<PixelObservations> seed_tracks;
-  // Number of points in the model; larger than seeds.size() where some are unfit.
+  // Number of points in the model; larger than seeds.size() where some are no seeds.
   int64_t num_points = 0;
-  // Number of files in the image folder that the model does not have.
+  // Number of photos in the image folder that the model does not have.
   int num_unregistered = 0;
   // Number of photos whose size differs from their camera's.
   int num_rescaled = 0;

@@ -10,8 +10,8 @@
 
 namespace semfoam {
 
-// Finds what a user should know of a workspace before a training of hours. Each function returns
-// one sentence, or an empty string where there is nothing to report.
+// Checks a workspace for likely mistakes before a training of hours. Each function returns one
+// sentence, or an empty string where there is nothing to report.
 
 // Returns the sentences that are not empty, in their order.
 std::vector<std::string> NonEmpty(std::vector<std::string> sentences);

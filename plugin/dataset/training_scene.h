@@ -40,9 +40,8 @@ struct LoadOptions {
 
 // The photos, their cameras and their labels. Views are sorted by name. In memory: 3 bytes a pixel
 // for the photo, 1 or 2 for its classes, where all of them fit into LoadOptions::cache_bytes (else
-// HoldsPixels is false, and a photo and its mask are decoded whenever they are asked for); and 12
-// for each distorted camera's table of rays (ray_tables.h; cameras without a table compute each
-// ray).
+// HoldsPixels is false, and a photo and its mask are decoded at each request); and 12 for each
+// distorted camera's table of rays (ray_tables.h; cameras without a table compute each ray).
 class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel, and names the labels
@@ -56,8 +55,8 @@ class TrainingScene final : public TrainingViews {
   int Height(int view) const override { return plan_.photos[view].height; }
   bool IsHeldOut(int view) const override { return plan_.photos[view].held_out; }
   Eigen::Vector3d Origin(int view) const override { return views_[view].origin; }
-  // The colour is the pixel's; after SetLights, what ReferenceColor makes of it: not a number where
-  // that is not known.
+  // The colour is that of the pixel; after SetLights, its ReferenceColor, which is NaN where it is
+  // not known.
   bool Ray(int view, int x, int y, TrainingRay* ray) const override;
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
@@ -65,11 +64,11 @@ class TrainingScene final : public TrainingViews {
   bool HoldsPixels() const override { return holds_pixels_; }
   int64_t CacheBytes() const override { return cache_bytes_; }
   int MostOpenViews() const override { return most_open_views_; }
-  // Throws UserError also where a file is not what it was when the scene was loaded: gone, of
-  // another size, or a mask with other ids.
+  // Throws UserError also where a file has changed since the scene was loaded: it is missing, has
+  // another size, or is a mask with other ids.
   std::unique_ptr<ViewPixels> OpenView(int view) const override;
 
-  // Brings the colours of rays to the reference exposure from now on. `lights` [views]; empty: the
+  // Converts the colours of all later rays to the reference exposure. `lights` [views]; empty: the
   // colours stay as they are.
   void SetLights(std::vector<PhotoLight> lights);
 
@@ -98,7 +97,7 @@ class TrainingScene final : public TrainingViews {
   std::string MaskReport() const;
   // Returns sentences for the user about the masks and their names, besides those of the plan.
   std::vector<std::string> Warnings() const;
-  // Returns what the correction of the masks by the tracks has made of them.
+  // Returns the report on the correction of the masks by the tracks.
   const MaskConsistencyReport& Consistency() const { return consistency_; }
   // Returns one line about the photos: how many, how many held out, what was left out or rescaled.
   std::string PhotoReport() const;
@@ -113,7 +112,7 @@ class TrainingScene final : public TrainingViews {
     std::shared_ptr<const PixelRays> rays;
   };
 
-  // What remains of the masks after all are decoded, until their ids have classes.
+  // The contents of all decoded masks, before their ids are numbered as classes.
   struct DecodedMasks {
     // [views] DecodedMask::indices; empty where pixels are not held.
     std::vector<ClassImage> indices;

@@ -41,7 +41,7 @@ class ClassImage {
     }
   }
 
-  // Makes room for more classes than the image was made for; pixels keep theirs.
+  // Raises the number of classes that the image can hold; pixels keep their classes.
   void Widen(int num_classes);
 
   // Returns the bytes that each pixel takes with this many classes.
@@ -54,7 +54,7 @@ class ClassImage {
 
   static constexpr uint8_t kNarrowNone = 0xff;
   static constexpr uint16_t kWideNone = 0xffff;
-  // One of both is empty.
+  // One of the two is empty.
   std::vector<uint8_t> narrow_;
   std::vector<uint16_t> wide_;
 };

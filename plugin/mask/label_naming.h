@@ -18,7 +18,7 @@ namespace semfoam {
 void NameLabels(const std::filesystem::path& labels_file, std::vector<Label>* labels);
 
 // Returns a sentence for the user about the file's names whose ids none of `labels` has, which name
-// nothing. Empty where there is none. A name of id 0, which need not be a class, is none of them.
+// nothing. Empty where there is none. Ignores a name of id 0, which need not be a class.
 std::string UnusedNamesWarning(const std::filesystem::path& labels_file,
                                const std::vector<Label>& labels);
 

@@ -8,10 +8,10 @@
 
 namespace semfoam {
 
-// Joins what the tracks say is the same: nodes (regions, or the regions of an id) are clustered
-// greedily, those of the greatest overlap first. The overlap of two clusters is the intersection
-// over union of their points as far as both have photos that could see them; so it does not matter
-// how often each was seen.
+// Clusters nodes (regions, or all regions of an id) that the tracks show to be the same object,
+// greedily by the greatest overlap. The overlap of two clusters is the intersection over union of
+// their points, restricted to points that photos of both could see; so it does not depend on how
+// often each was seen.
 //
 // `node_of_region` [regions of the evidence] is below `num_nodes`. Returns the cluster of each
 // node, by one of its nodes. Deterministic.

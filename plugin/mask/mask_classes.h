@@ -15,10 +15,11 @@ namespace semfoam {
 
 // Numbers the ids of a set of masks as classes, 0, 1, ...
 
-// What id 0 of the masks is. Trackers write 0 where they follow nothing. Where that is the odd gap,
-// it says nothing of the pixel (kIgnore). Where few things were masked and the rest is 0, it says
-// that the pixel is none of them, and without it everything would be learned as one of them
-// (kClass). kAuto: a class where at least a fifth of the masks' pixels are 0.
+// The meaning of id 0 in the masks. Trackers write 0 where they track no object. If these pixels
+// are small gaps, they are unlabelled (kIgnore). If few objects were masked and the rest is 0,
+// these pixels show none of the objects, and must be a class of their own, or else everything would
+// be learned as one of the objects (kClass). kAuto: a class if at least a fifth of the masks'
+// pixels are 0.
 enum class LabelZero { kIgnore, kClass, kAuto };
 
 // The classes of a set of masks.
@@ -33,12 +34,12 @@ struct MaskClasses {
   std::vector<int32_t> Of(const MaskContents& mask) const;
 };
 
-// Numbers the ids of all masks as classes; `contents` [pairing.masks] are of each.
+// Numbers the ids of all masks as classes; `contents` [pairing.masks] are those of each mask.
 //
 // A pixel's id is: the value of a grey mask (1 to 16 bits); the index, never the colour, of a
 // palette mask; R + 256 G + 65536 B of a colour mask (DEVA's long ids), unless no mask of the set
 // has a pixel that is not grey: then they are grey masks saved as RGB. Alpha is ignored. Id 0 is no
-// object: it becomes kUnlabelled, or a class of its own (`label_zero`).
+// object: its pixels are kUnlabelled, or a class of their own (`label_zero`).
 //
 // Label::id is the mask's id where all ids of the set are at most 65535; else they are numbered
 // from 1 in ascending order, and Label::source_id keeps the mask's.

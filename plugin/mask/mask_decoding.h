@@ -11,9 +11,9 @@
 namespace semfoam {
 
 // Decodes one mask, a PNG whose pixels hold the ids of objects, such as DEVA writes, at the size of
-// its photo. Which classes the ids have depends on all masks of a set (mask_classes.h).
+// its photo. The classes of the ids depend on all masks of a set (mask_classes.h).
 
-// What must be known of each mask before its ids have classes.
+// The contents of a mask before its ids are numbered as classes.
 struct MaskContents {
   // Whether it stores colours; false: grey values or palette indices.
   bool is_rgb = false;
@@ -32,14 +32,14 @@ struct DecodedMask {
   ClassImage indices;
 };
 
-// Takes, besides the result, the memory that MaskHeader::decoding_bytes tells. Throws UserError,
-// one sentence naming the file: a mask that is damaged or no PNG; one whose aspect is not the
-// photo's (to a pixel); one with more than kMaxMaskClasses ids; interlaced rows that do not fit
-// into memory.
+// Decodes a mask. Takes MaskHeader::decoding_bytes of memory in addition to the result. Throws
+// UserError, one sentence naming the file: a mask that is damaged or no PNG; one whose aspect is
+// not the photo's (to a pixel); one with more than kMaxMaskClasses ids; interlaced rows that do not
+// fit into memory.
 DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
 
-// Decodes a mask that had these contents when it was decoded before. Also throws UserError where
-// its ids are others now: what is known of them would be wrong.
+// Decodes a mask that had `contents` when it was decoded before. Throws UserError also where its
+// ids have changed.
 DecodedMask DecodeMaskAgain(const std::filesystem::path& path,
                             const PhotoSize& photo_size,
                             const MaskContents& contents);

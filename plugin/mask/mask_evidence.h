@@ -16,9 +16,9 @@
 
 namespace semfoam {
 
-// Collects what the SfM tracks tell of masks: a *region* is all pixels of one id in one photo, an
-// *observation* is a point of the model seen in a region, and observations of one point or of
-// neighbouring points in two photos are *linked*.
+// Collects the evidence of the SfM tracks about masks: a *region* is all pixels of one id in one
+// photo, an *observation* is a point of the model seen in a region, and observations of one point
+// or of neighbouring points in two photos are *linked*.
 
 // A label of regions while masks are corrected: an index into RegionLabels::labels. Regions begin
 // with the class of their id as their label.
@@ -77,8 +77,8 @@ void AddVote(T label, float weight, std::vector<Vote<T>>* votes) {
 // photo's size, or is not a number.
 int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most);
 
-// Returns the distance from a border, in pixels, within which a pixel's class is not relied on:
-// borders of masks are ragged, and points on the edge of an object lie as often on what is behind
+// Returns the distance from a border, in pixels, within which a pixel's class is not used: borders
+// of masks are ragged, and points on the edge of an object belong to its background as often as to
 // it.
 int RaggedRadius(const PhotoRecord& photo);
 

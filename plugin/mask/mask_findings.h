@@ -27,7 +27,7 @@ enum class MaskFault {
   kNewId,
   // A region holds several objects.
   kMerged,
-  // A region is not the object of its id, nor clearly any other one.
+  // The points of a region contradict its id, but agree on no other object.
   kContradicted,
   // A region of an id that hardly any photo has and no point confirms.
   kFragment,

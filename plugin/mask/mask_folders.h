@@ -8,7 +8,7 @@
 
 namespace semfoam {
 
-// Finds the folder of the instance masks, and reports what is in it where there is no mask.
+// Finds the folder of the instance masks, and reports the contents of folders without masks.
 
 // Returns the folder of the masks that `workspace` holds: object_mask/, then Annotations/; empty
 // where it has neither.

@@ -33,8 +33,8 @@ MaskHeader ReadMaskHeader(const std::filesystem::path& path);
 // Decodes a whole PNG and calls on_row(header, y, values) for every row from the top one on;
 // `values` [width] are the stored values, before any interpretation as colour: the grey value (1 to
 // 16 bits, not stretched), the palette index, or R + 256 G + 65536 B. Throws UserError as
-// ReadMaskHeader does, when the file is cut or damaged, and when its rows are interlaced and there
-// is not the memory for all of them; also what on_row throws.
+// ReadMaskHeader does, when the file is cut or damaged, and when its rows are interlaced and do not
+// all fit into memory; also what on_row throws.
 MaskHeader ReadMaskRows(
     const std::filesystem::path& path,
     const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
@@ -49,7 +49,8 @@ struct MaskPng {
   std::vector<uint32_t> values;
 };
 
-// As ReadMaskRows; throws UserError also when there is not the memory for all values.
+// Reads a mask as ReadMaskRows does, as a whole. Throws UserError also when the values do not fit
+// into memory.
 MaskPng ReadMaskPng(const std::filesystem::path& path);
 
 }  // namespace semfoam

@@ -23,7 +23,7 @@ class MaskRewriter {
                const std::vector<Label>& labels);
 
   const Evidence& evidence() const { return evidence_; }
-  // Returns the labels that are left, one for each class of the corrected masks.
+  // Returns the remaining labels, one for each class of the corrected masks.
   const std::vector<Label>& labels() const { return labels_; }
   // [labels of the constructor] New class of each label, kUnlabelled if it was dropped.
   const std::vector<int32_t>& class_of_label() const { return class_of_label_; }

@@ -35,10 +35,10 @@ struct LabelName {
   std::string name;
 };
 
-// Returns the names of a labels.json, ascending by id: {"labels": {"7": "mug"}}. An id is that of
-// the masks, unless the table says otherwise, as an export's does where it has numbered them anew:
-// {"labels": {"7": "mug"}, "source_ids": {"7": 81234}}. Other keys are ignored: what an export
-// writes is a valid input.
+// Returns the names of a labels.json, ascending by id: {"labels": {"7": "mug"}}. Ids are those of
+// the masks, unless the table has "source_ids", as the table of an export that renumbered them:
+// {"labels": {"7": "mug"}, "source_ids": {"7": 81234}}. Other keys are ignored, so that the tables
+// of exports can be read.
 std::vector<LabelName> ReadLabelNames(const std::filesystem::path& file);
 
 }  // namespace semfoam

@@ -28,7 +28,7 @@ std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model);
 // Class of a mask at an observed pixel and UniformRadius around it; kUnlabelled and -1 outside of
 // the photo or without a mask.
 struct MaskObservation {
-  // In the mask as it is.
+  // In the original mask.
   int32_t given_class = kUnlabelled;
   // At most RaggedRadius.
   int32_t given_radius = -1;
@@ -39,11 +39,11 @@ struct MaskObservation {
 };
 
 struct MaskedPhotos {
-  // As given, at the size at which the masks are read.
+  // The photos, at the size at which the masks are read.
   std::vector<PhotoRecord> photos;
   // Masks of the photos.
   MaskPairing pairing;
-  // Classes of the masks as they are.
+  // Classes of the original masks.
   MaskClasses given;
   // Labels of the masks corrected by the tracks, one for each class.
   std::vector<Label> labels;
@@ -52,8 +52,8 @@ struct MaskedPhotos {
   std::vector<MaskContents> contents;
   // [photos] Number of pixels by given class, without kUnlabelled.
   std::vector<std::map<int32_t, int64_t>> pixels;
-  // [points of the model] Where the photos saw each, in pixels of the records' size, and what the
-  // masks show there; none for a model that is null.
+  // [points of the model] Observations of each point, in pixels of the records' size, and the
+  // classes of the masks there; empty without a model.
   std::vector<PixelObservations> observations;
   std::vector<std::vector<MaskObservation>> shown;
   // MaskSizeWarning for the sizes of the photos as given.
@@ -66,12 +66,12 @@ struct MaskedPhotos {
 };
 
 // Reads the masks of `photos`, which are RegisteredPhotos of `model`, and corrects them by the
-// model's tracks. A null model has no tracks: then masks are believed.
+// model's tracks. With a null model there are no tracks, and the masks are used as they are.
 //
-// Masks are read at the smaller size, the mask's or the camera's: none is enlarged. Each is decoded
-// once, and a second time where the model has points: the tables above take 48 bytes for each
-// observation, and one mask for each thread is in memory. Throws UserError as DecodeMask,
-// NumberMasks, CorrectMasks and DecodeMaskAgain do, of several masks for the first.
+// Masks are read at the smaller one of their own and the camera's size: none is enlarged. Each is
+// decoded once, and a second time where the model has points: the tables above take 48 bytes for
+// each observation, and one mask for each thread is in memory. Throws UserError as DecodeMask,
+// NumberMasks, CorrectMasks and DecodeMaskAgain do; if several masks are damaged, for the first.
 MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
                               std::vector<PhotoRecord> photos,
                               const MaskPairing& pairing,
@@ -85,8 +85,8 @@ struct ViewMasks {
   ClassImage corrected;
 };
 
-// Fills `photos->shown`. Calls `masks_of` once for each view with observations, in parallel; throws
-// what it throws.
+// Fills `photos->shown`. Calls `masks_of` once for each view with observations, in parallel, and
+// rethrows its exceptions.
 void CollectObservations(const std::function<ViewMasks(int view)>& masks_of, MaskedPhotos* photos);
 
 }  // namespace semfoam

@@ -26,10 +26,10 @@ struct PointLabel {
 //   trust   of the region that the pixel lies in: of the points in it for which the other photos
 //           vote, the share that agrees, (agreeing + 1) / (judged + 2).
 //
-// Unlabelled pixels and photos without a mask do not vote: where a tracker has lost an object it
-// writes 0, which tells nothing of the point. Where id 0 is a class it votes as any other. The
-// class with the greatest weight wins; of several with the same weight, the first.
-// A point that no mask shows is kUnlabelled with confidence 0.
+// Unlabelled pixels and photos without a mask do not vote: a tracker that has lost an object writes
+// 0, which is no evidence about the point. Where id 0 is a class it votes like any other. The class
+// with the greatest weight wins; ties: the first. A point without votes is kUnlabelled with
+// confidence 0.
 std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos);
 
 }  // namespace semfoam

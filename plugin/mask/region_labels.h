@@ -8,15 +8,15 @@
 
 namespace semfoam {
 
-// The labels that the regions of the evidence refer to while masks are corrected: which ones the
-// regions begin with, and which ids they get in the end.
+// Chooses the initial labels of the regions for the correction of masks, and the ids of the final
+// labels.
 
 struct RegionLabels {
   // Labels by the value of RegionLabel.
   std::vector<Label> labels;
   // [classes of the masks] Label of each; kNoLabel where a class has no label of its own.
   std::vector<RegionLabel> label_of_class;
-  // [regions] Label that each begins with.
+  // [regions] Initial label of each.
   std::vector<RegionLabel> believed;
   // [regions] Label that the masks gave to each. Differs from `believed` where ids were joined.
   std::vector<RegionLabel> given;
@@ -24,17 +24,17 @@ struct RegionLabels {
   bool has_zero_class = false;
 };
 
-// For ids that mean the same in all photos: keeps the masks' labels, and gives ids that are the
-// same thing one label, that of the id with the most regions. Sets Region::label.
+// Keeps the masks' labels, for ids that mean the same object in all photos. Gives ids of the same
+// object one label, that of the id with the most regions. Sets Region::label.
 RegionLabels JoinIds(const std::vector<Label>& mask_labels, Evidence* evidence);
 
-// For ids that mean nothing between photos: makes a label without id and name for each cluster of
-// regions, in the order of their first regions. Regions of id 0 stay together where it is a class,
-// with its label in the first place. Sets Region::label.
+// Makes a label without id and name for each cluster of regions, for ids that are unrelated between
+// photos, in the order of their first regions. Where id 0 is a class, its regions are one cluster,
+// with the first label. Sets Region::label.
 RegionLabels MatchRegions(const std::vector<Label>& mask_labels, Evidence* evidence);
 
-// Numbers the labels of MatchRegions that regions still have from 1 on, in their order. Throws
-// FieldError of `mask_consistency` where they are more than kMaxMaskClasses.
+// Numbers the labels of MatchRegions that still have regions, from 1 on, in their order. Throws
+// FieldError of `mask_consistency` if there are more than kMaxMaskClasses.
 void NumberLabels(const std::vector<Region>& regions, RegionLabels* labels);
 
 }  // namespace semfoam

@@ -11,7 +11,7 @@
 
 namespace semfoam {
 
-// Reports what the correction of masks has made of each region.
+// Reports the correction of each region.
 
 // Logs (VLOG 1) each region whose label is not the one that the masks gave. `mask_labels` are those
 // of the masks' classes.

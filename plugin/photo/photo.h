@@ -9,27 +9,30 @@
 namespace semfoam {
 
 struct PhotoSize {
-  int width = 0;  // pixels
+  // In pixels.
+  int width = 0;
   int height = 0;
 
   bool operator==(const PhotoSize&) const = default;
 };
 
-// Whether both sizes are one picture at two resolutions, each side rounded to whole pixels.
+// Returns whether two sizes can be those of one picture at two resolutions, each side rounded to
+// whole pixels.
 bool SameAspect(const PhotoSize& a, const PhotoSize& b);
 
-// The size of a photo whose longest side is brought down to `max_image_size` pixels, as COLMAP does
-// it: the same where it has no more, or where max_image_size is 0 or less.
+// Returns the size of a photo reduced to a longest side of `max_image_size` pixels, by COLMAP's
+// rule; the same size if the photo is not larger, or if max_image_size is 0 or less.
 PhotoSize ReducedSize(const PhotoSize& size, int max_image_size);
 
-// The photo at a smaller (or the same) size: a pixel is the mean, in linear light, of the area that
-// it covers. CHECKs that neither side grows and that there is a pixel.
+// Reduces a photo to a smaller (or the same) size: each pixel is the mean, in linear light, of the
+// area that it covers. CHECKs that neither side grows and that both sizes have a pixel.
 Image8 ReducePhoto(const Image8& photo, const PhotoSize& size);
 
-// What a photo's header says.
+// The content of a photo's header.
 struct PhotoHeader {
   PhotoSize size;
-  uint64_t decoding_bytes = 0;  // memory that ReadPhoto takes at its peak, with its result
+  // Peak memory of ReadPhoto in bytes, with its result.
+  uint64_t decoding_bytes = 0;
 };
 
 // Reads the header without decoding a pixel. Throws UserError, one sentence naming the file, when
@@ -38,23 +41,23 @@ struct PhotoHeader {
 PhotoHeader ReadPhotoHeader(const std::filesystem::path& path);
 PhotoSize ReadPhotoSize(const std::filesystem::path& path);
 
-// A photo as display values, 8-bit RGB, of any integer format that OpenImageIO reads: 16 bits are
-// rounded to 8, grey is spread, transparency is laid over white (the background of training). The
-// pixels stay as they are stored: an EXIF orientation is not applied, as COLMAP does not. Throws
-// UserError as ReadPhotoHeader does, and when there is not the memory to decode the file, when it
-// cannot be decoded, completely and without one complaint of the decoder's (a cut JPEG is only a
-// warning to it), or holds floating-point values, which are no display values.
+// Reads a photo as display values, 8-bit RGB, from any integer format that OpenImageIO reads: 16
+// bits are rounded to 8, grey is copied to all channels, transparency is composited over white (the
+// background of training). Like COLMAP, does not apply an EXIF orientation. Throws UserError as
+// ReadPhotoHeader does, when the file does not fit into memory, when it cannot be decoded
+// completely and without a warning of the decoder (to which a cut JPEG is only a warning), or when
+// it holds floating-point values, which are no display values.
 Image8 ReadPhoto(const std::filesystem::path& path);
 
-// Cameras for remote sensing have a dozen bands. Beyond the first three and alpha none is looked
-// at.
+// Maximum number of channels: cameras for remote sensing have a dozen bands. Channels other than
+// the first three and alpha are ignored.
 inline constexpr int kMostChannels = 16;
 
-// Deflate packs at most 1032 bytes into one: a PNG's header that promises more than this many times
-// the file's bytes is wrong.
+// Maximum ratio of the pixels' bytes to the file's bytes of a PNG: deflate compresses at most 1032
+// to 1, so a header that promises more is wrong.
 inline constexpr uint64_t kMostPngExpansion = 1100;
 
-// What a picture's header promises, whatever reads it.
+// The size of a picture that its header claims.
 struct PictureClaim {
   int width = 0;
   int height = 0;
@@ -62,12 +65,13 @@ struct PictureClaim {
   int channels = 0;
 };
 
-// Throws UserError, one sentence naming the file, where no picture of this size can be in the file,
-// or it has more than kMostChannels channels. To be called before memory is taken for its pixels.
+// Throws UserError, one sentence naming the file, where the file cannot hold a picture of this
+// size, or the picture has more than kMostChannels channels. Must be called before memory is
+// allocated for its pixels.
 void RequirePlausible(const std::filesystem::path& path, const PictureClaim& claim);
 
-// Throws UserError, one sentence naming the file, where so many bytes, which decoding a picture of
-// this size takes, are more than the memory that is available.
+// Throws UserError, one sentence naming the file, where decoding a picture of this size takes more
+// memory than is available.
 void RequireDecodingMemory(const std::filesystem::path& path,
                            const PhotoSize& size,
                            uint64_t bytes);

@@ -8,7 +8,7 @@
 
 namespace semfoam {
 
-// How the light that a photo shows differs from the reference exposure, in linear light:
+// The difference of a photo's light from the reference exposure, in linear light:
 //
 //   photo = gain * exp(falloff[0] r^2 + falloff[1] r^4) * reference
 //
@@ -19,16 +19,17 @@ struct PhotoLight {
   Eigen::Vector2d falloff = Eigen::Vector2d::Zero();
 };
 
-// r^2 of PhotoLight at a place in a photo, in pixels (the corner of the photo is (0, 0)).
+// Returns r^2 of PhotoLight at a position in a photo, in pixels (the corner of the photo is (0,
+// 0)).
 double SquaredRadius(const Eigen::Vector2d& pixel, int width, int height);
 
-// The factor of PhotoLight at r^2.
+// Returns the factor of PhotoLight at r^2.
 Eigen::Vector3d LightAt(const PhotoLight& light, double squared_radius);
 
-// The display values (sRGB / 255, 0..1) that the pixel would have had in the reference exposure:
-// light is divided by LightAt and what is beyond white becomes white, as in a photo. Not a number
-// where that cannot be known: a channel is saturated (254 or more) and the photo is so much
-// brighter than the reference that it would turn grey, by more than 5 of 255.
+// Returns the display values (sRGB / 255, 0..1) of a pixel in the reference exposure: divides its
+// light by LightAt and clips at white, as in a photo. Returns NaN where the colour is not known: a
+// channel is saturated (254 or more), and the photo is so much brighter than the reference that
+// white would turn grey by more than 5 of 255.
 Eigen::Vector3f ReferenceColor(const uint8_t* rgb, const PhotoLight& light, double squared_radius);
 
 }  // namespace semfoam

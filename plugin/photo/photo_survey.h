@@ -12,16 +12,18 @@
 
 namespace semfoam {
 
-// What the probe of the effects asks of a photo, kept when its pixels are not.
+// The data of a photo for the probe of the effects, kept after its pixels are released.
 struct PhotoSurvey {
-  // The 3 x 3 pixels around a place, row by row, RGB.
+  // The 3 x 3 pixels around a position, row by row, RGB.
   using Patch = std::array<uint8_t, 27>;
-  std::vector<std::optional<Patch>> patches;  // of each place; none where it is not all inside
+  // [places] Nothing where the patch is not completely inside the photo.
+  std::vector<std::optional<Patch>> patches;
   int64_t border_pixels = 0;
-  int64_t white_border_pixels = 0;  // every channel 250 or more
+  // Number of pixels of the border whose channels are all 250 or more.
+  int64_t white_border_pixels = 0;
 };
 
-// `places` in pixels; the photo's corner is (0, 0).
+// Surveys a photo at `places`, in pixels; the photo's corner is (0, 0).
 PhotoSurvey SurveyPhoto(const Image8& photo, const std::vector<Eigen::Vector2d>& places);
 
 }  // namespace semfoam

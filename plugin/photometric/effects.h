@@ -51,18 +51,18 @@ struct EffectsOptions {
   // kOn implies exposure.
   EffectSwitch white_balance = EffectSwitch::kAuto;
   EffectSwitch vignetting = EffectSwitch::kAuto;
-  // As in the options that the scene was planned with: distortion and use_masks.
+  // Copied from the SceneOptions of the scene: distortion and use_masks.
   EffectSwitch distortion = EffectSwitch::kAuto;
   bool semantics = true;
   // Maximum degree of the spherical harmonics that the probe may choose.
   int sh_degree = 3;
-  // Whether to take this very degree, whatever the probe finds.
+  // Whether to use exactly this degree, whatever the probe finds.
   bool fixed_sh_degree = false;
 };
 
 // One line of the table of effects.
 struct Effect {
-  // As the options spell it: "exposure", "sh_degree" ...
+  // Name of the option: "exposure", "sh_degree" ...
   std::string name;
   // Whether it is simulated.
   bool on = false;
@@ -85,7 +85,7 @@ struct SceneEffects {
   // The figures that sh_degree follows from.
   std::vector<ViewDependence> view_dependence;
 
-  // CHECKs that there is one.
+  // Returns the effect of this name. CHECKs that it exists.
   const Effect& Find(const std::string& name) const;
 };
 

@@ -20,7 +20,7 @@ struct LightSample {
   Eigen::Vector3d log_light;
   // As for PhotoLight.
   double squared_radius = 0;
-  // Place in the photo, of any origin and unit.
+  // Position in the photo, of any origin and unit.
   Eigen::Vector2d place;
   // From the camera to the point, unit length, world axes.
   Eigen::Vector3d direction;
@@ -50,7 +50,7 @@ struct LightFit {
   LightModel model;
   // [points] Logarithm of the light at the reference exposure.
   std::vector<Eigen::Vector3d> points;
-  // [views] Their mean over the views seen is 0.
+  // [views] Mean 0 over the views with samples.
   std::vector<Eigen::Vector3d> gains;
   // [lenses]
   std::vector<Eigen::Vector2d> falloff;
@@ -88,8 +88,8 @@ struct LightFit {
 };
 
 // Fits by maximum likelihood; noise is Huber's, normal within twice its scale and with exponential
-// tails, jointly over the channels. Begins at `simpler`, a fit of a nested model to the same
-// samples, if there is one. Gives the same bytes on any number of threads.
+// tails, jointly over the channels. Starts from `simpler`, a fit of a nested model to the same
+// samples, unless it is null. Gives the same bytes on any number of threads.
 LightFit FitLight(const LightSamples& samples, const LightModel& model, const LightFit* simpler);
 
 }  // namespace semfoam

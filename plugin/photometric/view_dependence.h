@@ -9,7 +9,7 @@ namespace semfoam {
 
 // Measures how much the light of points varies with the direction from which they are seen.
 
-// What one degree of spherical harmonics adds to those below it.
+// The contribution of one degree of spherical harmonics beyond the degrees below it.
 struct ViewDependence {
   int degree = 0;
   // Standard deviation of the log light that the degree makes, over the directions from which the

@@ -3,6 +3,7 @@
 
 #include "export/scene/exportable_scene.h"
 #include "foam/model/model.h"
+#include "tools/cli/run_command.h"
 #include "tools/commands/commands.h"
 
 #include <algorithm>
@@ -88,8 +89,12 @@ inline std::string SentenceOf(const BadOptions& bad, const std::string& folder) 
         Replaced(Replaced(argument, "TABLETOP", SEMFOAM_TEST_DATA "/tabletop"), "IN", folder);
     argv.push_back(argument.data());
   }
-  return Replaced(
-      UserErrorOf([&] { command.run(static_cast<int>(argv.size()), argv.data()); }), folder, "IN");
+  try {
+    command.run(static_cast<int>(argv.size()), argv.data());
+  } catch (const UserError& error) {
+    return Replaced(ErrorSentence(error), folder, "IN");
+  }
+  return "";
 }
 
 // Expects of each case one sentence about its mistake, and no file.

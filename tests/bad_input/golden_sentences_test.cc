@@ -50,8 +50,8 @@ TEST(GoldenSentences, OfCommands) {
        "Failed to parse options - --FoamTraining.num_rays is 0; it must be greater than 0."},
       {"train",
        "--output_path|IN/trained",
-       "IN/trained/scene.foam: holds a trained foam; --overwrite 1 to replace it and its exports, "
-       "or another --output_path, would be right."},
+       "IN/trained/scene.foam: holds a trained foam; --overwrite 1 to replace it and its "
+       "exports, or another --output_path, would be right."},
       {"volumes", "--nosuch|1", "Failed to parse options - unrecognised option '--nosuch'."},
       {"volumes",
        "stray",

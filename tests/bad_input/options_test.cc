@@ -11,12 +11,12 @@ namespace {
 // Of all commands that cast rays.
 TEST(Options, Devices) {
   std::vector<BadOptions> cases = {
-      {"train", "--device|", {"", {"device", "''"}, "is invalid"}},
-      {"train", "--device|cuda:-1", {"", {"device", "'cuda:-1'"}, "is invalid"}},
+      {"train", "--device|", {"", {"device", "''", "cuda:N"}, "from 0 on"}},
+      {"train", "--device|cuda:-1", {"", {"device", "'cuda:-1'", "cuda:N"}, "from 0 on"}},
       {"meshes", "--device|cpu", {"", {"device"}, "unrecognised"}}};
   for (const char* command :
        {"segment", "train", "render", "film", "extract", "remove", "insert", "evaluate"}) {
-    cases.push_back({command, "--device|gpu", {"", {"device", "'gpu'"}, "is invalid"}});
+    cases.push_back({command, "--device|gpu", {"", {"device", "'gpu'", "cuda:N"}, "from 0 on"}});
   }
   ExpectRefused(cases);
 }

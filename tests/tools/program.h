@@ -97,6 +97,42 @@ inline Outcome RunSemfoam(const std::vector<std::string>& arguments) {
   return RunProgram(SEMFOAM_PROGRAM, arguments);
 }
 
+// A command line that is refused, and why.
+struct BadArguments {
+  std::vector<std::string> arguments;
+  Mistake mistake;
+};
+
+// Expects that `command` refuses each of these arguments behind its own, and leaves no file below
+// `output`.
+inline void ExpectEachRefused(const std::vector<std::string>& command,
+                              const std::vector<BadArguments>& cases,
+                              const std::filesystem::path& output) {
+  for (const BadArguments& bad : cases) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), bad.arguments.begin(), bad.arguments.end());
+    ExpectRefused(RunSemfoam(arguments), bad.mistake);
+    EXPECT_THAT(FilesBelow(output), testing::IsEmpty()) << bad.mistake.kind;
+  }
+}
+
+// foam_trainer on the photos, the model and the masks of a workspace, with these options besides.
+inline std::vector<std::string> TrainerOn(const std::filesystem::path& workspace,
+                                          const std::filesystem::path& output,
+                                          const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"foam_trainer",
+                                        "--image_path",
+                                        (workspace / "images").string(),
+                                        "--input_path",
+                                        (workspace / "sparse/0").string(),
+                                        "--mask_path",
+                                        (workspace / "object_mask").string(),
+                                        "--output_path",
+                                        output.string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
 // With the options of a run that is short and worth nothing but does everything, as far as
 // `arguments` do not give them.
 inline std::vector<std::string> TinyTraining(std::vector<std::string> arguments) {

@@ -90,17 +90,7 @@ class Running {
 inline std::vector<std::string> Trainer(const fs::path& workspace,
                                         const fs::path& output,
                                         const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments = {"foam_trainer",
-                                        "--image_path",
-                                        (workspace / "images").string(),
-                                        "--input_path",
-                                        (workspace / "sparse/0").string(),
-                                        "--mask_path",
-                                        (workspace / "object_mask").string(),
-                                        "--output_path",
-                                        output.string(),
-                                        "--test_every",
-                                        "8"};
+  std::vector<std::string> arguments = TrainerOn(workspace, output, {"--test_every", "8"});
   const std::pair<std::string, std::string> tiny[] = {{"--FoamTraining.num_rays", "50000"},
                                                       {"--FoamTraining.final_sites", "1500"},
                                                       {"--FoamTraining.initial_sites", "800"}};

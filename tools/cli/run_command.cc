@@ -2,7 +2,7 @@
 #include "tools/cli/run_command.h"
 
 #include "export/scene/names.h"
-#include "foam/util/error.h"
+#include "foam/train/training_options.h"
 #include "foam/util/interruption.h"
 #include "foam/util/scratch_folder.h"
 #include "tools/support/memory_task.h"
@@ -12,6 +12,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <set>
 
 #include <poll.h>
 #include <unistd.h>
@@ -27,12 +28,42 @@ void RequireWrittenOutput() {
   throw UserError("The standard output cannot be written completely; is the disk full?");
 }
 
-// Options are spelled as the fields that they set, but for this one.
+// Collects the names of TrainingOptions, as Serialize describes them.
+class NameCollector {
+ public:
+  template <typename T>
+  void Number(const std::string& name, T*) {
+    names_.insert(name);
+  }
+  const std::set<std::string>& names() const { return names_; }
+
+ private:
+  std::set<std::string> names_;
+};
+
+bool IsTrainingOption(const std::string& field) {
+  static const std::set<std::string> names = [] {
+    NameCollector collector;
+    TrainingOptions().Serialize(&collector);
+    std::set<std::string> all = collector.names();
+    all.insert({"max_image_size", "time_budget"});
+    return all;
+  }();
+  return names.count(field) != 0;
+}
+
+// Options are called as the fields that they set, some within a group: "--overwrite".
 std::string OptionOf(const std::string& field) {
-  return field == "mask_consistency" ? "Masks.consistency" : field;
+  if (IsTrainingOption(field)) return "--FoamTraining." + field;
+  return field == "mask_consistency" ? "--Masks.consistency" : "--" + field;
 }
 
 }  // namespace
+
+std::string ErrorSentence(const UserError& error) {
+  const bool is_option = dynamic_cast<const FieldError*>(&error) != nullptr;
+  return (is_option ? "Failed to parse options - " : "") + error.Spelled(OptionOf);
+}
 
 int PrintError(const std::string& sentence) {
   WaitIfExiting();
@@ -51,11 +82,8 @@ int RunCommand(void (*run)(int argc, char** argv), int argc, char** argv) {
     return EXIT_SUCCESS;
   } catch (const Interruption& interruption) {
     return interruption.ExitCode();
-  } catch (const FieldError& error) {
-    const std::string rest = std::string(error.what()).substr(error.field().size());
-    return PrintError("Failed to parse options - --" + OptionOf(error.field()) + rest);
   } catch (const UserError& error) {
-    return PrintError(error.what());
+    return PrintError(ErrorSentence(error));
   } catch (const std::filesystem::filesystem_error& error) {
     return PrintError(error.path1().string() + ": cannot be reached (" + error.code().message() +
                       "); may you read and enter its folders?");

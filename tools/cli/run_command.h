@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/error.h"
+
 #include <string>
 
 namespace semfoam {
+
+// The sentence as a user of the command line reads it: fields are spelled as their options, and a
+// FieldError begins as the parser's own errors do.
+std::string ErrorSentence(const UserError& error);
 
 // Prints "ERROR: <sentence>" to stderr as one line, whatever names of files and of things in files
 // it holds: no control character reaches the terminal. Returns the exit code 1.

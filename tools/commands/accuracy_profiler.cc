@@ -194,7 +194,9 @@ class Study {
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
     const Scores scores = ScoreModel(
-        model, "the study's foam", run_.scene.image_path, truth_, fits_exposure_, run_.device);
+        model,
+        "the study's foam",
+        {run_.scene.image_path, truth_, fits_exposure_, kDefaultSupersample, run_.device});
     if (rows_.empty()) {
       for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
     }

@@ -9,6 +9,7 @@
 #include "tools/commands/commands.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
+#include "tools/options/pixel_sampling.h"
 #include "tools/support/output_lock.h"
 
 #include <cstdio>
@@ -151,6 +152,7 @@ struct EvaluatorOptions {
   std::string json_path;
   std::string maps_path;
   std::string fit_exposure = "auto";
+  int supersample = kDefaultSupersample;
 };
 
 void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
@@ -168,6 +170,7 @@ void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
       {"auto", "0", "1"},
       "colour: fit each photo's exposure on its left half and score the right one; auto = where "
       "the foam was trained with exposure on");
+  AddSupersampleOption(options, &evaluator->supersample);
   options->AddDefaultOption(
       "json_path", &evaluator->json_path, "also write the scores to this file");
   options->AddDefaultOption(
@@ -197,7 +200,9 @@ void RunFoamEvaluator(int argc, char** argv) {
   AddOptions(&options, &evaluator);
   if (!options.Parse(argc, argv)) return;
 
-  const auto& [foam_path, image_path, truth_path, json_path, maps_path, fit_exposure] = evaluator;
+  CheckSupersample(evaluator.supersample);
+  const auto& [foam_path, image_path, truth_path, json_path, maps_path, fit_exposure, supersample] =
+      evaluator;
   std::optional<OutputLock> lock;
   if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
@@ -214,7 +219,10 @@ void RunFoamEvaluator(int argc, char** argv) {
     write_maps = MapWriter(maps_path);
   }
   const Scores scores =
-      ScoreModel(model, foam_path, image_path, truth, fits_exposure, options.device(), write_maps);
+      ScoreModel(model,
+                 foam_path,
+                 {image_path, truth, fits_exposure, supersample, options.device()},
+                 write_maps);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

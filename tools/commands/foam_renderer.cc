@@ -15,6 +15,7 @@
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
 #include "tools/options/object_choice.h"
+#include "tools/options/pixel_sampling.h"
 #include "tools/support/output_lock.h"
 #include "tools/views/trajectory.h"
 
@@ -172,10 +173,13 @@ struct Pictures {
 Pictures RenderView(const View& view,
                     const Model& model,
                     const ViewRenderer& renderer,
+                    int supersample,
                     const fs::path& output_path) {
+  const RenderedView rendered = RenderCamera(
+      renderer, view.camera, view.cam_from_world, model.world_from_normalized, supersample);
+  // Of the pixels' centres.
   const CameraRays rays =
       MakeCameraRays(view.camera, view.cam_from_world, model.world_from_normalized);
-  const RenderedView rendered = renderer.Render(rays);
   const Eigen::Vector3d z_axis =
       view.cam_from_world.UnitRotation().conjugate() * Eigen::Vector3d::UnitZ();
   Pictures pictures;
@@ -235,6 +239,7 @@ struct RendererOptions {
   std::string object;  // ids or names; empty = everything
   TrajectoryOptions trajectory{/*path=*/""};
   bool preview = false;
+  int supersample = kDefaultSupersample;
 
   bool HasTrajectory() const { return !trajectory.path.empty(); }
 };
@@ -259,6 +264,7 @@ void AddOptions(OptionManager* options, RendererOptions* renderer) {
                             &renderer->trajectory.path,
                             "instead of views, frames along {orbit, spiral} or a path.json, and "
                             "trajectory.gif of them");
+  AddSupersampleOption(options, &renderer->supersample);
   options->AddDefaultOption(
       "object", &renderer->object, "show these objects alone, ids or names, and look at them");
   options->AddDefaultOption("frames",
@@ -328,6 +334,7 @@ void RunFoamRenderer(int argc, char** argv) {
       "a trajectory.");
   AddOptions(&options, &renderer);
   if (!options.Parse(argc, argv)) return;
+  CheckSupersample(renderer.supersample);
   RequireValid(options, renderer);
 
   const OutputLock lock(renderer.output_path);
@@ -347,7 +354,8 @@ void RunFoamRenderer(int argc, char** argv) {
 
   const ViewRenderer view_renderer(model.foam, options.device());
   for (const View& view : chosen) {
-    const Pictures pictures = RenderView(view, model, view_renderer, renderer.output_path);
+    const Pictures pictures =
+        RenderView(view, model, view_renderer, renderer.supersample, renderer.output_path);
     if (renderer.preview) {
       WritePreview(view, pictures, renderer.image_path, renderer.output_path);
     }

@@ -184,8 +184,11 @@ void WriteFilm(const Model& model,
       }
     } else {
       const Camera camera = CameraOf(photo, foam_path);
-      picture = ColorImage(renderer.Render(
-          MakeCameraRays(camera, frame.cam_from_world, model.world_from_normalized)));
+      picture = ColorImage(RenderCamera(renderer,
+                                        camera,
+                                        frame.cam_from_world,
+                                        model.world_from_normalized,
+                                        kDefaultSupersample));
     }
     WriteRgbPng(pictures[i], picture);
   }

@@ -18,7 +18,9 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
   if (plan.masks.NumPaired() == 0) {
     throw FieldError(choice.labels.empty() ? "exclude_labels" : "labels",
                      " chooses objects, and without masks there will be none; leave it out, or "
-                     "give the masks with mask_path.");
+                     "give the masks with ",
+                     Field{"mask_path"},
+                     ".");
   }
   std::vector<NamedLabel> names;
   if (!plan.labels_file.empty()) {
@@ -38,16 +40,18 @@ void RequireFreePlaces(const fs::path& output_path, const std::set<ExportFormat>
   const fs::path objects = output_path / "objects";
   if (fs::exists(objects) && !fs::is_directory(objects)) {
     throw UserError(objects.string(),
-                    ": is a file, in the way of the folder of that name; choose another "
-                    "output_path.");
+                    ": is a file, in the way of the folder of that name; choose another ",
+                    Field{"output_path"},
+                    ".");
   }
   for (const ExportFormat format : {ExportFormat::kVdb, ExportFormat::kGlb, ExportFormat::kUsda}) {
     const fs::path scene =
         output_path / std::string("scene.").append(NameOf(kExportFormatNames, format));
     if (formats.count(format) == 0 || !fs::is_directory(scene)) continue;
     throw UserError(scene.string(),
-                    ": is a folder, in the way of the file of that name; choose another "
-                    "output_path.");
+                    ": is a folder, in the way of the file of that name; choose another ",
+                    Field{"output_path"},
+                    ".");
   }
 }
 

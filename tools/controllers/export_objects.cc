@@ -91,7 +91,9 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
     throw UserError(
         foam_path.string(),
         ": all components of its objects are left out, so there is no surface to write; a "
-        "smaller min_cells would be right.");
+        "smaller ",
+        Field{"min_cells"},
+        " would be right.");
   }
   if (!scene.labels_without_cells.empty()) {
     throw UserError(foam_path.string(),

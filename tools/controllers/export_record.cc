@@ -211,16 +211,18 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   const fs::path path = output_path / "labels.json";
   if (fs::is_directory(path)) {
     throw UserError(path.string(),
-                    ": is a folder, in the way of the file of that name; choose another "
-                    "output_path.");
+                    ": is a folder, in the way of the file of that name; choose another ",
+                    Field{"output_path"},
+                    ".");
   }
   if (!fs::is_regular_file(path)) return std::nullopt;
   Json json = ReadJsonFile(path);
   // Every one of ours tells of a frame and objects; the names that a user wrote do not.
   if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
     throw UserError(path.string(),
-                    ": was not written by an export and would be lost; choose another "
-                    "output_path.");
+                    ": was not written by an export and would be lost; choose another ",
+                    Field{"output_path"},
+                    ".");
   }
   if (json.contains("version") && json["version"] != kLabelSidecarVersion) {
     throw UserError(path.string(),
@@ -228,7 +230,9 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
                     json["version"].dump(),
                     ", and this program knows version ",
                     kLabelSidecarVersion,
-                    "; choose another output_path, or the program version that wrote it.");
+                    "; choose another ",
+                    Field{"output_path"},
+                    ", or the program version that wrote it.");
   }
   ExportRecord record;
   if (const Json& checksum = json[kSourceModelKey]; checksum.is_string()) {
@@ -271,7 +275,9 @@ void RequireSameFoam(const fs::path& output_path, const std::string& foam_checks
   if (!fs::exists(path) || ModelChecksum(path) == foam_checksum) return;
   throw UserError(path.string(),
                   ": is another foam than the one to export, whose files would lie beside it; "
-                  "choose another output_path.");
+                  "choose another ",
+                  Field{"output_path"},
+                  ".");
 }
 
 void RequireOneFrame(const ExportTransform& transform,
@@ -287,8 +293,17 @@ void RequireOneFrame(const ExportTransform& transform,
         ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
     if (writer && formats.count(*writer) != 0) continue;
     throw UserError((output_path / file.path).string(),
-                    ": is in another frame than this export and would stay; choose another "
-                    "output_path, or the transform, up_axis, scale and units that "
+                    ": is in another frame than this export and would stay; choose another ",
+                    Field{"output_path"},
+                    ", or the ",
+                    Field{"transform"},
+                    ", ",
+                    Field{"up_axis"},
+                    ", ",
+                    Field{"scale"},
+                    " and ",
+                    Field{"units"},
+                    " that "
                     "labels.json there tells of.");
   }
 }

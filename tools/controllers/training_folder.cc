@@ -77,10 +77,9 @@ bool TrainingFolder::IsFinished() const {
       !fs::exists(output_path_ / "labels.json")) {
     return false;
   }
-  LOG(INFO)
-      << output_path_.string()
-      << " is finished: there is a scene.foam and no checkpoint; overwrite = 1 without resume "
-         "trains it anew.";
+  LOG(INFO) << output_path_.string()
+            << " is finished: there is a scene.foam and no checkpoint; overwrite 1 without resume "
+               "trains it anew.";
   return true;
 }
 
@@ -89,16 +88,30 @@ void TrainingFolder::RequireReplaceable() const {
   const bool has_checkpoints = !Iterations().empty() || fs::exists(folder_ / kTrained);
   if (options_.overwrite || (options_.resume && has_checkpoints)) return;
   if (const fs::path foam_path = output_path_ / "scene.foam"; fs::exists(foam_path)) {
-    throw UserError(
-        foam_path.string(),
-        ": holds a trained foam; ",
-        has_checkpoints ? "resume = 1 to go on with the run that is not finished there, " : "",
-        "overwrite = 1 to replace it and its exports, or another output_path, would be right.");
+    if (has_checkpoints) {
+      throw UserError(foam_path.string(),
+                      ": holds a trained foam; ",
+                      Field{"resume"},
+                      " 1 to go on with the run that is not finished there, ",
+                      Field{"overwrite"},
+                      " 1 to replace it and its exports, or another ",
+                      Field{"output_path"},
+                      ", would be right.");
+    }
+    throw UserError(foam_path.string(),
+                    ": holds a trained foam; ",
+                    Field{"overwrite"},
+                    " 1 to replace it and its exports, or another ",
+                    Field{"output_path"},
+                    ", would be right.");
   }
   if (!record || record->files.empty()) return;
   throw UserError((output_path_ / record->files.front().path).string(),
-                  ": is of another foam, as labels.json there says; overwrite = 1 to replace all "
-                  "that it lists, or another output_path, would be right.");
+                  ": is of another foam, as labels.json there says; ",
+                  Field{"overwrite"},
+                  " 1 to replace all that it lists, or another ",
+                  Field{"output_path"},
+                  ", would be right.");
 }
 
 fs::path TrainingFolder::PathOf(int64_t iteration) const {
@@ -132,7 +145,9 @@ void TrainingFolder::RequireSameRun(const Checkpoint& checkpoint) const {
     throw UserError(checkpoint.path().string(),
                     ": this checkpoint is of a run with ",
                     what,
-                    "; the same again, or resume = 0 to train from the beginning, would be right.");
+                    "; the same again, or ",
+                    Field{"resume"},
+                    " 0 to train from the beginning, would be right.");
   };
   const auto& options = identity_.at("options");
   const auto& saved_options = checkpoint.Texts("options");
@@ -163,15 +178,18 @@ bool TrainingFolder::IsTrained() {
   const fs::path foam_path = output_path_ / "scene.foam";
   if (saved == result.end() || !fs::exists(foam_path) ||
       ModelChecksum(foam_path) != saved->second) {
-    throw UserError(
-        foam_path.string(),
-        ": is not the one that ",
-        path.string(),
-        " knows; that one, or resume = 0 and overwrite = 1 to train from the beginning, "
-        "would be right.");
+    throw UserError(foam_path.string(),
+                    ": is not the one that ",
+                    path.string(),
+                    " knows; that one, or ",
+                    Field{"resume"},
+                    " 0 ",
+                    Field{"overwrite"},
+                    " 1 to train from the beginning, "
+                    "would be right.");
   }
   LOG(INFO) << "Training is done already: going on with " << foam_path.string();
-  say_.emplace([this] { SayStoppedAfterTraining(); });
+  log_how_to_resume_.emplace([this] { LogHowToResumeAfterTraining(); });
   return true;
 }
 
@@ -190,7 +208,9 @@ std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint(DeviceKind device) 
     throw UserError(foam_path.string(),
                     ": holds a trained foam, and there is no whole checkpoint to go on from in ",
                     folder_.string(),
-                    "; export it, or train with overwrite = 1 "
+                    "; export it, or train with ",
+                    Field{"overwrite"},
+                    " 1 "
                     "from the beginning.");
   }
   LOG(INFO) << "There is no checkpoint to go on from in " << folder_.string()
@@ -208,7 +228,9 @@ void TrainingFolder::Begin() try {
   throw UserError(folder_.string(),
                   ": checkpoints cannot be kept there (",
                   error.code().message(),
-                  "); choose an output_path that you may write to.");
+                  "); choose an ",
+                  Field{"output_path"},
+                  " that you may write to.");
 }
 
 void TrainingFolder::MoveDamaged() const {
@@ -233,12 +255,12 @@ void TrainingFolder::PutAside() const {
   if (is_trained) {
     fs::rename(folder_ / kTrained, replaced / kTrained);
     LOG(WARNING) << output_path_.string()
-                 << " holds a trained foam whose exports resume = 1 would have gone on with: this "
+                 << " holds a trained foam whose exports resume 1 would have gone on with: this "
                     "run trains it anew.";
   } else {
     LOG(WARNING) << output_path_.string() << " holds a run that was stopped after iteration "
                  << left.front()
-                 << " and that resume = 1 would have gone on with: this one trains from the "
+                 << " and that resume 1 would have gone on with: this one trains from the "
                     "beginning, and the old checkpoints are in "
                  << replaced.string() << " until it has finished.";
   }
@@ -271,7 +293,7 @@ void TrainingFolder::Write(int64_t iteration, CheckpointContents contents) {
           << std::chrono::duration<double>(last_ - begin).count() << " s";
 }
 
-void TrainingFolder::SayStopped(int64_t iteration) const {
+void TrainingFolder::LogHowToResume(int64_t iteration) const {
   std::vector<int64_t> iterations;
   try {
     iterations = Iterations();
@@ -289,7 +311,7 @@ void TrainingFolder::SayStopped(int64_t iteration) const {
   }
 }
 
-void TrainingFolder::SayStoppedAfterTraining() const {
+void TrainingFolder::LogHowToResumeAfterTraining() const {
   LOG(WARNING) << "Stopped after training. To go on from there: " << resume_command_;
 }
 
@@ -298,7 +320,7 @@ void TrainingFolder::EndTraining() {
   contents.texts = identity_;
   contents.texts["result"]["scene.foam"] = ModelChecksum(output_path_ / "scene.foam");
   WriteCheckpoint(folder_ / kTrained, contents);
-  say_.emplace([this] { SayStoppedAfterTraining(); });
+  log_how_to_resume_.emplace([this] { LogHowToResumeAfterTraining(); });
   std::error_code ignored;
   for (const int64_t iteration : Iterations()) fs::remove(PathOf(iteration), ignored);
 }
@@ -311,7 +333,7 @@ void TrainingFolder::RemoveReplaced(const std::string& file) const {
 }
 
 void TrainingFolder::Finish() {
-  say_.reset();
+  log_how_to_resume_.reset();
   std::error_code error;
   for (const int64_t iteration : Iterations()) fs::remove(PathOf(iteration), error);
   for (const char* name : {kReplaced, kDamaged}) {

@@ -74,11 +74,11 @@ class TrainingFolder {
   // Writes one, with the identity, and removes all but the two newest. Where it cannot be written,
   // warns: training goes on, and the older ones stay.
   void Write(int64_t iteration, CheckpointContents contents);
-  // Says that the run was stopped after this iteration, and how to go on: from there, from an older
-  // checkpoint that is there, or not at all.
-  void SayStopped(int64_t iteration) const;
-  // Says that the run was stopped when all of the training was done, and how to go on.
-  void SayStoppedAfterTraining() const;
+  // Logs that the run was stopped after this iteration, and the command that resumes it from there
+  // or from an older checkpoint; or that there is no checkpoint to resume from.
+  void LogHowToResume(int64_t iteration) const;
+  // Logs that the run was stopped after the training, and the command that resumes it.
+  void LogHowToResumeAfterTraining() const;
   // Removes a file of a training that this one does not write, where it is of the foam that this
   // one has replaced, and says so.
   void RemoveReplaced(const std::string& file) const;
@@ -110,7 +110,7 @@ class TrainingFolder {
   CheckpointTexts identity_;
   std::vector<std::filesystem::path> damaged_;  // found by this run
   bool replaces_foam_ = false;                  // there was a scene.foam when training began
-  std::optional<OnInterrupt> say_;
+  std::optional<OnInterrupt> log_how_to_resume_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

@@ -186,12 +186,180 @@ TrainingSummary Train(const TrainingScene& scene,
     save(&contents);
     folder->Write(iteration, std::move(contents));
     if (signal == 0) return;
-    folder->SayStopped(iteration);
+    folder->LogHowToResume(iteration);
     throw Interruption(signal);
   };
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
   return TrainFoam(scene, scene.Seeds(), scene.NumClasses(), training, std::move(hooks));
+}
+
+// Plans the scene and logs its warnings. Throws UserError for what could only fail after the
+// training: what `when_planned` refuses, and names of photos that scene.foam cannot hold.
+ScenePlan PlanRun(const TrainingRun& run) {
+  ScenePlan plan = PlanScene(run.scene);
+  for (const std::string& warning : plan.warnings) LOG(WARNING) << warning;
+  if (run.when_planned) run.when_planned(plan);
+  for (const PhotoRecord& photo : plan.photos) {
+    if (IsUtf8(photo.name)) continue;
+    throw UserError((run.scene.image_path / photo.name).string(),
+                    ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
+                    "COLMAP model too.");
+  }
+  return plan;
+}
+
+// Divides the available memory between photos and foam, and logs the plan. Throws UserError where
+// it does not suffice. The number of labels is not known yet: kUsualClasses with masks.
+ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
+  const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
+  const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
+  const int64_t available = AvailableMemory();
+  const ImageMemory images =
+      PlanImageMemory(run.image_cache_gb, plan, run.training, run.time_budget > 0, available);
+  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
+            << PlanMemory(run.training, usual_classes, num_seeds, images.bytes).Report() << ", "
+            << FormatBytes(available) << " available";
+  RequireMemory(run.training, usual_classes, num_seeds, images.bytes, available);
+  return images;
+}
+
+// Loads the photos and masks, and logs what was found in them.
+TrainingScene LoadAndReport(const TrainingRun& run, ScenePlan plan, const ImageMemory& images) {
+  const auto all_bytes = static_cast<int64_t>(MemoryOf(plan).held);
+  if (images.holds_all) {
+    LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
+  } else {
+    LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
+              << ") only the pixels that are drawn are kept, in up to "
+              << FormatBytes(images.cache_bytes) << " (image_cache_gb)";
+  }
+  TrainingScene scene = LoadScene(std::move(plan), images);
+  if (run.when_labels_are_known) run.when_labels_are_known(scene.Labels());
+  LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
+            << Seconds(scene.SecondsDecoding());
+  LOG(INFO) << scene.MaskReport();
+  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+  if (scene.NumClasses() > 0 && run.scene.mask_consistency != MaskConsistency::kOff) {
+    LOG(INFO) << scene.Consistency().Line();
+  }
+  if (scene.NumClasses() > 0 && scene.Labels()[0].id == kNoObject) {
+    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
+  }
+  if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
+  return scene;
+}
+
+// Throws UserError where the memory does not suffice for the training of a loaded scene.
+void RequireTrainingMemory(const TrainingRun& run,
+                           const TrainingScene& scene,
+                           const ImageMemory& images) {
+  RequireMemory(run.training,
+                scene.NumClasses(),
+                static_cast<int64_t>(scene.Seeds().size()),
+                images.holds_all ? 0 : images.bytes,
+                AvailableMemory());
+}
+
+// Logs the memory of a scene with more labels than PlanRunMemory expected. Throws UserError where
+// it does not suffice.
+void PlanMemoryOfLabels(const TrainingRun& run,
+                        const TrainingScene& scene,
+                        const ImageMemory& images) {
+  if (scene.NumClasses() <= kUsualClasses) return;
+  const auto num_seeds = static_cast<int64_t>(scene.Seeds().size());
+  LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
+            << PlanMemory(run.training, scene.NumClasses(), num_seeds, images.bytes).Report();
+  RequireTrainingMemory(run, scene, images);
+}
+
+// Chooses the schedule of a run with a time budget, of which `begin` was the beginning: the one of
+// the checkpoint, or one that fits the time that is left. Returns the choice for later checkpoints.
+CheckpointTexts ChooseSchedule(const TrainingScene& scene,
+                               const ImageMemory& images,
+                               std::chrono::steady_clock::time_point begin,
+                               const Checkpoint* checkpoint,
+                               TrainingRun* run) {
+  if (checkpoint != nullptr) {
+    StateReader chosen("chosen_options", *checkpoint);
+    run->training.Serialize(&chosen);
+  } else {
+    FitToBudget(scene, begin, run);
+    RequireTrainingMemory(*run, scene, images);
+  }
+  CheckpointContents contents;
+  StateWriter chosen("chosen_options", &contents);
+  run->training.Serialize(&chosen);
+  return std::move(contents.texts);
+}
+
+// Logs the effects that were chosen and the schedule of the training.
+void LogTrainingPlan(const TrainingRun& run, const SceneEffects& effects) {
+  for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
+  LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
+            << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
+            << run.device.Description();
+}
+
+// Logs how the training ended. With a time budget, stores in `run` and reports the schedule that
+// was trained.
+void ReportTraining(const TrainingSummary& summary, TrainingRun* run) {
+  LOG(INFO) << summary.BriefReport();
+  if (run->scene.test_every == 0) {
+    LOG(INFO) << "No photo is held out, so the quality on new views is not known; test_every = 8 "
+                 "would hold out every 8th photo and measure it there.";
+  }
+  if (run->time_budget > 0) {
+    run->training.seconds = 0;
+    run->training.late_rays = summary.late_rays;
+    if (run->when_schedule_is_known) run->when_schedule_is_known(ScheduleTexts(run->training));
+  }
+}
+
+// Logs warnings about a foam that may be damaged or of poor quality.
+void LogWarnings(const TrainingSummary& summary) {
+  if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
+    LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
+                 << " rays hit the step limit, " << summary.nonfinite_gradients
+                 << " updates were skipped; both should be 0.";
+  }
+  if (summary.nonfinite_pixels > 0) {
+    // Photos hold whole numbers; only ReferenceColor makes others.
+    LOG(INFO) << summary.nonfinite_pixels
+              << " of the drawn pixels are saturated in photos brighter "
+              << "than the reference exposure and were left out.";
+  }
+  if (summary.unstable_iterations > 0) {
+    LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
+                 << " iterations and recovered; lower learning rates would be right.";
+  }
+  if (summary.explained_contrast < kLeastExplainedContrast) {
+    LOG(WARNING) << "The foam shows only "
+                 << std::lround(100 * std::max(0.0, summary.explained_contrast))
+                 << " % of the contrast of the training photos; more rays, lower learning rates or "
+                 << "better camera poses would be right.";
+  }
+}
+
+// Writes scene.foam, effects.json and training_log.csv, and ends the training of `folder`.
+Model WriteResult(const TrainingRun& run,
+                  const TrainingScene& scene,
+                  const SceneEffects& effects,
+                  TrainingSummary summary,
+                  TrainingFolder* folder) {
+  Model model;
+  model.foam = std::move(summary.foam);
+  model.statistics = std::move(summary.statistics);
+  model.world_from_normalized = scene.WorldFromNormalized();
+  model.labels = scene.Labels();
+  model.photos = scene.Photos();
+  model.options = ModelOptions(run, effects);
+  WriteModel(folder->path() / "scene.foam", model);
+  WriteEffects(folder->path() / "effects.json", effects, scene.Photos());
+  WriteTextFile(folder->path() / "training_log.csv", FormatTrainingLog(summary.log));
+  if (run.when_written) run.when_written(summary.log, *folder);
+  folder->EndTraining();
+  return model;
 }
 
 }  // namespace
@@ -275,141 +443,37 @@ void LogWarnings(const TrainingScene& scene) {
 
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::filesystem::path& output_path = folder->path();
-  ScenePlan plan = PlanScene(run->scene);
-  for (const std::string& warning : plan.warnings) LOG(WARNING) << warning;
-  if (run->when_planned) run->when_planned(plan);
-  for (const PhotoRecord& photo : plan.photos) {
-    if (IsUtf8(photo.name)) continue;
-    // Before the training, not at its end.
-    throw UserError((run->scene.image_path / photo.name).string(),
-                    ": its name is not UTF-8 and cannot stand in scene.foam; rename it, in the "
-                    "COLMAP model too.");
-  }
-  const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
-  const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
-  const int64_t available = AvailableMemory();
-  const ImageMemory images =
-      PlanImageMemory(run->image_cache_gb, plan, run->training, run->time_budget > 0, available);
-  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run->training, usual_classes, num_seeds, images.bytes).Report() << ", "
-            << FormatBytes(available) << " available";
-  RequireMemory(run->training, usual_classes, num_seeds, images.bytes, available);
+  ScenePlan plan = PlanRun(*run);
+  const ImageMemory images = PlanRunMemory(*run, plan);
   folder->SetIdentity(IdentityOf(*run, plan));
-  if (folder->IsTrained()) return ReadModel(output_path / "scene.foam");
+  if (folder->IsTrained()) return ReadModel(folder->path() / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
-  const auto all_bytes = static_cast<int64_t>(MemoryOf(plan).held);
-  if (images.holds_all) {
-    LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
-  } else {
-    LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
-              << ") only the pixels that are drawn are kept, in up to "
-              << FormatBytes(images.cache_bytes) << " (image_cache_gb)";
-  }
-  TrainingScene scene = LoadScene(std::move(plan), images);
-  if (run->when_labels_are_known) run->when_labels_are_known(scene.Labels());
-  LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
-            << Seconds(scene.SecondsDecoding());
-  LOG(INFO) << scene.MaskReport();
-  for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
-  if (scene.NumClasses() > 0 && run->scene.mask_consistency != MaskConsistency::kOff) {
-    LOG(INFO) << scene.Consistency().Line();
-  }
-  if (scene.NumClasses() > 0 && scene.Labels()[0].id == kNoObject) {
-    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
-  }
-  if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
-  if (scene.NumClasses() > kUsualClasses) {
-    LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
-              << PlanMemory(run->training, scene.NumClasses(), num_seeds, images.bytes).Report();
-    RequireMemory(run->training,
-                  scene.NumClasses(),
-                  num_seeds,
-                  images.holds_all ? 0 : images.bytes,
-                  AvailableMemory());
-  }
-  CheckpointTexts texts;
-  texts["labels"] = LabelTexts(scene.Labels());
-  // Before a budget is divided: this takes of it too.
+
+  TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
+  PlanMemoryOfLabels(*run, scene, images);
+
+  // The probe takes some of a time budget, so it comes before the schedule is chosen.
   SceneEffects effects = ProbeEffects(scene, run->effects);
   scene.SetLights(effects.lights);
+  CheckpointTexts texts;
+  texts["labels"] = LabelTexts(scene.Labels());
   if (run->time_budget > 0) {
-    if (checkpoint != nullptr) {
-      StateReader chosen("chosen_options", *checkpoint);
-      run->training.Serialize(&chosen);
-    } else {
-      FitToBudget(scene, begin, run);
-      RequireMemory(run->training,
-                    scene.NumClasses(),
-                    num_seeds,
-                    images.holds_all ? 0 : images.bytes,
-                    AvailableMemory());
-    }
-    CheckpointContents contents;
-    StateWriter chosen("chosen_options", &contents);
-    run->training.Serialize(&chosen);
-    texts.merge(contents.texts);
+    texts.merge(ChooseSchedule(scene, images, begin, checkpoint.get(), run));
     run->effects.sh_degree = run->training.sh_degree;
     ChooseShDegree(run->effects, &effects);
   }
-  for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
   run->training.sh_degree = effects.sh_degree;
-  LOG(INFO) << "Training with " << Millions(run->training.num_rays) << " rays, up to "
-            << run->training.final_sites << " sites, SH degree " << run->training.sh_degree << ", "
-            << run->device.Description();
+  LogTrainingPlan(*run, effects);
 
-  // A signal that comes when the last iteration has begun waits until the result is safe.
+  // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary =
       Train(scene, run->training, texts, run->device, std::move(checkpoint), folder);
-  const std::vector<TrainingProgress>& reports = summary.log;
-  LOG(INFO) << summary.BriefReport();
-  if (run->scene.test_every == 0) {
-    LOG(INFO) << "No photo is held out, so the quality on new views is not known; test_every = 8 "
-                 "would hold out every 8th photo and measure it there.";
-  }
-  if (run->time_budget > 0) {
-    run->training.seconds = 0;
-    run->training.late_rays = summary.late_rays;
-    if (run->when_schedule_is_known) run->when_schedule_is_known(ScheduleTexts(run->training));
-  }
-  if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
-    LOG(WARNING) << "The foam may be damaged: " << summary.step_limit_hits
-                 << " rays hit the step limit, " << summary.nonfinite_gradients
-                 << " updates were skipped; both should be 0.";
-  }
-
-  if (summary.nonfinite_pixels > 0) {
-    // Photos hold whole numbers; only ReferenceColor makes others.
-    LOG(INFO) << summary.nonfinite_pixels
-              << " of the drawn pixels are saturated in photos brighter "
-              << "than the reference exposure and were left out.";
-  }
-  if (summary.unstable_iterations > 0) {
-    LOG(WARNING) << "The run was unstable for " << summary.unstable_iterations
-                 << " iterations and recovered; lower learning rates would be right.";
-  }
-  if (summary.explained_contrast < kLeastExplainedContrast) {
-    LOG(WARNING) << "The foam shows only "
-                 << std::lround(100 * std::max(0.0, summary.explained_contrast))
-                 << " % of the contrast of the training photos; more rays, lower learning rates or "
-                 << "better camera poses would be right.";
-  }
-
-  Model model;
-  model.foam = std::move(summary.foam);
-  model.statistics = std::move(summary.statistics);
-  model.world_from_normalized = scene.WorldFromNormalized();
-  model.labels = scene.Labels();
-  model.photos = scene.Photos();
-  model.options = ModelOptions(*run, effects);
-  WriteModel(output_path / "scene.foam", model);
-  WriteEffects(output_path / "effects.json", effects, scene.Photos());
-  WriteTextFile(output_path / "training_log.csv", FormatTrainingLog(reports));
-  if (run->when_written) run->when_written(reports, *folder);
-  folder->EndTraining();
+  ReportTraining(summary, run);
+  LogWarnings(summary);
+  Model model = WriteResult(*run, scene, effects, std::move(summary), folder);
   if (const int signal = InterruptionRequested()) {
-    folder->SayStoppedAfterTraining();
+    folder->LogHowToResumeAfterTraining();
     throw Interruption(signal);
   }
   return model;

@@ -110,20 +110,19 @@ Image8 ConfidenceImage(const RenderedView& rendered) {
 // Renders one held-out view and scores its colours and labels.
 ViewScore ScoreView(const PhotoRecord& photo,
                     const fs::path& foam_path,
-                    const fs::path& image_path,
                     const Model& model,
                     const ViewRenderer& renderer,
-                    bool fit_exposure,
+                    const ScoreOptions& options,
                     const OnViewMaps& on_maps,
                     ObjectScorers* objects) {
-  Image8 truth = ReadPhoto(image_path / photo.name);
+  Image8 truth = ReadPhoto(options.image_path / photo.name);
   const PhotoSize trained = {photo.width, photo.height};
   // As training reduced it, --FoamTraining.max_image_size.
   if (truth.width > trained.width && SameAspect({truth.width, truth.height}, trained)) {
     truth = ReducePhoto(truth, trained);
   }
   if (truth.width != photo.width || truth.height != photo.height) {
-    throw UserError((image_path / photo.name).string(),
+    throw UserError((options.image_path / photo.name).string(),
                     ": is ",
                     truth.width,
                     "x",
@@ -132,15 +131,20 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     photo.width,
                     "x",
                     photo.height,
-                    "; image_path takes the photos of the training.");
+                    "; ",
+                    Field{"image_path"},
+                    " takes the photos of the training.");
   }
-  const RenderedView rendered =
-      renderer.Render(MakeCameraRays(photo, model.world_from_normalized, foam_path));
+  const RenderedView rendered = RenderCamera(renderer,
+                                             CameraOf(photo, foam_path),
+                                             PoseOf(photo),
+                                             model.world_from_normalized,
+                                             options.supersample);
   if (model.foam.HasSemantics()) {
     objects->Add(photo.name, IdImage(rendered, model.labels));
   }
   ImagePair pair = {ColorImage(rendered), std::move(truth)};
-  if (fit_exposure) pair = FitExposure(pair.render, pair.photo);
+  if (options.fit_exposure) pair = FitExposure(pair.render, pair.photo);
   if (on_maps) {
     ViewMaps maps;
     maps.error = ErrorImage(pair.render, pair.photo);
@@ -161,19 +165,16 @@ std::optional<LabelScore> MeanOf(const std::vector<LabelScore>& scores) {
 
 Scores ScoreModel(const Model& model,
                   const fs::path& foam_path,
-                  const fs::path& image_path,
-                  const fs::path& truth_path,
-                  bool fit_exposure,
-                  const Device& device,
+                  const ScoreOptions& options,
                   const OnViewMaps& on_maps) {
   const MemoryTask task("held-out views are rendered and scored", "smaller photos");
-  const ViewRenderer renderer(model.foam, device);
-  ObjectScorers objects(truth_path, model);
+  const ViewRenderer renderer(model.foam, options.device);
+  ObjectScorers objects(options.truth_path, model);
   Scores scores;
   for (const PhotoRecord& photo : model.photos) {
     if (!photo.held_out) continue;
     scores.views.push_back(
-        ScoreView(photo, foam_path, image_path, model, renderer, fit_exposure, on_maps, &objects));
+        ScoreView(photo, foam_path, model, renderer, options, on_maps, &objects));
   }
   objects.Finish(&scores);
   return scores;
@@ -215,13 +216,17 @@ fs::path FindTruth(const fs::path& truth_path, const fs::path& image_path) {
   if (!truth_path.empty()) {
     if (!fs::is_directory(truth_path)) {
       throw UserError(truth_path.string(),
-                      ": there is no such folder; truth_path takes the folder that holds one "
+                      ": there is no such folder; ",
+                      Field{"truth_path"},
+                      " takes the folder that holds one "
                       "folder of masks for each object.");
     }
     const auto is_folder = [](const fs::directory_entry& entry) { return entry.is_directory(); };
     if (std::none_of(fs::directory_iterator(truth_path), fs::directory_iterator(), is_folder)) {
       throw UserError(truth_path.string(),
-                      ": holds no folder of an object's masks; truth_path takes the folder that "
+                      ": holds no folder of an object's masks; ",
+                      Field{"truth_path"},
+                      " takes the folder that "
                       "holds one for each object.");
     }
     return truth_path;

@@ -4,6 +4,7 @@
 #include "foam/device/device.h"
 #include "foam/image/image.h"
 #include "foam/model/model.h"
+#include "plugin/colmap/camera_rays.h"
 #include "tools/evaluation/label_scores.h"
 
 #include <filesystem>
@@ -37,19 +38,27 @@ struct Scores {
       unscored;  // of each object whose exact masks show it nowhere, a sentence
 };
 
-// Renders every held-out photo of `model` on `device` and compares it with the photo in
-// `image_path`, brought to the size in the model; and where `truth_path` is not empty, the labels
-// with the exact masks there, `<object>/<photo>.png` (with the photo's folder, or else without).
-// With `fit_exposure`, colour is scored on the photos' right halves, in the exposure that fits
-// their left ones (FitExposure). `foam_path` is what errors call the model. Calls `on_maps` (if
-// any) with each view's maps. Throws UserError naming the photo or mask that is missing, damaged or
-// of another aspect.
+struct ScoreOptions {
+  std::filesystem::path image_path;  // folder of the photos
+  // Folder of the exact masks, `<object>/<photo>.png` (with the photo's folder, or else without);
+  // empty = labels are not scored.
+  std::filesystem::path truth_path;
+  // Whether to score colour on the photos' right halves, in the exposure that fits their left ones
+  // (FitExposure).
+  bool fit_exposure = false;
+  // Rays along each edge of a pixel, see RenderCamera.
+  int supersample = kDefaultSupersample;
+  // Renders the views.
+  Device device;
+};
+
+// Renders every held-out photo of `model` and compares it with the photo in `image_path`, brought
+// to the size in the model, and the labels with the exact masks. `foam_path` is what errors call
+// the model. Calls `on_maps` (if any) with each view's maps. Throws UserError naming the photo or
+// mask that is missing, damaged or of another aspect.
 Scores ScoreModel(const Model& model,
                   const std::filesystem::path& foam_path,
-                  const std::filesystem::path& image_path,
-                  const std::filesystem::path& truth_path,
-                  bool fit_exposure,
-                  const Device& device,
+                  const ScoreOptions& options,
                   const OnViewMaps& on_maps = nullptr);
 
 ViewScore MeanOf(const std::vector<ViewScore>& views);

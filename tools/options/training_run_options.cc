@@ -119,13 +119,7 @@ void FinishTrainingRun(const OptionManager& options,
     RequireWorkspace(workspace_path);
     CompleteFromWorkspace(workspace_path, run);
   }
-  try {
-    CompleteTrainingRun(run);
-  } catch (const FieldError& error) {
-    if (error.field() == "image_cache_gb") throw;
-    throw FieldError("FoamTraining." + error.field(),
-                     std::string(error.what()).substr(error.field().size()));
-  }
+  CompleteTrainingRun(run);
   for (const char* name :
        {"num_rays", "rays_per_iteration", "final_sites", "sh_degree", "densify_events"}) {
     if (options.IsGiven(std::string("FoamTraining.") + name)) run->kept_options.insert(name);

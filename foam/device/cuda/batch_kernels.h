@@ -9,22 +9,27 @@
 #include <algorithm>
 #include <cstdint>
 
-// CastBatch (ray_batch.h) as kernels: what one thread of each does. All arrays are the GPU's.
+// CastBatch (ray_batch.h) as kernels. Each kernel documents what one thread does. All arrays are
+// the GPU's.
 
 namespace semfoam {
 
-// A classification that the classifier is to learn from: an identity and its class.
+// A training sample of the classifier: an identity and its class.
 struct ClassSample {
   float identity[kIdentityDim];
-  int32_t class_index;  // kUnlabelled: none
-  float log_sum;        // of the exponentials of its logits
-  float scale;          // of its derivative by the logits
+  // kUnlabelled: none.
+  int32_t class_index;
+  // Logarithm of the sum of the exponentials of the logits.
+  float log_sum;
+  // Factor of the derivatives by the logits.
+  float scale;
 };
 
-// What is said of one ray, to be added up.
+// Losses and counts of one ray, to be summed.
 struct RayTally {
   RayLossTerms<float> loss;
-  SlotCursor end;  // of its contributions
+  // End of the ray's contributions.
+  SlotCursor end;
   uint32_t num_contributions = 0;
   uint32_t num_segments = 0;
   uint32_t num_clamped = 0;
@@ -57,7 +62,7 @@ struct CastRay {
     record.composite = {};
     for (int q = 0; q < kNumQuantiles; ++q) record.composite.quantile_tau[q] = ray.quantile_tau[q];
     TraceRay(geometry, shading, ray.start_cell, cutoff_tau, &record);
-    // Room for the cell behind the last segment.
+    // Reserves a slot for the cell behind the last segment.
     const bool has_room = record.AddRoom();
     RayTally& tally = tallies[i] = {};
     if (record.overflow || !has_room) return;  // all will be cast anew, with a larger pool
@@ -94,8 +99,8 @@ struct CastRay {
   }
 
  private:
-  // The cross-entropy of an identity; what the classifier will want to know of it goes into the
-  // sample. See ClassLoss::Add.
+  // Computes the cross-entropy of an identity, and writes the classifier's training sample. See
+  // ClassLoss::Add.
   SEMFOAM_HOST_DEVICE float Classify(const float* identity,
                                      int32_t class_index,
                                      float weight,
@@ -110,7 +115,7 @@ struct CastRay {
   }
 };
 
-// Sums of tallies of kRaysPerTally rays, in their order.
+// Sums the tallies of kRaysPerTally rays, in their order.
 inline constexpr int64_t kRaysPerTally = 256;
 struct TallySum {
   RayLossTerms<double> loss;
@@ -148,8 +153,9 @@ struct CountContributions {
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const { counts[i] = tallies[i].num_contributions; }
 };
 
-// Lists where the contributions lie, in the order of the rays. Where in the pool a ray's chunks are
-// depends on which thread was first; the order of this list does not. Thread: ray.
+// Lists the pool positions of the contributions in the order of the rays. The position of a ray's
+// chunks in the pool depends on the scheduling of the threads; the order of this list does not.
+// Thread: ray.
 struct ListContributions {
   SegmentPool pool;
   const RayTally* tallies;
@@ -168,7 +174,7 @@ struct ListContributions {
   }
 };
 
-// Where each cell's contributions begin and end in the sorted list. Thread: contribution.
+// Finds where each cell's contributions begin and end in the sorted list. Thread: contribution.
 struct FindRuns {
   const uint32_t* cells;  // sorted
   int64_t count;
@@ -181,8 +187,8 @@ struct FindRuns {
   }
 };
 
-// Derivatives by the classifier's parameters, summed over parts of the samples: the weights and the
-// bias of a class, a row of kClassRow. Thread: part and class.
+// Sums the derivatives by the classifier's parameters over parts of the samples. A row of kClassRow
+// values holds the weights and the bias of a class. Thread: part and class.
 inline constexpr int kClassRow = kIdentityDim + 1;
 struct SumClassGradients {
   ClassifierView<float> classifier;
@@ -210,7 +216,7 @@ struct SumClassGradients {
   }
 };
 
-// Adds the parts up. Thread: parameter.
+// Sums the parts. Thread: parameter.
 struct AddClassParts {
   const float* sums;
   int64_t num_parts;

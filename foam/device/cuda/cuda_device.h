@@ -10,19 +10,19 @@
 #include <memory>
 #include <string>
 
-// NVIDIA's GPUs. Only in programs built with SEMFOAM_CUDA; see device_factory.h, which is for
-// everybody.
+// Devices for NVIDIA GPUs, in programs built with SEMFOAM_CUDA. Other code uses device_factory.h,
+// which every build has.
 
 namespace semfoam {
 
-// The GPUs that there are; 0 also where there is no driver.
+// Returns the number of GPUs; 0 without a driver.
 int NumCudaDevices();
 
-// "cuda:0 (NVIDIA H200, 140 GB)".
+// Returns a description such as "cuda:0 (NVIDIA H200, 140 GB)".
 std::string CudaDeviceDescription(int device);
 
-// See MakeTrainingDevice and MakeRayCaster. `device` is one of NumCudaDevices. Throws UserError
-// where the GPU has too little memory.
+// Make the devices of MakeTrainingDevice and MakeRayCaster (device_factory.h). `device` is below
+// NumCudaDevices(). Throw UserError where the GPU has too little memory.
 std::unique_ptr<TrainingDevice> MakeCudaTrainingDevice(int device, TrainingState* state);
 std::unique_ptr<RayCaster> MakeCudaRayCaster(int device,
                                              const WalkGeometry<float>& geometry,

@@ -15,8 +15,8 @@
 
 namespace semfoam {
 
-// CHECKs that a call of CUDA succeeded; `what` says which. Throws UserError where the GPU has too
-// little memory, which is the user's to change.
+// CHECKs that a call of CUDA succeeded; `what` names the call. Throws UserError where the GPU has
+// too little memory, which the user can change.
 inline void CheckCuda(cudaError_t error, const char* what) {
   if (error == cudaErrorMemoryAllocation) {
     throw UserError(
@@ -34,8 +34,8 @@ __global__ void __launch_bounds__(128) RunKernel(int64_t count, const Kernel ker
   }
 }
 
-// See HostMachine. All work of one machine is done in the order in which it was asked for (a stream
-// of its own).
+// Implements the interface of HostMachine on a GPU. All operations of one machine run in the order
+// of their calls (in one CUDA stream).
 class CudaMachine {
  public:
   explicit CudaMachine(int device) : device_(device) {
@@ -62,7 +62,7 @@ class CudaMachine {
       std::swap(a.capacity_, b.capacity_);
     }
 
-    // What was in it is lost. Memory is only asked for when it grows.
+    // Resizes the array; its contents are lost. Allocates only when it grows.
     void Resize(size_t size) {
       if (size > capacity_) {
         CheckCuda(cudaFree(memory_), "cudaFree");
@@ -159,7 +159,7 @@ class CudaMachine {
   }
 
  private:
-  // Which GPU is meant is a matter of the calling thread.
+  // CUDA keeps the current GPU per calling thread.
   void Use() const { CheckCuda(cudaSetDevice(device_), "cudaSetDevice"); }
 
   void* Scratch(size_t bytes) {

@@ -8,14 +8,15 @@
 
 #include <cstdint>
 
-// Rearrange, FoamOptimizer::Rearrange and TrainingDevice::HoldDensities as kernels: what one thread
-// of each does. All arrays are the GPU's; new arrays are others than the old ones.
+// Rearrange, FoamOptimizer::Rearrange and TrainingDevice::ClampDensities as kernels. Each
+// kernel documents what one thread does. All arrays are the GPU's; results never overlap inputs.
 
 namespace semfoam {
 
-// What rays do not see becomes transparent, before a densification. Thread: old site.
+// Makes cells that no ray sees transparent, before a densification. Thread: old site.
 struct FadeUnseen {
-  const float* contribution;  // DensificationStatistics
+  // DensificationStatistics::contribution.
+  const float* contribution;
   float transparent_contribution;
   float* raw_density;
 
@@ -24,11 +25,13 @@ struct FadeUnseen {
   }
 };
 
-// Where the sites are: old ones stay where they are now. Thread: new site.
+// Places the sites: old ones keep their current positions. Thread: new site.
 struct PlaceSites {
-  const uint32_t* origin;  // Rearrangement
+  // Rearrangement::origin and is_new.
+  const uint32_t* origin;
   const uint8_t* is_new;
-  const Eigen::Vector3f* planned;  // [new N]
+  // [new N] Rearrangement::positions.
+  const Eigen::Vector3f* planned;
   const Eigen::Vector3f* old_positions;
   Eigen::Vector3f* positions;
 
@@ -37,12 +40,15 @@ struct PlaceSites {
   }
 };
 
-// New row k is old row origin[k], or zeros where that is asked for. Thread: value of the result.
+// Copies old row origin[k] to new row k, or writes zeros where is_zero[k]. Thread: value of the
+// result.
 template <typename T>
 struct GatherRows {
   const uint32_t* origin;
-  const uint8_t* is_zero;  // [new N], or null: none is
-  int stride;              // of a row
+  // [new N]; null: no row is zero.
+  const uint8_t* is_zero;
+  // Length of a row.
+  int stride;
   const T* old_values;
   T* values;
 
@@ -54,16 +60,17 @@ struct GatherRows {
 };
 
 // Thread: site.
-struct HoldDensity {
+// Applies ClampedRawDensity. Thread: site.
+struct ClampDensity {
   const uint8_t* is_clear;
   float* raw_density;
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
-    raw_density[i] = HeldRawDensity(raw_density[i], is_clear[i] != 0);
+    raw_density[i] = ClampedRawDensity(raw_density[i], is_clear[i] != 0);
   }
 };
 
-// CellDensities, but for the guards'. Thread: site.
+// Computes CellDensities of the sites; those of the guards are not written. Thread: site.
 struct ActivateDensity {
   const float* raw_density;
   float* density;

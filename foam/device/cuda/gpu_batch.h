@@ -14,20 +14,20 @@
 
 namespace semfoam {
 
-// A batch of rays on a GPU: casts them forward and backward, and sorts their contributions by cell.
-// One batch at a time; the arrays are reused from batch to batch.
+// Casts a batch of rays on a GPU, forward and backward, and sorts their contributions by cell.
+// Holds one batch at a time; the arrays are reused from batch to batch.
 //
-// The gradients of a batch are summed in the order of the rays, whichever thread was first: each
-// ray leaves its contributions in a pool, these are listed in the order of the rays, sorted by cell
-// (stably), and each cell adds up its own. So the bytes of a result depend on the input and the
-// kind of GPU alone.
+// The gradients of a batch are summed in the order of the rays, whatever the scheduling of the
+// threads: each ray writes its contributions to a pool, these are listed in the order of the rays,
+// sorted by cell (stably), and each cell sums its own. So the bytes of a result depend on the input
+// and the kind of GPU alone.
 template <typename Machine>
 class GpuBatch {
  public:
   template <typename T>
   using Array = typename Machine::template Array<T>;
 
-  // Casts the rays of a step; their contributions are in the pool then.
+  // Casts the rays of a step and writes their contributions to the pool.
   void Cast(Machine& machine,
             const TrainingStep& step,
             const WalkView<float>& geometry,
@@ -62,12 +62,13 @@ class GpuBatch {
       uint32_t taken = 0;
       machine.Download(taken_, 1, &taken);
       if (taken <= chunks_.size()) return;
-      // Rays that found no room have stopped, so that still more may be wanted.
+      // Rays that overflowed the pool have stopped, so they may need more than they requested.
       ResizePool(taken + taken / 4);
     }
   }
 
-  // After Cast: returns the batch's totals, and the number of contributions in `num_contributions`.
+  // Returns the batch's totals, and the number of contributions in `num_contributions`. Must be
+  // called after Cast.
   BatchTotals FetchTotals(Machine& machine, int64_t* num_contributions) {
     const auto num_rays = static_cast<int64_t>(tallies_.size());
     tally_sums_.Resize((num_rays + kRaysPerTally - 1) / kRaysPerTally);
@@ -87,7 +88,7 @@ class GpuBatch {
     return totals;
   }
 
-  // Sorts `count` contributions, all that there are, by cell.
+  // Sorts all `count` contributions by cell.
   void SortContributions(Machine& machine, uint32_t num_sites, int64_t count) {
     const size_t num_rays = tallies_.size();
     counts_.Resize(num_rays);
@@ -107,12 +108,13 @@ class GpuBatch {
     machine.ForEach(count, FindRuns{cells_.data(), count, begin_.data(), end_.data()});
   }
 
-  // After SortContributions, until the next Cast.
+  // Returns the sorted contributions. Valid after SortContributions until the next Cast.
   CellContributions Contributions() const {
     return {slots_.data(), order_.data(), begin_.data(), end_.data(), outputs_.data()};
   }
 
-  // After Cast: what the classifier learns from, one sample a ray; empty without semantics.
+  // Returns the training samples of the classifier, one per ray; empty without semantics. Valid
+  // after Cast.
   const Array<ClassSample>& samples() const { return samples_; }
 
  private:

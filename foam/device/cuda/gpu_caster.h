@@ -13,7 +13,7 @@
 
 namespace semfoam {
 
-// Shows a foam that is on a GPU (Machine: CudaMachine; HostMachine in tests).
+// Renders a foam that is on a GPU (Machine: CudaMachine; HostMachine in tests).
 template <typename Machine>
 class GpuCaster : public RayCaster {
  public:

@@ -16,7 +16,7 @@
 
 namespace semfoam {
 
-// Values into an array of a GPU, and back; the target takes on their number.
+// Copy values to an array of a GPU and back; the target is resized to their number.
 template <typename Machine, typename Vector, typename Array>
 void SendTo(Machine& machine, const Vector& values, Array* array) {
   array->Resize(values.size());
@@ -28,7 +28,7 @@ void FetchFrom(Machine& machine, const Array& array, Vector* values) {
   machine.Download(array, array.size(), values->data());
 }
 
-// What a ray has to see of a foam, in the memory of a GPU.
+// The arrays of a foam that rays read, in the memory of a GPU.
 template <typename Machine>
 struct GpuScene {
   template <typename T>
@@ -88,11 +88,11 @@ struct GpuScene {
   }
 };
 
-// Shows rays of a scene that is on the GPU. Ray: as in RenderRay.
+// Renders rays of a scene that is on the GPU. `Ray` is that of RenderRay.
 template <typename Machine, typename Ray>
 class GpuRenderer {
  public:
-  // `hit_step_limit`: whether any ray did.
+  // Returns in `hit_step_limit` whether any ray hit the step limit.
   std::vector<RenderedRay> Render(Machine& machine,
                                   const WalkView<float>& geometry,
                                   const CellShading<float>& shading,

@@ -14,8 +14,8 @@
 
 namespace semfoam {
 
-// The sites of a training in the memory of a GPU: what the optimiser and densification
-// know of them, beside what rays see (GpuScene). Arrays are [N] where nothing else is said.
+// The sites of a training in the memory of a GPU: the arrays of the optimiser and of densification;
+// GpuScene holds those that rays read. Arrays are [N] unless another size is given.
 template <typename Machine>
 struct GpuSites {
   template <typename T>
@@ -36,7 +36,7 @@ struct GpuSites {
     SendTo(machine, state->densification.squared_error, &squared_error);
     SendTo(machine, state->densification.contribution, &contribution);
   }
-  // All but positions and statistics.
+  // Copies everything but positions and statistics to the host.
   void DownloadLearned(Machine& machine, TrainingState* state) const {
     FetchFrom(machine, raw_density, &state->foam.raw_density);
     FetchFrom(machine, first_moments, &state->optimizer->first_moments());
@@ -49,8 +49,9 @@ struct GpuSites {
     FetchFrom(machine, contribution, &state->densification.contribution);
   }
 
-  // Carries out a densification, on SH coefficients and identities of `scene`, too: its densities
-  // and topology are to follow. Holds the old and the new of one array at a time.
+  // Executes a densification, also of the SH coefficients and identities of `scene`, whose
+  // densities and topology the caller must update next. Holds the old and the new version of one
+  // array at a time.
   void Rearrange(Machine& machine, const Rearrangement& plan, GpuScene<Machine>* scene) {
     const size_t old_count = positions.size(), count = plan.origin.size();
     CHECK_EQ(plan.is_new.size(), count);
@@ -75,7 +76,7 @@ struct GpuSites {
       using std::swap;
       swap(positions, placed);
     }
-    // An array without rows stays so. `is_zero`: rows that begin with zeros, or null.
+    // Leaves an empty array empty. `is_zero` marks rows to fill with zeros, or is null.
     const auto gather = [&]<typename T>(Array<T>* values, const uint8_t* is_zero) {
       CHECK_EQ(values->size() % old_count, 0u);
       const int stride = static_cast<int>(values->size() / old_count);

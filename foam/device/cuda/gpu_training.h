@@ -21,8 +21,9 @@
 
 namespace semfoam {
 
-// A training on a GPU (Machine: CudaMachine; HostMachine in tests). The state is in the GPU's
-// memory; an iteration sends rays there (GpuBatch), updates all cells, and fetches sums.
+// Computes the iterations of a training on a GPU (Machine: CudaMachine; HostMachine in tests). The
+// state is in the GPU's memory; an iteration sends rays to it (GpuBatch), updates all cells, and
+// fetches sums.
 template <typename Machine>
 class GpuTraining : public TrainingDevice {
  public:
@@ -66,9 +67,9 @@ class GpuTraining : public TrainingDevice {
     Send(topology.tv_weights(), &tv_weights_);
   }
 
-  void HoldDensities() override {
+  void ClampDensities() override {
     CHECK_EQ(is_clear_.size(), num_sites_);
-    machine_.ForEach(num_sites_, HoldDensity{is_clear_.data(), sites_.raw_density.data()});
+    machine_.ForEach(num_sites_, ClampDensity{is_clear_.data(), sites_.raw_density.data()});
     ActivateDensities();
   }
 
@@ -83,17 +84,17 @@ class GpuTraining : public TrainingDevice {
     machine_.Download(scene_.positions, num_sites_, planes.data());
     const auto& host_planes = state_->topology.geometry().positions;
     if (!std::equal(planes.begin(), planes.end(), host_planes.begin())) {
-      state_->topology.Follow(planes);
+      state_->topology.RefreshPlanes(planes);
     }
   }
 
-  // CGAL triangulates some 0.2 M sites a second; iterations of so many sites that take 40 ms or
-  // more do not wait for it then. Counted, not measured: no GPU has run this yet.
+  // CGAL triangulates about 0.2 M sites a second; iterations of that many sites do not wait for it
+  // if they take 40 ms or more. An estimate: no GPU has run this yet.
   int TriangulationLag(size_t num_sites) const override {
     return std::max(8, static_cast<int>(num_sites / 8192));
   }
 
-  void FollowSites() override {
+  void RefreshPlanes() override {
     machine_.ForEach(num_sites_, CopySite{sites_.positions.data(), scene_.positions.data()});
     scene_.has_twin.Resize(scene_.positions.size());
     machine_.Clear(&scene_.has_twin);
@@ -270,12 +271,13 @@ class GpuTraining : public TrainingDevice {
     return std::llround(Sum(not_finite_));
   }
 
-  // The classifier is small: its gradient is summed on the GPU, its step taken on the host.
+  // Updates the classifier, which is small: its gradient is summed on the GPU, and the host takes
+  // its step.
   int64_t UpdateClassifier(const TrainingStep& step) {
     Foam& foam = state_->foam;
     const int64_t num_samples = batch_.samples().size();
     const int64_t num_parameters = int64_t{foam.num_classes} * kClassRow;
-    // Parts for some 2^16 threads, but none of a few samples only.
+    // As many parts as give about 2^16 threads, but with at least 256 samples each.
     const int64_t wanted = std::max<int64_t>(1, (1 << 16) / foam.num_classes);
     const int64_t per_part = std::max<int64_t>(256, (num_samples + wanted - 1) / wanted);
     const int64_t num_parts = (num_samples + per_part - 1) / per_part;
@@ -330,7 +332,7 @@ class GpuTraining : public TrainingDevice {
   Array<float> variation_;
   Array<double> sums_;
 
-  // Rays that are rendered only, and the search for the cells where rays start.
+  // Arrays for rendered rays, and for the search of start cells.
   GpuRenderer<Machine, BatchRay> renderer_;
   Array<float> lower_sh_;
   Array<Eigen::Vector3d> origins_;

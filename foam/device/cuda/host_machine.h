@@ -14,15 +14,15 @@
 
 namespace semfoam {
 
-// What GpuTraining and GpuCaster ask of a GPU, on the CPU: for tests,
-// and no way to train. Kernels run in parallel, and see no memory but what was given to them.
+// Implements on the CPU, for tests only, the interface through which GpuTraining and GpuCaster use
+// a GPU. Kernels run in parallel, and access only the memory passed to them.
 class HostMachine {
  public:
   // An array in the GPU's memory. Borrowed by kernels through data().
   template <typename T>
   class Array {
    public:
-    // What was in it is lost, unless it has that size.
+    // Resizes the array. Its contents are lost, unless it already has that size.
     void Resize(size_t size) {
       if (size == size_) return;
       memory_ = std::make_unique<T[]>(size);
@@ -47,13 +47,13 @@ class HostMachine {
     CHECK_LE(count, array.size());
     std::copy_n(array.data(), count, values);
   }
-  // All bytes zero.
+  // Sets all bytes to zero.
   template <typename T>
   void Clear(Array<T>* array) const {
     std::memset(static_cast<void*>(array->data()), 0, array->size() * sizeof(T));
   }
 
-  // kernel(i) for i in [0, count), in any order.
+  // Calls kernel(i) for i in [0, count), in any order.
   template <typename Kernel>
   void ForEach(int64_t count, const Kernel& kernel) const {
     ParallelForBlocks(count, 64, [&](int64_t begin, int64_t end) {
@@ -61,12 +61,12 @@ class HostMachine {
     });
   }
 
-  // sums[i] = counts[0] + ... + counts[i - 1].
+  // Computes the exclusive prefix sums: sums[i] = counts[0] + ... + counts[i - 1].
   void SumBefore(const Array<uint32_t>& counts, size_t count, Array<uint32_t>* sums) const {
     std::exclusive_scan(counts.data(), counts.data() + count, sums->data(), uint32_t{0});
   }
 
-  // Stable, by keys of `key_bits` bits.
+  // Sorts pairs stably by keys of `key_bits` bits.
   void SortPairs(size_t count, int key_bits, Array<uint32_t>* keys, Array<uint32_t>* values) {
     std::vector<uint32_t> order(count);
     std::iota(order.begin(), order.end(), 0u);

@@ -13,7 +13,7 @@
 
 namespace semfoam {
 
-// What a ray shows. `Ray` has an origin, a direction and a start_cell. Thread: ray.
+// Renders a ray. `Ray` has an origin, a direction and a start_cell. Thread: ray.
 template <typename Ray>
 struct RenderRay {
   WalkView<float> geometry;
@@ -48,7 +48,7 @@ struct RenderRay {
   }
 };
 
-// The first coefficients of each site. Thread: number in the result.
+// Copies the first SH coefficients of each site. Thread: value of the result.
 struct TakeLowerSh {
   const float* sh;
   int stride;        // of a site in `sh`

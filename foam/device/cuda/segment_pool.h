@@ -8,14 +8,14 @@
 #include <cmath>
 #include <cstdint>
 
-// The record of a ray where thousands of them are cast at once: in chunks of a common pool, as many
-// as the ray needs. The walk writes its segments there; the backward pass reads each of them once
-// and leaves what it has to say to a cell in their place.
+// Records the segments of thousands of rays that are cast at the same time, in chunks of a shared
+// pool, as many as each ray needs. The walk writes a ray's segments; the backward pass reads each
+// of them once and overwrites it with the contribution to a cell.
 
 namespace semfoam {
 
-// As a segment of a ray: its cell, what it is, and t_out, tau_in, sigma and the colour (the last
-// five only if it is shaded). As a contribution (CellContribution): its cell, ray and channels, and
+// Either a segment of a ray: its cell, flags, and t_out, tau_in, sigma and colour (the last five
+// only if it is shaded). Or a contribution (CellContribution): its cell, its ray and channels, and
 // weight, density and position.
 struct alignas(32) Slot {
   uint32_t cell;
@@ -26,20 +26,23 @@ struct alignas(32) Slot {
 inline constexpr uint32_t kSlotsPerChunk = 32;
 inline constexpr uint32_t kNoChunk = ~0u;
 
+// The chunks of all rays of a batch.
 struct SegmentPool {
-  Slot* slots = nullptr;         // [num_chunks][kSlotsPerChunk]
-  uint32_t* previous = nullptr;  // [num_chunks] the chunk before, on the same ray
-  uint32_t* num_taken =
-      nullptr;  // chunks asked for: more than num_chunks if the pool was too small
+  // [num_chunks][kSlotsPerChunk]
+  Slot* slots = nullptr;
+  // [num_chunks] The chunk before, on the same ray.
+  uint32_t* previous = nullptr;
+  // Number of chunks requested: more than num_chunks if the pool was too small.
+  uint32_t* num_taken = nullptr;
   uint32_t num_chunks = 0;
 };
 
-// A place between two slots of a ray.
+// A position between two slots of a ray.
 struct SlotCursor {
   uint32_t chunk = kNoChunk;
   uint32_t position = kSlotsPerChunk;
 
-  // Moves back over a slot, and returns where it lies in the pool.
+  // Moves back over a slot, and returns its index in the pool.
   SEMFOAM_HOST_DEVICE uint32_t Back(const SegmentPool& pool) {
     if (position == 0) {
       chunk = pool.previous[chunk];
@@ -50,7 +53,7 @@ struct SlotCursor {
   }
 };
 
-// See RayRecord.
+// Records a ray in the pool, with the interface of RayRecord.
 class PooledRecord : public RayInProgress<float> {
  public:
   SEMFOAM_HOST_DEVICE explicit PooledRecord(const SegmentPool& pool) : pool_(pool) {}
@@ -82,7 +85,7 @@ class PooledRecord : public RayInProgress<float> {
     return true;
   }
 
-  // One more slot, for a contribution that has no segment.
+  // Reserves one more slot, for a contribution that has no segment.
   SEMFOAM_HOST_DEVICE bool AddRoom() { return Push({0, 0, {}}); }
 
   struct Backwards {
@@ -154,9 +157,9 @@ class PooledRecord : public RayInProgress<float> {
   uint32_t last_next_ = 0;
 };
 
-// Writes contributions from the end of a record backwards: one for each segment and each room at
-// most, and for the cell behind a segment only after that segment was read, so that none is written
-// over a segment that is still wanted.
+// Writes contributions from the end of a record backwards: at most one for each segment and each
+// reserved slot, and for the cell behind a segment only after that segment was read, so that none
+// overwrites a segment that is still to be read.
 class ContributionWriter {
  public:
   SEMFOAM_HOST_DEVICE ContributionWriter(const SegmentPool& pool, SlotCursor end)
@@ -177,7 +180,7 @@ class ContributionWriter {
   uint32_t num_written_ = 0;
 };
 
-// A slot as it was written there.
+// Decode the bits of a contribution.
 SEMFOAM_HOST_DEVICE inline uint32_t RayOf(const Slot& slot) { return slot.bits >> 3; }
 SEMFOAM_HOST_DEVICE inline CellContribution<float> ContributionIn(const Slot& slot) {
   return {slot.cell,

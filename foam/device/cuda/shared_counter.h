@@ -8,12 +8,12 @@
 #include <atomic>
 #endif
 
-// What the threads of a kernel say to each other, on a GPU and on the CPU. Neither use
-// of it makes a result depend on the order of the threads.
+// Communication between the threads of a kernel, on a GPU and on the CPU. Results that use it do
+// not depend on the order of the threads.
 
 namespace semfoam {
 
-// Takes the next number.
+// Returns the counter's value and increments it.
 SEMFOAM_HOST_DEVICE inline uint32_t TakeNumber(uint32_t* counter) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(counter, 1u);

@@ -14,13 +14,13 @@
 #include <cmath>
 #include <cstdint>
 
-// FoamOptimizer::Step, TotalVariation and Refresh as kernels: what one thread of each does. All
-// arrays are the GPU's.
+// FoamOptimizer::Step, TotalVariation and Refresh as kernels. Each kernel documents what one thread
+// does. All arrays are the GPU's.
 
 namespace semfoam {
 
-// So many threads share a cell's row of parameters: thread t of them has parameters t, t +
-// kRowThreads, ..., so that they read and write neighbouring floats together.
+// Number of threads that share a cell's row of parameters. Thread t has parameters t, t +
+// kRowThreads, ..., so that neighbouring threads access neighbouring floats.
 inline constexpr int kRowThreads = 32;
 inline constexpr int kMaxPerRowThread = (ParameterRow::kMaxSize + kRowThreads - 1) / kRowThreads;
 
@@ -41,7 +41,7 @@ struct CellContributions {
   const RayOutput* rays;
 };
 
-// The gradient of a cell's row of parameters: SumRecords, the derivative of the density's
+// Computes the gradient of a cell's row of parameters: SumRecords, the derivative of the density's
 // activation, and the total variation. Threads: kRowThreads per site.
 struct SumCellGradient {
   CellContributions contributions;
@@ -97,7 +97,7 @@ struct SumCellGradient {
       if (!(sum[m] * sum[m] < std::numeric_limits<float>::infinity())) Raise(&not_finite[cell]);
       gradients[int64_t{cell} * row.size + p] = sum[m];
     }
-    // Taken into the statistics by FinishCell, if the gradient is finite.
+    // FinishCell adds these to the statistics if the gradient is finite.
     if (thread == 0) {
       squared_error[cell] = errors;
       contribution[cell] = largest_weight;
@@ -105,7 +105,7 @@ struct SumCellGradient {
   }
 
  private:
-  // The derivative of the total variation by a channel of a cell's identity.
+  // Returns the derivative of the total variation by a channel of a cell's identity.
   SEMFOAM_HOST_DEVICE float Variation(uint32_t cell, int channel) const {
     const float own = identity[int64_t{cell} * kIdentityDim + channel];
     float sum = 0;
@@ -119,7 +119,8 @@ struct SumCellGradient {
   }
 };
 
-// A cell's share of the total variation, each edge from both its sides. Thread: site.
+// Computes a cell's share of the total variation; each edge is counted from both its sides. Thread:
+// site.
 struct MeasureVariation {
   VariationGraph graph;
   uint32_t num_sites;
@@ -138,7 +139,7 @@ struct MeasureVariation {
   }
 };
 
-// Sums of kValuesPerSum values, in their order. Thread: sum.
+// Computes the sums of kValuesPerSum values, in their order. Thread: sum.
 inline constexpr int64_t kValuesPerSum = 1024;
 template <typename T>
 struct SumValues {
@@ -154,7 +155,7 @@ struct SumValues {
   }
 };
 
-// What Adam has to know of the parameters of a row.
+// Learning rates of the parameters of a row.
 struct RowRates {
   float identity, position, density, sh_dc, sh_rest;
 
@@ -166,8 +167,8 @@ struct RowRates {
   }
 };
 
-// AdamStep of a cell's row: SH and identity take their change at once, position and density find it
-// in place of their gradient (FinishCell). Threads: kRowThreads per site.
+// Takes AdamStep of a cell's row. Updates SH and identity; the changes of position and density
+// replace their gradients, for FinishCell. Threads: kRowThreads per site.
 struct AdamStepOfCell {
   ParameterRow row;
   RowRates rates;
@@ -190,7 +191,7 @@ struct AdamStepOfCell {
     const int64_t cell = t / kRowThreads;
     const bool has_contributions = begin[cell] != end[cell];
     if ((!has_contributions && !has_variation) || not_finite[cell]) return;
-    // A step that is the regulariser's alone moves the identity and nothing else.
+    // Without contributions only the regulariser has a gradient, and only the identity is updated.
     const int num_parameters = has_contributions ? row.size : row.position;
     const uint32_t step = steps[cell] < num_corrections ? steps[cell] : num_corrections - 1;
     for (int p = static_cast<int>(t % kRowThreads); p < num_parameters; p += kRowThreads) {
@@ -212,7 +213,7 @@ struct AdamStepOfCell {
   }
 };
 
-// The rest of the step: position, density, count of steps, statistics. Thread: site.
+// Finishes the step: updates position, density, count of steps and statistics. Thread: site.
 struct FinishCell {
   ParameterRow row;
   bool has_variation;
@@ -252,7 +253,7 @@ struct FinishCell {
   }
 };
 
-// The planes are to follow the sites. Thread: site.
+// Copies a site's position to the positions of the planes. Thread: site.
 struct CopySite {
   const Eigen::Vector3f* positions;
   Eigen::Vector3f* plane_positions;
@@ -260,13 +261,15 @@ struct CopySite {
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const { plane_positions[i] = positions[i]; }
 };
 
-// A lane of a block of planes, as PlanesFromSites has it. Thread: block and lane.
+// Recomputes one lane of a block of planes, as PlanesFromSites does. Thread: block and lane.
 struct RefreshPlane {
   const Eigen::Vector3f* positions;
   const uint32_t* cell_of_block;
   PlaneBlock<float>* blocks;
-  uint8_t* has_twin;  // [num_cells] zero before: is hardly apart from a neighbour
-  uint8_t* any_twin;  // one, zero before
+  // [num_cells] Zero before; set where a site nearly coincides with a neighbour.
+  uint8_t* has_twin;
+  // One flag, zero before.
+  uint8_t* any_twin;
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t t) const {
     PlaneBlock<float>& block = blocks[t / kPlaneLanes];
@@ -287,7 +290,7 @@ struct RefreshPlane {
   }
 };
 
-// Leaves cells with near-duplicates, and their neighbours, to double: a block at a time. Thread:
+// Marks cells with near-duplicates, and their neighbours, for the walk in double precision. Thread:
 // block.
 struct LeaveNearDuplicatesToDouble {
   const uint32_t* first_block;
@@ -314,7 +317,7 @@ struct LeaveNearDuplicatesToDouble {
   }
 };
 
-// The cells around an origin, from a cell near it (NearestCell). Thread: origin.
+// Finds the cell around an origin, from a cell near it (NearestCell). Thread: origin.
 struct FindStartCell {
   WalkView<float> geometry;
   const Eigen::Vector3d* origins;

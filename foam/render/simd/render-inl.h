@@ -23,7 +23,8 @@ HWY_BEFORE_NAMESPACE();
 namespace semfoam {
 namespace HWY_NAMESPACE {
 
-// Room for `count` segments, the entry behind the last one, and a register's width beyond.
+// Resizes the arrays for `count` segments, the entry behind the last one, and a register's width of
+// padding.
 inline void Reserve(size_t count, RayTrace* ray) {
   if (ray->segments.size() >= count + 1 + kPlaneLanes) return;
   const size_t size = std::max<size_t>(2 * count, 128) + 1 + kPlaneLanes;
@@ -34,9 +35,9 @@ inline void Reserve(size_t count, RayTrace* ray) {
   for (auto& channel : ray->color) channel.resize(size);
 }
 
-// What a step wants of its cell comes in two stages: what lies at the cell's index, and then, where
-// that says so, the planes. One stage would wait for the index on the spot, a fifth of the walk's
-// time in a foam that the caches do not hold.
+// Prefetches the data of a cell in two stages: first the arrays indexed by the cell, then the
+// planes at the offset that those hold. Reading the offset at once would stall, for a fifth of the
+// walk's time in a foam larger than the caches.
 inline void PrefetchCell(const WalkGeometry<float>& geometry,
                          const CellShading<float>& shading,
                          uint32_t cell) {
@@ -105,8 +106,9 @@ HWY_INLINE bool StepAndRecord(const WalkGeometry<float>& geometry,
   ray->sites[k] = {site[0], site[1], site[2], t_out > state->t ? shaded : 0.f};
   ray->segments[k] = {state->cell, t_out, state->tau, optical_depth};
   ++ray->num_segments;
-  // The next cell comes while the other rays compute, and what shading will ask for while the walk
-  // goes on: to the second-level cache, for the first has no room for all these rays' cells.
+  // Prefetches the next cell while the other rays compute, and the data for shading while the walk
+  // continues: into the second-level cache, because the first-level cache cannot hold the cells of
+  // all these rays.
   PrefetchCell(geometry, shading, exit.neighbor);
   if (optical_depth > kNegligibleWeight) {
     PrefetchAppearance<2>(shading, sh_stride, state->cell);
@@ -144,7 +146,7 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   int num_alive = kRays;
   for (size_t step = 0; step <= limit && num_alive > 0; ++step) {
     for (int r = 0; r < kRays; ++r) {
-      // For the ray that is half of the others' turns away from its own.
+      // Prefetches the planes for the ray whose turn comes after half of the others.
       if (const WalkState& later = states[(r + kRays / 2) % kRays]; kRays > 1 && later.alive) {
         PrefetchPlanes(geometry, later.cell);
       }
@@ -168,8 +170,8 @@ HWY_INLINE void ShColorSimd(const float* basis,
 #if HWY_TARGET == HWY_SCALAR
   ShColor(basis, num_coefficients, sh, color);
 #else
-  // The fourth lane holds what is not wanted. Two sums, for they are chains of multiply-adds that
-  // wait for each other.
+  // The fourth lane is ignored. Two sums, because the multiply-adds of one sum depend on each
+  // other.
   const hn::CappedTag<float, 4> f;
   auto even = hn::MulAdd(hn::Set(f, basis[0]), hn::LoadU(f, sh), hn::Set(f, 0.5f));
   if (num_coefficients > 1) {
@@ -181,7 +183,7 @@ HWY_INLINE void ShColorSimd(const float* basis,
       even = hn::MulAdd(hn::Set(f, basis[k + 1]), hn::LoadU(f, sh + 3 * k + 3), even);
     }
     if (k < last) odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
-    // No float may lie behind the last coefficient; one lies before it.
+    // There may be no float behind the last coefficient, but there is one before it.
     const auto shifted = hn::Shuffle0321(hn::LoadU(f, sh + 3 * last - 1));
     even = hn::Add(hn::MulAdd(hn::Set(f, basis[last]), shifted, even), odd);
   }
@@ -196,7 +198,7 @@ HWY_INLINE void ComputeWeights(RayTrace* ray) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
   const size_t n = ray->num_segments;
-  // Behind the last entry: entries of no depth, so that whole registers can be worked on.
+  // Pads the last entry with entries of depth 0, so that whole registers can be processed.
   std::fill_n(&ray->segments[n + 1], kPlaneLanes - 1, ray->segments[n]);
   std::fill_n(&ray->sites[n + 1], kPlaneLanes - 1, ray->sites[n]);
   for (size_t k = 0; k < n; k += kStep) {

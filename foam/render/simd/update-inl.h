@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Works on [0, count) in registers as large as they fit: body(tag, k) for lanes [k, k + lanes).
+// Calls body(tag, k) for lanes [k, k + lanes) of [0, count), with the largest registers that fit.
 template <typename Body>
 HWY_INLINE void ForLanes(int count, Body&& body) {
   const hn::CappedTag<float, 16> wide;
@@ -44,7 +44,7 @@ bool AdamStep(const AdamCorrection& correction,
               float* first_moment,
               float* second_moment,
               float* change) {
-  // A value that is not finite makes the sum of squares so.
+  // A value that is not finite makes the sum of squares not finite.
   float squares = 0;
   ForLanes(count, [&](auto f, int k) HWY_ATTR {
     const auto g = hn::LoadU(f, gradient + k);

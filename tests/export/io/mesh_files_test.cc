@@ -85,6 +85,21 @@ void ExpectSameVertices(const Mesh& mesh, const ObjectSurface& surface, double t
   EXPECT_LE(farthest, tolerance);
 }
 
+// The label, confidence and colour of every vertex, of the object 7.
+void ExpectVertexProperties(const SemanticMesh& mesh, const ObjectSurface& surface) {
+  OpenMesh::VPropHandleT<int> label;
+  OpenMesh::VPropHandleT<float> confidence;
+  ASSERT_TRUE(mesh.get_property_handle(label, kLabelProperty));
+  ASSERT_TRUE(mesh.get_property_handle(confidence, kConfidenceProperty));
+  for (const auto vertex : mesh.vertices()) {
+    const size_t v = vertex.idx();
+    EXPECT_EQ(mesh.property(label, vertex), 7);
+    EXPECT_EQ(mesh.property(confidence, vertex), surface.vertex_confidence[v]);
+    const auto& color = mesh.color(vertex);
+    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
+  }
+}
+
 class MeshFiles : public TemporaryFolderTest {};
 
 TEST_F(MeshFiles, PlyHoldsEveryBit) {
@@ -136,17 +151,7 @@ TEST_F(MeshFiles, OpenMeshReadsThePly) {
   // OpenMesh's reader takes the doubles through float.
   ExpectSameVertices(mesh, surface, 0.5);
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
-  OpenMesh::VPropHandleT<int> label;
-  OpenMesh::VPropHandleT<float> confidence;
-  ASSERT_TRUE(mesh.get_property_handle(label, kLabelProperty));
-  ASSERT_TRUE(mesh.get_property_handle(confidence, kConfidenceProperty));
-  for (const auto vertex : mesh.vertices()) {
-    const size_t v = vertex.idx();
-    EXPECT_EQ(mesh.property(label, vertex), 7);
-    EXPECT_EQ(mesh.property(confidence, vertex), surface.vertex_confidence[v]);
-    const auto& color = mesh.color(vertex);
-    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
-  }
+  ExpectVertexProperties(mesh, surface);
 }
 
 TEST_F(MeshFiles, OmBringsEverythingBack) {
@@ -160,27 +165,17 @@ TEST_F(MeshFiles, OmBringsEverythingBack) {
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
 
   // Nobody registers the properties before reading.
-  OpenMesh::VPropHandleT<int> vertex_label;
-  OpenMesh::VPropHandleT<float> vertex_confidence;
   OpenMesh::FPropHandleT<int> face_label;
   OpenMesh::FPropHandleT<float> face_confidence;
   OpenMesh::MPropHandleT<int> object_id;
   OpenMesh::MPropHandleT<std::string> object_name;
-  ASSERT_TRUE(mesh.get_property_handle(vertex_label, kLabelProperty));
-  ASSERT_TRUE(mesh.get_property_handle(vertex_confidence, kConfidenceProperty));
   ASSERT_TRUE(mesh.get_property_handle(face_label, kLabelProperty));
   ASSERT_TRUE(mesh.get_property_handle(face_confidence, kConfidenceProperty));
   ASSERT_TRUE(mesh.get_property_handle(object_id, kObjectIdProperty));
   ASSERT_TRUE(mesh.get_property_handle(object_name, kObjectNameProperty));
   EXPECT_EQ(mesh.property(object_id), 7);
   EXPECT_EQ(mesh.property(object_name), "mug");
-  for (const auto vertex : mesh.vertices()) {
-    const size_t v = vertex.idx();
-    EXPECT_EQ(mesh.property(vertex_label, vertex), 7);
-    EXPECT_EQ(mesh.property(vertex_confidence, vertex), surface.vertex_confidence[v]);
-    const auto& color = mesh.color(vertex);
-    EXPECT_EQ((Color8{color[0], color[1], color[2]}), surface.vertex_color[v]);
-  }
+  ExpectVertexProperties(mesh, surface);
   for (const auto face : mesh.faces()) {
     const size_t f = face.idx();
     EXPECT_EQ(mesh.property(face_label, face), 7);

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "tests/export/test_foams.h"
+#include "tests/mistake.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -209,9 +210,10 @@ TEST(ObjectComponents, AFragmentIsNamedToWhoAsksForIt) {
     SelectObjects(scene, LabelChoice{"9"});
     FAIL();
   } catch (const UserError& error) {
-    EXPECT_STREQ(error.what(),
-                 "The labels name '9', which is left out as a fragment (keep_fragments); the scene "
-                 "has 7 (mug), 8 (label_8).");
+    EXPECT_THAT(
+        error.what(),
+        NamesMistake(
+            "", {"'9'", "keep_fragments", "7 (mug)", "8 (label_8)"}, "left out as a fragment"));
   }
 }
 

@@ -222,7 +222,7 @@ TEST_F(DeviceCpuTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
   EXPECT_NE(state_.foam.identity, before.identity);
   EXPECT_NE(state_.foam.classifier_weight, before.classifier_weight);
   EXPECT_EQ(state_.topology.geometry().positions, planes);
-  device_->FollowSites();
+  device_->RefreshPlanes();
   EXPECT_NE(state_.topology.geometry().positions, planes);
   for (size_t i = 0; i < state_.foam.NumSites(); ++i) {
     ASSERT_EQ(state_.topology.geometry().positions[i], state_.foam.positions[i]);

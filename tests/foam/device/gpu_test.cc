@@ -131,7 +131,7 @@ TEST_P(GpuStep, MovesTheFoamAsTheCoresDo) {
       Scene with_or_without = scene();
       with_or_without.tv_weight *= k != 1;
       device->Step(StepFor(rays, with_or_without));
-      device->FollowSites();
+      device->RefreshPlanes();
     }
     device->Download();
   }
@@ -230,9 +230,9 @@ TEST_P(GpuBasics, PlanesFollowTheSites) {
     for (size_t i = 40; i < sites.size(); ++i) state->foam.positions[i] *= 1.001f;
   }
   gpu->Upload();
-  gpu->FollowSites();
+  gpu->RefreshPlanes();
   gpu->Download();
-  on_cpu->topology.Follow(on_cpu->foam.positions);
+  on_cpu->topology.RefreshPlanes(on_cpu->foam.positions);
   const WalkGeometry<float>&a = on_gpu->topology.geometry(), &b = on_cpu->topology.geometry();
   EXPECT_EQ(Coordinates(a.positions), Coordinates(b.positions));
 

@@ -96,7 +96,7 @@ TEST_P(GpuTraining, RearrangesAsTheCoresDo) {
       const std::vector<uint8_t>& is_clear = state->topology.is_clear();
       clear = static_cast<int>(std::count(is_clear.begin(), is_clear.end(), 1));
       device->UploadTopology();
-      device->HoldDensities();
+      device->ClampDensities();
       device->Download();
     }
     ExpectSameBits(*on_gpu, *on_cpu);

@@ -158,8 +158,9 @@ TEST_F(CheckpointTest, AnotherVersionIsNotDamaged) {
   for (const uint32_t version : {0u, kCheckpointVersion + 1, 0xffffffffu}) {
     std::string bytes = file_;
     std::memcpy(&bytes[8], &version, sizeof(version));
-    const auto names_version = NamesMistake(
-        "not damaged: " + path_.string(), {std::to_string(version), "version 1"}, "format version");
+    const auto names_version = NamesMistake("not damaged: " + path_.string(),
+                                            {"version " + std::to_string(version), "version 1"},
+                                            "format version");
     EXPECT_THAT(Refusal(bytes), names_version);
     EXPECT_THAT(Refusal(bytes.substr(0, 12)), names_version);
     EXPECT_THAT(Refusal(bytes.substr(0, 12) + std::string(1000, '\xff')), names_version);

@@ -49,12 +49,12 @@ class OwnMemoryDevice final : public TrainingDevice {
   void UploadTopology() override {
     own_.topology = host_.topology;
     cpu_->UploadTopology();
-    host_.topology.Follow(std::vector<Eigen::Vector3f>(host_.foam.NumSites(), {1, 2, 3}));
+    host_.topology.RefreshPlanes(std::vector<Eigen::Vector3f>(host_.foam.NumSites(), {1, 2, 3}));
   }
 
-  void HoldDensities() override { cpu_->HoldDensities(); }
+  void ClampDensities() override { cpu_->ClampDensities(); }
 
-  void FollowSites() override { cpu_->FollowSites(); }
+  void RefreshPlanes() override { cpu_->RefreshPlanes(); }
 
   void StartCells(const std::vector<Eigen::Vector3d>& origins,
                   std::vector<uint32_t>* cells) override {

@@ -660,7 +660,7 @@ TEST(Scene, FilesThatGoOrChangeWhileTrainingReadsThemAreNamed) {
   workspace.WritePhoto("a.png", 16, 12);
   EXPECT_THAT(error_of(0), HasSubstr("a.png: has changed its size since it was first looked at"));
   fs::remove(workspace.temp / "images/a.png");
-  EXPECT_THAT(error_of(0), NamesMistake("images/a.png", {"image_cache_gb"}, "is no longer there"));
+  EXPECT_THAT(error_of(0), NamesMistake("images/a.png", {}, "is no longer there"));
   std::vector<uint8_t> other(8 * 6, 77);
   WritePng(workspace.temp / "object_mask/b.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, other);
   EXPECT_THAT(error_of(1), HasSubstr("object_mask/b.png: has changed its ids"));

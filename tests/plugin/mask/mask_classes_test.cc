@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/mistake.h"
 #include "tests/plugin/mask/grey_mask.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -215,10 +216,8 @@ TEST(MaskClasses, AnotherAspectIsNamedWithBothSizes) {
   const std::string message = UserErrorOf([&] {
     Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {640, 480});
   });
-  EXPECT_EQ(message,
-            (temp / "a.png").string() +
-                ": is 48 x 64 pixels and its photo 640 x 480; a mask of the photo's aspect would "
-                "be right, made of the undistorted photo if COLMAP undistorted it.");
+  EXPECT_THAT(message,
+              NamesMistake((temp / "a.png").string(), {"48 x 64 pixels", "640 x 480"}, "aspect"));
 }
 
 TEST(MaskClasses, TheFirstDamagedMaskIsNamedWhateverTheThreads) {

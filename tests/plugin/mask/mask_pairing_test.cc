@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/mistake.h"
 #include "tests/plugin/mask/grey_mask.h"
 #include "tests/plugin/test_util.h"
 #include <gmock/gmock.h>
@@ -114,10 +115,10 @@ TEST(MaskPairing, MasksOfPhotosBeforeUndistortionAreCountedAndNamed) {
   MaskPairing pairing;
   pairing.masks = {"M/a.png", "", "M/c.png", "M/d.png"};
   const std::vector<PhotoSize> masks = {{320, 240}, {}, {320, 240}, {320, 240}};
-  EXPECT_EQ(MaskSizeWarning(pairing, masks, {{320, 240}, {321, 240}, {321, 240}, {310, 233}}),
-            "2 of 3 masks seem to be of photos that were not yet undistorted, the first of them "
-            "M/c.png, 320 x 240 pixels for a photo of 321 x 240; masks made of the undistorted "
-            "photos would be right.");
+  EXPECT_THAT(
+      MaskSizeWarning(pairing, masks, {{320, 240}, {321, 240}, {321, 240}, {310, 233}}),
+      NamesMistake(
+          "", {"2 of 3 masks", "M/c.png", "320 x 240 pixels", "321 x 240"}, "not yet undistorted"));
   // Half, a third, twice the size, and a common size of films, to rounded pixels: reduced or
   // enlarged on purpose.
   const MaskPairing one = {{"M/a.png"}, {}};

@@ -180,9 +180,7 @@ TEST_F(InputProtectionTest, PointsOfOthersAreNotReplacedByLabelledOnes) {
   fs::create_directories(*folder_ / "points");
   WriteFile(*folder_ / "points/points.ply", "a laser's");
   const Outcome refused = RunSemfoam(label);
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.Errors(),
-              ElementsAre("ERROR: " + (*folder_ / "points/points.ply").string() + ":" + kNotOurs));
+  ExpectRefused(refused, {(*folder_ / "points/points.ply").string(), {"output_path"}, kNotOurs});
   EXPECT_THAT(FilesBelow(*folder_ / "points"), ElementsAre("points.ply"));
   EXPECT_EQ(ReadFile(*folder_ / "points/points.ply"), "a laser's");
   fs::remove(*folder_ / "points/points.ply");

@@ -14,29 +14,21 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // Batches of many blocks, and a foam that grows: all that could depend on the threads takes part.
 std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* log = nullptr) {
   const TempFolder folder;
-  std::vector<std::string> all = TinyTraining({"foam_trainer",
-                                               "--image_path",
-                                               (kTabletop / "images").string(),
-                                               "--input_path",
-                                               (kTabletop / "sparse/0").string(),
-                                               "--mask_path",
-                                               (kTabletop / "object_mask").string(),
-                                               "--output_path",
-                                               (folder / "out").string(),
-                                               "--test_every",
-                                               "8",
-                                               "--FoamTraining.num_rays",
-                                               "60000",
-                                               "--FoamTraining.rays_per_iteration",
-                                               "4096",
-                                               "--FoamTraining.initial_sites",
-                                               "1500"});
+  std::vector<std::string> all = TinyTraining(TrainerOn(kTabletop,
+                                                        folder / "out",
+                                                        {"--test_every",
+                                                         "8",
+                                                         "--FoamTraining.num_rays",
+                                                         "60000",
+                                                         "--FoamTraining.rays_per_iteration",
+                                                         "4096",
+                                                         "--FoamTraining.initial_sites",
+                                                         "1500"}));
   all.insert(all.end(), arguments.begin(), arguments.end());
   const Outcome outcome = RunSemfoam(all);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

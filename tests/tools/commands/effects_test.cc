@@ -20,21 +20,15 @@ using testing::HasSubstr;
 std::vector<std::string> Arguments(const std::string& command,
                                    const fs::path& output,
                                    const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {command,
-                                        "--image_path",
-                                        (kTabletop / "images").string(),
-                                        "--input_path",
-                                        (kTabletop / "sparse/0").string(),
-                                        "--mask_path",
-                                        (kTabletop / "object_mask").string(),
-                                        "--output_path",
-                                        output.string(),
-                                        "--test_every",
-                                        "8",
-                                        "--FoamTraining.num_rays",
-                                        "20000",
-                                        "--FoamTraining.final_sites",
-                                        "2000"};
+  std::vector<std::string> arguments = TrainerOn(kTabletop,
+                                                 output,
+                                                 {"--test_every",
+                                                  "8",
+                                                  "--FoamTraining.num_rays",
+                                                  "20000",
+                                                  "--FoamTraining.final_sites",
+                                                  "2000"});
+  arguments[0] = command;
   arguments.insert(arguments.end(), more.begin(), more.end());
   return TinyTraining(arguments);
 }

@@ -12,6 +12,7 @@
 #include "tests/export/io/read_usda.h"
 #include "tests/export/test_foams.h"
 #include "tests/tools/commands/read_obj.h"
+#include "tests/tools/exports.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,9 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::UnorderedElementsAre;
 
@@ -47,30 +46,13 @@ class ExportOptionsTest : public testing::Test {
 
   Outcome Run(const std::string& command,
               const std::string& out,
-              std::vector<std::string> options = {}) {
-    options.insert(options.begin(),
-                   {command,
-                    "--foam_path",
-                    (folder_ / "scene.foam").string(),
-                    "--output_path",
-                    (folder_ / out).string()});
-    return RunSemfoam(options);
+              const std::vector<std::string>& options = {}) {
+    return RunExporter(command, folder_ / "scene.foam", folder_ / out, options);
   }
 
-  json Labels(const std::string& out) {
-    return json::parse(ReadFile(folder_ / out / "labels.json"));
-  }
+  json Labels(const std::string& out) { return LabelsIn(folder_ / out); }
 
-  // Every file below the folder but labels.json itself.
-  void ExpectListed(const std::string& out) {
-    const json labels = Labels(out);
-    std::set<std::string> listed = {"labels.json"};
-    for (const auto& [format, path] : labels["files"].items()) listed.insert(path);
-    for (const json& object : labels["objects"]) {
-      for (const auto& [format, path] : object["files"].items()) listed.insert(path);
-    }
-    EXPECT_THAT(FilesBelow(folder_ / out), testing::UnorderedElementsAreArray(listed));
-  }
+  void ExpectListed(const std::string& out) { ExpectAllListed(folder_ / out); }
 
   TempFolder folder_;
 };
@@ -376,7 +358,7 @@ TEST_F(ExportOptionsTest, ComponentsAreThoseAskedFor) {
       }
     }
   }
-  EXPECT_THAT(FilesBelow(folder_ / "refused"), IsEmpty());
+  EXPECT_THAT(FilesBelow(folder_ / "refused"), testing::IsEmpty());
 }
 
 // Of a foam without objects there is no mesh, and so nothing at all.
@@ -404,7 +386,7 @@ TEST_F(ExportOptionsTest, WithoutObjectsThereIsNothingToWrite) {
   expect_refusal({"masks", "volume_exporter"}, "has no labels", {"--formats", "glb"});
   const Outcome object = Run("volume_exporter", "none", {"--labels", "mug"});
   EXPECT_EQ(object.exit_code, 1);
-  EXPECT_THAT(object.Errors(), ElementsAre(HasSubstr("the scene has no objects")));
+  EXPECT_THAT(object.Errors(), testing::ElementsAre(HasSubstr("the scene has no objects")));
   EXPECT_FALSE(fs::exists(folder_ / "none"));
   EXPECT_EQ(Run("volume_exporter", "scene", {"--max_resolution", "16"}).exit_code, 0);
   EXPECT_THAT(FilesBelow(folder_ / "scene"), UnorderedElementsAre("scene.vdb", "labels.json"));

@@ -58,29 +58,22 @@ class HostileNames : public ::testing::Test {
   }
 
   Outcome Train() const {
-    return RunSemfoam({"foam_trainer",
-                       "--image_path",
-                       (Scene() / "images").string(),
-                       "--input_path",
-                       (Scene() / "sparse" / "0").string(),
-                       "--mask_path",
-                       (Scene() / "object_mask").string(),
-                       "--output_path",
-                       (folder_ / "box" / "out").string(),
-                       "--quality",
-                       "low",
-                       "--test_every",
-                       "4",
-                       "--FoamTraining.num_rays",
-                       "60000",
-                       "--FoamTraining.rays_per_iteration",
-                       "512",
-                       "--FoamTraining.final_sites",
-                       "2000",
-                       "--FoamTraining.max_image_size",
-                       "80",
-                       "--overwrite",
-                       "1"});
+    return RunSemfoam(TrainerOn(Scene(),
+                                folder_ / "box" / "out",
+                                {"--quality",
+                                 "low",
+                                 "--test_every",
+                                 "4",
+                                 "--FoamTraining.num_rays",
+                                 "60000",
+                                 "--FoamTraining.rays_per_iteration",
+                                 "512",
+                                 "--FoamTraining.final_sites",
+                                 "2000",
+                                 "--FoamTraining.max_image_size",
+                                 "80",
+                                 "--overwrite",
+                                 "1"}));
   }
 
   fs::path Scene() const { return folder_ / "box" / "scene"; }

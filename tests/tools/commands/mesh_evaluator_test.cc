@@ -223,7 +223,7 @@ TEST_F(MeshEvaluator, BadInputIsOneSentence) {
   for (const char* tolerances : {"", "0", "-0.1", "0.1,", "a", "0.1,nan", "1e999"}) {
     ExpectRefused(Run({"--tolerances", tolerances}), "for option '--tolerances' is invalid");
   }
-  ExpectRefused(Run({"--transform", "1 2 3"}), "for option '--transform' is invalid");
+  ExpectRefused(Run({"--transform", "1 2 3"}), "--transform is '1 2 3'");
   ExpectRefused(Run({}, "nothing"), "there is no such file or folder", "mesh_path");
   ExpectRefused(Run({}, "out", "nothing"), "there is no such file or folder", "reference_path");
   ExpectRefused(Run({"--visible_path", (folder_ / "no").string()}), "no: ", "visible_path");

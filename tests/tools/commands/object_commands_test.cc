@@ -364,17 +364,8 @@ TEST_F(ObjectCommandsTest, PhotosThatDoNotTellWhatIsUp) {
 // A trained foam: out and in again within 0.1 dB of what it was, and every exporter reads it.
 TEST(ObjectCommandsTrained, GoOutAndBackIn) {
   const TempFolder folder;
-  const Outcome trained = RunSemfoam(TinyTraining({"foam_trainer",
-                                                   "--image_path",
-                                                   (kTabletop / "images").string(),
-                                                   "--input_path",
-                                                   (kTabletop / "sparse" / "0").string(),
-                                                   "--mask_path",
-                                                   (kTabletop / "object_mask").string(),
-                                                   "--output_path",
-                                                   (folder / "in").string(),
-                                                   "--test_every",
-                                                   "8"}));
+  const Outcome trained =
+      RunSemfoam(TinyTraining(TrainerOn(kTabletop, folder / "in", {"--test_every", "8"})));
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   const auto foam = [&](const std::string& name) {
     return (folder / name / "scene.foam").string();

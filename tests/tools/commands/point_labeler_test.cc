@@ -21,10 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 using testing::SizeIs;
 using testing::UnorderedElementsAre;
 
@@ -159,14 +156,7 @@ TEST(PointLabeler, NamesThePhotosOfAnObject) {
 TEST(PointLabeler, TheTracksRepairDamagedMasks) {
   const TempFolder folder;
   const fs::path masks = folder / "masks";
-  ASSERT_EQ(RunMaskCorrupter({"--mask_path",
-                              (kTabletop / "object_mask").string(),
-                              "--output_path",
-                              masks.string(),
-                              "--share",
-                              "0.2"})
-                .exit_code,
-            0);
+  DamageTabletopMasks(masks, "0.2");
   ASSERT_EQ(LabelTabletop(folder / "right").exit_code, 0);
   const std::vector<std::string> damaged = {"--mask_path",
                                             masks.string(),
@@ -293,63 +283,44 @@ TEST(PointLabeler, SaysWhatIsWrongInOneSentence) {
   WriteFile(folder / "text" / "points3D.txt", "");
   fs::create_directories(folder / "no masks" / "sparse");
   fs::copy(kTabletop / "sparse/0", folder / "no masks" / "sparse" / "0");
-  struct Case {
-    std::vector<std::string> arguments;
-    std::string sentence;
-  };
-  const std::vector<Case> cases = {
-      {{"--output_path", out}, "neither '--workspace_path' nor '--input_path' is given"},
-      {{"--workspace_path", workspace}, "the option '--output_path' is required but missing"},
-      {{"--workspace_path", workspace + "/nowhere", "--output_path", out},
-       "nowhere: there is no such folder; --workspace_path takes"},
-      {{"--workspace_path", (folder / "empty").string(), "--output_path", out},
-       "it should hold a COLMAP model"},
-      {{"--workspace_path", (folder / "no masks").string(), "--output_path", out},
-       "no masks: neither object_mask/ nor Annotations/ is there; --mask_path would name"},
-      {{"--workspace_path",
-        workspace,
-        "--mask_path",
-        (folder / "empty").string(),
-        "--output_path",
-        out},
-       "empty: is empty, where a PNG for each photo would be right"},
-      {{"--workspace_path", workspace, "--mask_path", workspace + "/images2", "--output_path", out},
-       "images2: there is no such folder; it should hold a PNG mask"},
-      {{"--workspace_path",
-        workspace,
-        "--labels_path",
-        workspace + "/l.json",
-        "--output_path",
-        out},
-       "l.json: there is no such file"},
-      {{"--workspace_path", workspace, "--output_path", workspace + "/sparse/0"},
-       "is the folder of the model itself, whose colours would be lost"},
-      {{"--workspace_path", workspace, "--output_path", (folder / "text").string()},
-       "points3D.txt: is of another model"},
-      {{"--workspace_path", workspace, "--output_path", (folder / "other").string()},
-       "cameras.bin: is of another model, which would be lost or mixed up with this one"},
-      {{"--workspace_path", workspace, "--output_path", out, "--Masks.consistency", "yes"},
-       "('yes') for option '--Masks.consistency' is invalid; it takes {auto, off, tracks, "
-       "independent}"},
-      {{"--workspace_path", workspace, "--output_path", out, "--FoamTraining.label_zero", "1"},
-       "('1') for option '--FoamTraining.label_zero' is invalid"},
-  };
-  for (const Case& one : cases) {
-    std::vector<std::string> arguments = {"point_labeler"};
-    arguments.insert(arguments.end(), one.arguments.begin(), one.arguments.end());
-    const Outcome outcome = RunSemfoam(arguments);
-    EXPECT_EQ(outcome.exit_code, 1) << one.sentence;
-    ASSERT_THAT(outcome.Errors(), SizeIs(1)) << outcome.err;
-    EXPECT_THAT(outcome.Errors().front(), HasSubstr(one.sentence));
-    EXPECT_THAT(FilesBelow(out), IsEmpty());
-  }
-  EXPECT_THAT(FilesBelow(folder / "text"), ElementsAre("points3D.txt"));
+  const std::string empty = (folder / "empty").string();
+  const std::string without_masks = (folder / "no masks").string();
+  ExpectEachRefused(
+      {"point_labeler"},
+      {
+          {{"--output_path", out}, {"", {"workspace_path", "input_path"}, "neither"}},
+          {{"--workspace_path", workspace}, {"", {"output_path"}, "required but missing"}},
+          {{"--workspace_path", workspace + "/nowhere", "--output_path", out},
+           {workspace + "/nowhere", {"workspace_path"}, "no such folder"}},
+          {{"--workspace_path", empty, "--output_path", out},
+           {empty + "/sparse", {"COLMAP model"}, "no such folder"}},
+          {{"--workspace_path", without_masks, "--output_path", out},
+           {without_masks, {"object_mask/", "Annotations/", "mask_path"}, "neither"}},
+          {{"--workspace_path", workspace, "--mask_path", empty, "--output_path", out},
+           {empty, {"PNG"}, "is empty"}},
+          {{"--workspace_path", workspace, "--mask_path", workspace + "/no", "--output_path", out},
+           {workspace + "/no", {"mask"}, "no such folder"}},
+          {{"--workspace_path", workspace, "--labels_path", workspace + "/l", "--output_path", out},
+           {workspace + "/l", {}, "no such file"}},
+          {{"--workspace_path", workspace, "--output_path", workspace + "/sparse/0"},
+           {workspace + "/sparse/0", {"colours"}, "folder of the model itself"}},
+          {{"--workspace_path", workspace, "--output_path", (folder / "text").string()},
+           {"text/points3D.txt", {}, "is of another model"}},
+          {{"--workspace_path", workspace, "--output_path", (folder / "other").string()},
+           {"other/cameras.bin", {"lost"}, "is of another model"}},
+          {{"--workspace_path", workspace, "--output_path", out, "--Masks.consistency", "yes"},
+           {"", {"Masks.consistency", "'yes'"}, "is invalid"}},
+          {{"--workspace_path", workspace, "--output_path", out, "--FoamTraining.label_zero", "1"},
+           {"", {"FoamTraining.label_zero", "'1'"}, "is invalid"}},
+      },
+      out);
+  EXPECT_THAT(FilesBelow(folder / "text"), testing::ElementsAre("points3D.txt"));
   WriteFile(folder / "w" / "object_mask/0003.png", "no image");
   const Outcome damaged =
       RunSemfoam({"point_labeler", "--workspace_path", workspace, "--output_path", out});
   EXPECT_EQ(damaged.exit_code, 1);
   EXPECT_THAT(damaged.err, HasSubstr("0003.png: is no PNG file"));
-  EXPECT_THAT(FilesBelow(out), IsEmpty());
+  EXPECT_THAT(FilesBelow(out), testing::IsEmpty());
 }
 
 TEST(PointLabeler, TakesItsOptionsFromAProjectFile) {
@@ -396,7 +367,7 @@ TEST(PointLabeler, ReadsTheNamesOfItsOwnTableBack) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = RunSemfoam(arguments);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_THAT(outcome.err, Not(HasSubstr("WARNING")));
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("WARNING")));
     return json::parse(ReadFile(folder / output / "points_labels.json"));
   };
 

@@ -92,19 +92,8 @@ void ExpectQuality(const std::vector<std::string>& options, const Quality& reach
   const std::string foam = (folder / "out/scene.foam").string();
   const std::string images = (kTabletop / "images").string();
   const std::string sparse = (kTabletop / "sparse/0").string();
-  std::vector<std::string> train = {"foam_trainer",
-                                    "--image_path",
-                                    images,
-                                    "--input_path",
-                                    sparse,
-                                    "--mask_path",
-                                    (kTabletop / "object_mask").string(),
-                                    "--output_path",
-                                    (folder / "out").string(),
-                                    "--test_every",
-                                    "8",
-                                    "--quality",
-                                    "low"};
+  std::vector<std::string> train =
+      TrainerOn(kTabletop, folder / "out", {"--test_every", "8", "--quality", "low"});
   train.insert(train.end(), options.begin(), options.end());
   const Outcome trained = RunSemfoam(train);
   ASSERT_EQ(trained.exit_code, 0) << trained.err;

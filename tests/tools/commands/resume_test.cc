@@ -90,7 +90,7 @@ TEST_F(Resume, ARunFromTheBeginningKeepsTheOldCheckpointsUntilItsEnd) {
   CopyStopped(output);
   const auto old = CheckpointsIn(output);
   const Outcome stopped = TrainAndStop(Workspace(), output, SIGINT);
-  EXPECT_THAT(stopped.err, HasSubstr("that resume = 1 would have gone on with"));
+  EXPECT_THAT(stopped.err, HasSubstr("that resume 1 would have gone on with"));
   for (const fs::path& path : old) {
     EXPECT_TRUE(fs::exists(output / "checkpoints" / "replaced" / path.filename())) << path;
   }

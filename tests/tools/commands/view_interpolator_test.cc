@@ -295,34 +295,27 @@ TEST(ViewInterpolator, SaysWhatIsWrong) {
                                          {"file": "1.png", "photo": "x.jpg"}]})");
   fs::create_directories(folder / "masks");
   const std::string masks = (folder / "masks").string();
-  const struct {
-    std::vector<std::string> arguments;
-    const char* sentence;
-  } cases[] = {
-      {{}, "give --foam_path to make a film"},
-      {{"--foam_path", "a", "--manifest_path", "b", "--mask_path", "c"},
-       "give --foam_path to make a film"},
-      {{"--manifest_path", "b"}, "give --foam_path to make a film"},
-      {{"--foam_path", "a", "--between", "101"}, "0 to 100"},
-      {{"--foam_path", "a", "--order", "random"}, "random"},
-      {{"--manifest_path", (folder / "bad.json").string(), "--mask_path", masks},
-       "bad.json: is no manifest"},
-      {{"--manifest_path", (folder / "leaves.json").string(), "--mask_path", masks},
-       "outside of its folder, ../../x.jpg"},
-      {{"--manifest_path", (folder / "enters.json").string(), "--mask_path", masks},
-       "outside of its folder, ../0.png"},
-      {{"--manifest_path", (folder / "twice.json").string(), "--mask_path", masks},
-       "twice.json: has the photo x.jpg twice"},
-  };
-  for (const auto& [more, sentence] : cases) {
-    std::vector<std::string> arguments = {"view_interpolator", "--output_path", out};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = RunSemfoam(arguments);
-    EXPECT_EQ(outcome.exit_code, 1) << sentence;
-    ASSERT_THAT(outcome.Errors(), SizeIs(1)) << outcome.err;
-    EXPECT_THAT(outcome.Errors().front(), HasSubstr(sentence));
-    EXPECT_FALSE(fs::exists(folder / "out")) << sentence;
-  }
+  const auto at = [&](const char* file) { return (folder / file).string(); };
+  const Mistake no_task = {"", {"foam_path", "manifest_path", "mask_path"}, "to make a film"};
+  ExpectEachRefused(
+      {"view_interpolator", "--output_path", out},
+      {
+          {{}, no_task},
+          {{"--foam_path", "a", "--manifest_path", "b", "--mask_path", "c"}, no_task},
+          {{"--manifest_path", "b"}, no_task},
+          {{"--foam_path", "a", "--between", "101"}, {"", {"between", "101"}, "0 to 100"}},
+          {{"--foam_path", "a", "--order", "random"}, {"", {"order", "'random'"}, "is invalid"}},
+          {{"--manifest_path", at("bad.json"), "--mask_path", masks},
+           {at("bad.json"), {}, "is no manifest"}},
+          {{"--manifest_path", at("leaves.json"), "--mask_path", masks},
+           {at("leaves.json"), {"../../x.jpg"}, "outside of its folder"}},
+          {{"--manifest_path", at("enters.json"), "--mask_path", masks},
+           {at("enters.json"), {"../0.png"}, "outside of its folder"}},
+          {{"--manifest_path", at("twice.json"), "--mask_path", masks},
+           {at("twice.json"), {"x.jpg"}, "twice"}},
+      },
+      out);
+  EXPECT_FALSE(fs::exists(out));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "tests/export/test_foams.h"
+#include "tests/tools/exports.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,23 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 using ::testing::SizeIs;
-using ::testing::UnorderedElementsAre;
 
 class VolumeExporter : public testing::Test {
  protected:
   VolumeExporter() { WriteModel(foam_, TouchingBalls(800)); }
 
-  Outcome Run(const std::string& out, std::vector<std::string> arguments) const {
-    std::vector<std::string> all = {"volume_exporter",
-                                    "--foam_path",
-                                    foam_.string(),
-                                    "--output_path",
-                                    (folder_ / out).string()};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    return RunSemfoam(all);
+  Outcome Run(const std::string& out, const std::vector<std::string>& options) const {
+    return RunExporter("volume_exporter", foam_, folder_ / out, options);
   }
 
   std::vector<std::string> Files(const std::string& out) const { return FilesBelow(folder_ / out); }
@@ -74,7 +66,7 @@ TEST_F(VolumeExporter, ShortAndLongSpellingsAreTheSame) {
     EXPECT_FALSE(scene == ReadFile(folder_ / "default" / "scene.vdb")) << name;
   }
   EXPECT_THAT(Files("labels"),
-              UnorderedElementsAre("scene.vdb", "labels.json", "objects/7_mug.vdb"));
+              testing::UnorderedElementsAre("scene.vdb", "labels.json", "objects/7_mug.vdb"));
 
   const Outcome both = Run("both", {"--voxel_size", "0.1", "--VolumeExport.voxel_size", "0.2"});
   EXPECT_EQ(both.exit_code, 1);
@@ -106,7 +98,7 @@ TEST_F(VolumeExporter, WritesWhatIsAskedFor) {
                                "--VolumeExport.surface_grid_name",
                                "sdf"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, Not(HasSubstr("WARNING")));
+  EXPECT_THAT(outcome.err, testing::Not(HasSubstr("WARNING")));
   std::set<std::string> expected = {"labels.json", "scene_points.vdb"};
   for (const char* stem : {"scene", "scene_labels_int32", "objects/7_mug", "objects/8_label_8"}) {
     expected.insert({std::string(stem) + ".vdb", std::string(stem) + ".nvdb"});
@@ -171,7 +163,7 @@ TEST_F(VolumeExporter, ABadOptionIsOneSentence) {
     EXPECT_EQ(outcome.exit_code, 1) << option << " " << value;
     ASSERT_THAT(outcome.Errors(), SizeIs(1)) << option << " " << value << outcome.err;
     EXPECT_THAT(outcome.Errors()[0], HasSubstr(says));
-    EXPECT_THAT(Files("out"), IsEmpty()) << option << " " << value;
+    EXPECT_THAT(Files("out"), testing::IsEmpty()) << option << " " << value;
   }
 }
 

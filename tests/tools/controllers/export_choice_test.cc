@@ -4,6 +4,7 @@
 #include "foam/model/model.h"
 
 #include "tests/export/test_foams.h"
+#include "tests/tools/exports.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,14 +41,8 @@ class ExportChoice : public testing::Test {
     return RunSemfoam(options);
   }
 
-  Outcome Export(const std::string& command, std::vector<std::string> options) {
-    options.insert(options.begin(),
-                   {command,
-                    "--foam_path",
-                    (folder_ / "scene.foam").string(),
-                    "--output_path",
-                    Out().string()});
-    return RunSemfoam(options);
+  Outcome Export(const std::string& command, const std::vector<std::string>& options) {
+    return RunExporter(command, folder_ / "scene.foam", Out(), options);
   }
 
   fs::path Out() const { return folder_ / "out"; }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/export/test_foams.h"
+#include "tests/tools/exports.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,9 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
@@ -39,11 +38,9 @@ class ExportRecordTest : public testing::Test {
 
   Outcome Export(const std::string& command,
                  const std::string& foam,
-                 std::vector<std::string> options,
+                 const std::vector<std::string>& options,
                  const fs::path& output) const {
-    options.insert(options.begin(),
-                   {command, "--foam_path", Foam(foam).string(), "--output_path", output.string()});
-    return RunSemfoam(options);
+    return RunExporter(command, Foam(foam), output, options);
   }
   // Returns what it said.
   std::string Meshes(const std::string& foam, const std::vector<std::string>& options = {}) const {
@@ -58,23 +55,13 @@ class ExportRecordTest : public testing::Test {
     return outcome.err;
   }
 
-  json Labels() const { return json::parse(ReadFile(Out() / "labels.json")); }
+  json Labels() const { return LabelsIn(Out()); }
 
-  std::set<std::string> Listed() const {
-    std::set<std::string> listed;
-    const json labels = Labels();
-    for (const auto& [format, path] : labels["files"].items()) listed.insert(path);
-    for (const json& object : labels["objects"]) {
-      for (const auto& [format, path] : object["files"].items()) listed.insert(path);
-    }
-    return listed;
-  }
+  std::set<std::string> Listed() const { return ListedIn(Out()); }
+
   // labels.json lists every file of the folder, but for those of the user's.
   void ExpectListed(const std::set<std::string>& others = {}) const {
-    std::set<std::string> expected = Listed();
-    expected.insert("labels.json");
-    expected.insert(others.begin(), others.end());
-    EXPECT_THAT(FilesBelow(Out()), testing::UnorderedElementsAreArray(expected));
+    ExpectAllListed(Out(), others);
   }
 
   // As a user does, in an editor.
@@ -220,7 +207,7 @@ TEST_F(ExportRecordTest, ExportsDoNotGoBesideAnotherFoam) {
     const Outcome outcome = Export(command, "a", {}, folder_ / "b");
     ExpectRefused(outcome, {Foam("b").string(), {"output_path"}, "is another foam"});
   }
-  EXPECT_THAT(FilesBelow(folder_ / "b"), ElementsAre("scene.foam"));
+  EXPECT_THAT(FilesBelow(folder_ / "b"), testing::ElementsAre("scene.foam"));
   // A copy is the same foam.
   fs::copy_file(Foam("a"), folder_ / "out/scene.foam");
   Meshes("a");

@@ -13,7 +13,6 @@
 namespace semfoam {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -376,7 +375,7 @@ TEST_F(TrainingFolderFinished, IsReplacedOnlyWhereThatIsAskedFor) {
   const Outcome again = RunSemfoam(Trainer(Workspace(), output_, {"--random_seed", "5"}));
   EXPECT_EQ(again.exit_code, 1);
   ASSERT_EQ(again.Errors().size(), 1u);
-  EXPECT_THAT(again.Errors()[0], HasSubstr("holds a trained foam; resume = 1 to go on with"));
+  EXPECT_THAT(again.Errors()[0], HasSubstr("holds a trained foam; --resume 1 to go on with"));
 }
 
 TEST_F(TrainingFolderFinished, HoldsFilesOfOneFoam) {

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-// What the data structures hold and what using them has to touch. Bytes.
+// Counts the bytes of the data structures, and the bytes that an operation has to read.
 
 namespace semfoam {
 
@@ -23,13 +23,13 @@ inline size_t BytesOf(const Delaunay& delaunay) {
          BytesOf(delaunay.tet_neighbors);
 }
 
-// All that a walk reads.
+// Returns the bytes of all arrays that a walk reads.
 inline size_t WalkBytes(const WalkGeometry<float>& geometry) {
   return BytesOf(geometry.positions) + BytesOf(geometry.first_block) + BytesOf(geometry.blocks);
 }
 
-// What a step out of `cell` has to read: its site, where its blocks begin and end, their planes,
-// and the one neighbour that it goes to.
+// Returns the bytes that a step out of `cell` has to read: its site, the range of its blocks, their
+// planes, and the index of the next cell.
 inline size_t StepBytes(const WalkGeometry<float>& geometry, uint32_t cell) {
   using Block = PlaneBlock<float>;
   const size_t blocks = geometry.first_block[cell + 1] - geometry.first_block[cell];
@@ -37,7 +37,7 @@ inline size_t StepBytes(const WalkGeometry<float>& geometry, uint32_t cell) {
          blocks * (sizeof(Block) - sizeof(Block::neighbor)) + sizeof(uint32_t);
 }
 
-// A cell's colour and identity.
+// Returns the bytes of a cell's colour and identity.
 inline size_t AppearanceBytes(const Foam& foam) {
   return sizeof(float) * (foam.ShStride() + (foam.HasSemantics() ? kIdentityDim : 0));
 }

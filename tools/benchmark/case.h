@@ -12,22 +12,22 @@
 namespace semfoam {
 
 // Cases are registered under their plain name for 1 thread and with "/threads:2" for 2. Both are
-// timed by the wall clock, with a stopwatch of our own: Google Benchmark's rates go by the time of
-// the CPU, unless a case is renamed to ".../real_time".
+// timed by the wall clock, with Stopwatch: Google Benchmark computes rates from CPU time, unless a
+// case is renamed to ".../real_time".
 
 inline constexpr int kThreadCounts[] = {1, 2};
 
-// A case whose threads each run `body` on their own share of the work.
+// Registers a case whose threads each run `body` on their own share of the work.
 void RegisterSharedCase(const std::string& name,
                         const std::function<void(benchmark::State& state)>& body);
 
-// A case that one thread runs, and whose parallel loops (foam/util/parallel.h) run on
+// Registers a case that one thread runs, and whose parallel loops (foam/util/parallel.h) run on
 // `num_threads`: `body` sets a ThreadLimit once its inputs are made.
 void RegisterParallelCase(
     const std::string& name,
     const std::function<void(benchmark::State& state, int num_threads)>& body);
 
-// Sums up the wall-clock time of the scopes that it is given to.
+// Sums the wall-clock time of several scopes.
 class Stopwatch {
  public:
   class Lap {
@@ -48,8 +48,8 @@ class Stopwatch {
   double seconds_ = 0;
 };
 
-// Calls body(begin, end) for this thread's share of [0, count), a few thousand at a time: the
-// threads take turns, so that each meets the cheap and the dear parts of a picture.
+// Calls body(begin, end) for this thread's share of [0, count), a few thousand at a time: blocks
+// are dealt to the threads in turn, so that each gets cheap and expensive parts of a picture.
 template <typename Body>
 void ForOwnShare(const benchmark::State& state, int64_t count, Body&& body) {
   constexpr int64_t kTurn = 4096;
@@ -59,12 +59,13 @@ void ForOwnShare(const benchmark::State& state, int64_t count, Body&& body) {
   }
 }
 
-// What `amount` of work in all of this thread's laps comes to; the threads' rates add up.
+// Returns the rate of `amount` of work in all of this thread's laps; the rates of the threads are
+// summed.
 inline benchmark::Counter Rate(double amount, const Stopwatch& watch) {
   return benchmark::Counter(amount / watch.seconds());
 }
 
-// A quantity that every thread states alike.
+// Returns a counter that has the same value in every thread.
 inline benchmark::Counter Same(double value) {
   return benchmark::Counter(value, benchmark::Counter::kAvgThreads);
 }

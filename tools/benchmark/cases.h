@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 
-// One function per subject; what each measures stands in its file. `num_sites` is the size of the
-// scene (scenes.h) and the end of the cases' names.
+// Registers the cases, one function per subject; each file documents its measurement. `num_sites`
+// is the size of the scene (scenes.h) and the suffix of the cases' names.
 //
-// Each case gives its rates, `bytes_per_site` (what it keeps in memory for each site) and, as the
-// floor of its memory traffic, the bytes that one step, ray, site or update has to touch.
+// Each case reports its rates, `bytes_per_site` (its memory per site) and, as the lower bound of
+// its memory traffic, the bytes that one step, ray, site or update has to access.
 
 namespace semfoam {
 
@@ -18,7 +18,8 @@ void RegisterRenderCases(int64_t num_sites);    // render/forward, render/backwa
 void RegisterUpdateCases(int64_t num_sites);    // update
 void RegisterVoxelizeCases(int64_t num_sites);  // voxelize
 
-// render/forward/foam, render/backward/foam and voxelize/foam, on the scene of a trained foam.
+// Register render/forward/foam, render/backward/foam and voxelize/foam, on the scene of a trained
+// foam.
 void RegisterRenderCases(const std::filesystem::path& foam_file);
 void RegisterVoxelizeCases(const std::filesystem::path& foam_file);
 

@@ -5,13 +5,13 @@
 
 namespace semfoam {
 
-// How much memory the process takes on top of what it holds when this is made, at its highest
-// (VmHWM of Linux, whose mark is set back here).
+// Measures the peak memory of the process above its memory at construction (VmHWM of Linux, which
+// the constructor resets).
 class PeakMemory {
  public:
   PeakMemory();
 
-  // Bytes; 0 where the system does not say.
+  // Returns the difference in bytes; 0 where the system does not report it.
   int64_t BytesAbove() const;
 
  private:

@@ -7,17 +7,17 @@
 
 namespace semfoam {
 
-// What a command reads it never writes over. Throws UserError, naming the file, when one of
-// `outputs`, files about to be written, is one of `inputs`, by whatever path or link; files that
-// are not there are neither. To be called before the first of them is written. `option` is the one
-// that says where `outputs` go.
+// Ensures that a command does not overwrite its inputs. Throws UserError, naming the file, when one
+// of `outputs`, the files about to be written, is one of `inputs`, by any path or link; ignores
+// files that do not exist. Must be called before the first of them is written. `option` is the name
+// of the option that sets the output path.
 void CheckNoInputOverwrite(const std::vector<std::filesystem::path>& inputs,
                            const std::vector<std::filesystem::path>& outputs,
                            const std::string& option = "--output_path");
 
-// Images of others are not written over either. Throws UserError, naming the file, when one of
-// `images`, files about to be written, is there and not written by this program (IsOwnImage). A
-// link is: it would be replaced, and what it leads to would stay.
+// Ensures that a command overwrites only images of this program. Throws UserError, naming the file,
+// when one of `images`, the files about to be written, exists and was not written by this program
+// (IsOwnImage). Links may be overwritten: the link is replaced, and its target stays.
 void RequireOwnImages(const std::vector<std::filesystem::path>& images,
                       const std::string& option = "--output_path");
 

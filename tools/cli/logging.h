@@ -3,11 +3,11 @@
 
 namespace semfoam {
 
-// Sends what LOG() says to stderr, one plain line each, "WARNING: " before warnings, and to no
-// file. On a terminal a progress line in place is wiped first.
+// Sends LOG() messages to stderr, one plain line each, with "WARNING: " before warnings, and to no
+// file. On a terminal, erases a progress line first.
 void InitLogging(const char* program);
 
-// `info`: whether LOG(INFO) is heard at all. `level`: glog's v.
+// Sets the verbosity: `info` is whether LOG(INFO) is printed, `level` is glog's v.
 void SetLogVerbosity(bool info, int level);
 
 }  // namespace semfoam

@@ -25,16 +25,16 @@ namespace semfoam {
 //   options.AddDefaultOption("label_id", &label_id, "this object alone; -1 = all");
 //   if (!options.Parse(argc, argv)) return;  // help was asked for and given
 //
-// Options are applied in the order in which they were added, whatever the order in which the user
-// gives them. So an option that presets others is added before them, and they win.
+// Options are applied in the order in which they were added, not in the order on the command line.
+// So an option that presets others is added before them, and they override it.
 class OptionManager {
  public:
-  // Adds the options that every command has: help, project_path, random_seed (COLMAP 4 spells it
-  // default_random_seed; both are taken), num_threads, log_to_stderr, log_level.
+  // Adds the options of every command: help, project_path, random_seed (COLMAP 4 spells it
+  // default_random_seed; both are accepted), num_threads, log_to_stderr, log_level.
   OptionManager(std::string command, std::string summary);
 
-  // T is std::string, bool, int, int64_t, uint64_t, float or double. The value that `value` points
-  // to before Parse is the default. Names are unique (CHECK).
+  // Add an option. T is std::string, bool, int, int64_t, uint64_t, float or double. `*value` before
+  // Parse is the default. Names are unique (CHECK).
   template <typename T>
   void AddRequiredOption(const std::string& name, T* value, const std::string& help) {
     Add(name, help, /*required=*/true, {}, value, nullptr);
@@ -43,7 +43,8 @@ class OptionManager {
   void AddDefaultOption(const std::string& name, T* value, const std::string& help) {
     Add(name, help, /*required=*/false, {}, value, nullptr);
   }
-  // One of `choices`. `then`, if any, is called once its value is known, the default's too.
+  // Adds an option that must be one of `choices`. `then`, if any, is called with its value, also
+  // for the default.
   void AddChoiceOption(const std::string& name,
                        std::string* value,
                        const std::vector<std::string>& choices,
@@ -52,58 +53,62 @@ class OptionManager {
     Add(name, help, /*required=*/false, choices, value, then);
   }
 
-  // Adds device, for commands that train or render; Parse finds it.
+  // Adds the option device, for commands that train or render; Parse calls Device::Find.
   void AddDeviceOption();
 
-  // Another spelling of an option that is there (CHECK): `--voxel_size` for
-  // `--VolumeExport.voxel_size`. Both in one place are the same option given twice.
+  // Adds another spelling of an existing option (CHECK): `--voxel_size` for
+  // `--VolumeExport.voxel_size`. Both in one place count as the same option given twice.
   void AddShortName(const std::string& short_name, const std::string& name);
 
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
-  // names, sets all values, and applies what all commands have in common: the log and, while this
-  // object lives, the number of threads. Returns false when help was asked for and has been printed
-  // to stdout. Throws UserError, one sentence in COLMAP's words, on an unknown, missing or repeated
-  // option and on a bad value.
+  // names, sets all values, and applies the common options: the log and, while this object exists,
+  // the number of threads. Returns false after printing help to stdout, if requested. Throws
+  // UserError, one sentence in COLMAP's words, on an unknown, missing or repeated option and on a
+  // bad value.
   bool Parse(int argc, const char* const* argv);
 
-  // The values of all options of a group, by their names without the group, as text that reads back
-  // as the same value.
+  // Returns the values of all options of a group, by their names without the group, as text that
+  // parses to the same value.
   std::map<std::string, std::string> GroupValues(const std::string& group) const;
 
-  // Whether the user gave this option, on the command line or in the project file.
+  // Returns whether the user gave this option, on the command line or in the project file.
   bool IsGiven(const std::string& name) const;
 
-  // For options that do nothing beside, or without, another one. Throws UserError for the first of
-  // these that the user gave, unless as its default: "--frames has no effect " and `why`, which
-  // says what would be right, too: "without --trajectory; give both, or neither".
+  // Refuses options that have no effect in combination with, or without, another one. Throws
+  // UserError for the first of these that the user gave a value other than its default: "--frames
+  // has no effect " and `why`, which includes what would be right: "without --trajectory; give
+  // both, or neither".
   void RequireEffect(const std::vector<std::string>& names, const std::string& why) const;
-  // Warns instead, of options of which nobody expects anything: a command line may be another's.
+  // Logs a warning instead, for harmless cases: a command line may be copied from another command.
   void WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const;
 
-  // The command line as it was given, with this option set so: to be pasted into a shell. `program`
-  // comes first.
+  // Returns the given command line with this option set to another value, quoted for a shell.
+  // `program` comes first.
   std::string CommandLineWith(const std::string& program,
                               const std::string& name,
                               const std::string& value) const;
 
   std::string Help() const;
 
-  // As given by the user; 0 by default.
+  // Returns the seed given by the user; 0 by default.
   uint64_t RandomSeed() const { return random_seed_; }
 
-  // What --device names, after Parse; the CPU for a command without this option.
+  // Returns the device of --device, after Parse; the CPU for a command without this option.
   const Device& device() const { return device_; }
 
  private:
   struct Option {
     std::string name;
-    std::string short_name;  // may be empty
+    // May be empty.
+    std::string short_name;
     std::string help;
     bool required = false;
     std::vector<std::string> choices;
-    std::function<bool(const std::string&)> parse;  // false: not a value of the option's type
+    // Returns false for a text that is not a value of the option's type.
+    std::function<bool(const std::string&)> parse;
     std::function<std::string()> format;
-    std::string expected;  // "an integer"
+    // Description of the type: "an integer".
+    std::string expected;
     std::function<void()> then;
     std::string default_text;
     bool given = false;
@@ -118,9 +123,10 @@ class OptionManager {
            const std::function<void()>& then);
   void AddOption(Option option);
   Option* Find(const std::string& name);
-  // Whether the user gave this option, which must be there (CHECK), another value than its default.
+  // Returns whether the user gave this option, which must exist (CHECK), a value other than its
+  // default.
   bool IsChosen(const std::string& name) const;
-  // The option's name, whichever of its two spellings is given; an unknown one as it is.
+  // Returns the option's name for either of its two spellings; an unknown one unchanged.
   std::string FullName(const std::string& name) const;
   std::map<std::string, std::string> ReadCommandLine(int argc, const char* const* argv) const;
   std::map<std::string, std::string> ReadProjectFile(const std::string& path) const;
@@ -131,12 +137,14 @@ class OptionManager {
   std::string command_;
   std::string summary_;
   std::vector<Option> options_;
-  std::vector<std::string> arguments_;  // of the command line, its command's name first
+  // The command line, beginning with the command's name.
+  std::vector<std::string> arguments_;
   std::string project_path_;
   uint64_t random_seed_ = 0;
   int num_threads_ = -1;
   std::unique_ptr<const ThreadLimit> thread_limit_;
-  std::string device_name_ = "cpu";  // until foam/device/cuda has run on a GPU
+  // The default, until foam/device/cuda has run on a GPU.
+  std::string device_name_ = "cpu";
   Device device_;
   bool log_to_stderr_ = true;
   int log_level_ = 0;

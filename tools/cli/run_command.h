@@ -11,13 +11,13 @@ namespace semfoam {
 // FieldError begins as the parser's own errors do.
 std::string ErrorSentence(const UserError& error);
 
-// Prints "ERROR: <sentence>" to stderr as one line, whatever names of files and of things in files
-// it holds: no control character reaches the terminal. Returns the exit code 1.
+// Prints "ERROR: <sentence>" to stderr as one line, without control characters, which names of
+// files and of labels could contain. Returns the exit code 1.
 int PrintError(const std::string& sentence);
 
-// Runs a command as a whole program: handles signals, turns what it throws into one sentence, and
-// checks that all it printed was written. Returns the exit code: 0, 1 after an error, 128 + the
-// signal's number after an interruption (130 for Ctrl-C, 143 for SIGTERM).
+// Runs a command as a whole program: handles signals, prints exceptions as one sentence, and checks
+// that all output was written. Returns the exit code: 0, 1 after an error, 128 + the signal's
+// number after an interruption (130 for Ctrl-C, 143 for SIGTERM).
 int RunCommand(void (*run)(int argc, char** argv), int argc, char** argv);
 
 }  // namespace semfoam

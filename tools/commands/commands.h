@@ -4,7 +4,7 @@
 namespace semfoam {
 
 // The commands of the program, each in commands/<name>.cc. argv[0] is the command's name. They
-// throw UserError where the user has to do something about it.
+// throw UserError for errors that the user can correct.
 void RunAccuracyProfiler(int argc, char** argv);
 void RunAutomaticSegmenter(int argc, char** argv);
 void RunFoamAnalyzer(int argc, char** argv);

@@ -9,14 +9,15 @@
 
 namespace semfoam {
 
-// The probe's table: a head line and one line for each effect, with what was found, what follows
-// and what it costs.
+// Returns the table of the probe: a head line and one line for each effect, with the evidence, the
+// decision and the cost.
 std::vector<std::string> EffectsTable(const SceneEffects& effects);
 
-// effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by", "evidence", "measures",
-// "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is on, "photos": {name:
-// {"gain": [r, g, b], "falloff": [a, b], "held_out": true or false}} (see PhotoLight). `photos` are
-// the views of `effects`. Throws UserError where the file cannot be written.
+// Writes effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by", "evidence",
+// "measures", "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is on,
+// "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "held_out": true or false}} (see
+// PhotoLight). `photos` are the views of `effects`. Throws UserError where the file cannot be
+// written.
 void WriteEffects(const std::filesystem::path& path,
                   const SceneEffects& effects,
                   const std::vector<PhotoRecord>& photos);

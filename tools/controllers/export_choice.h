@@ -15,26 +15,25 @@
 
 namespace semfoam {
 
-// What of an export can be refused before a photo is read, so that no training is spent on files
-// that cannot be written.
+// Checks an export before any photo is read, so that no training time is wasted on files that
+// cannot be written.
 
-// An export that a training is to end with.
+// An export that is planned to follow a training.
 struct PlannedExport {
-  // Which objects are to be written.
+  // The objects to write.
   LabelChoice choice;
   VolumeExportOptions volume;
-  // What ParseExportTransform returned: TurnUpright comes later.
+  // The result of ParseExportTransform, before TurnUpright.
   ExportTransform transform;
   std::set<ExportFormat> formats;
   // The folder to write into.
   std::filesystem::path output_path;
 };
 
-// Checks an export against the scene that is planned, no photo of which is read yet. Throws
-// UserError where `choice` names what no mask can make a label; where a folder is in the way of a
-// file or the other way round; and where voxels certainly do not fit (VoxelsThatCannotFit). Throws
-// FieldError where `choice` names objects and there are no masks, and where the photos do not tell
-// what is up.
+// Checks an export against the plan of the scene. Throws UserError where `choice` names labels that
+// no mask can have; where a folder exists at the path of a file or the reverse; and where voxels
+// certainly do not fit (VoxelsThatCannotFit). Throws FieldError where `choice` names objects and
+// there are no masks, and where the photos do not determine an upward direction.
 void RequirePossible(const PlannedExport& planned, const ScenePlan& plan);
 
 // Checks the choice of objects against the labels of the decoded masks. Throws UserError where it

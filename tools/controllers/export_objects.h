@@ -9,19 +9,19 @@
 
 namespace semfoam {
 
-// The objects of a model, as all commands that export or list them find them.
+// Finds the objects of a model, for all commands that export or list them.
 
-// Finds the model's objects and the photos that show them. Logs what is left out of the objects,
-// which labels have no object, and by how much an up axis is off. `foam_path` is where the model
-// is; `transform` is turned upright where it asks for that. Throws FieldError where the photos do
-// not tell what is up (TurnUpright).
+// Finds the model's objects and the photos that show them. Logs which parts of the objects are left
+// out, which labels have no object, and the tilt of an up axis. `foam_path` is the file of the
+// model; `transform` is completed with TurnUpright. Throws FieldError where the photos do not
+// determine an upward direction (TurnUpright).
 ExportableScene PrepareExport(const Model& model,
                               const std::filesystem::path& foam_path,
                               ExportTransform transform = {},
                               const ComponentOptions& components = {});
 
-// Throws UserError where the scene of `foam_path` has no object, saying why: for a command that
-// writes objects and nothing else. To be called before anything is written.
+// Throws UserError, with the reason, where the scene of `foam_path` has no object, for a command
+// that writes only objects. Must be called before anything is written.
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path);
 
 }  // namespace semfoam

@@ -11,10 +11,10 @@
 
 namespace semfoam {
 
-// Writes the surfaces of the objects (ExportSurfaces) into `output_path`, in these formats
-// (kVdb holds none). Logs what was written, one line for all formats of an object, and returns it;
-// warns where the scene has no object. `surface` says all but the formats and the creator, which is
-// this program and version. Throws UserError as ExportSurfaces does.
+// Writes the surfaces of the objects (ExportSurfaces) into `output_path`, in these formats (kVdb
+// has no surfaces). Logs the files, one line for all formats of an object, and returns them; warns
+// where the scene has no object. `surface` holds all options except the formats and the creator,
+// which is this program and version. Throws UserError as ExportSurfaces does.
 std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
                                      const std::filesystem::path& output_path,
                                      const std::set<ExportFormat>& formats,

@@ -8,9 +8,9 @@
 
 namespace semfoam {
 
-// The names of a foam's labels. A user may change them in the table "labels" of the labels.json
-// that an export wrote; from then on the exports, and the commands that take names, use them. Of
-// several sources the first that has a name for a label decides:
+// Applies the names of labels that the user has set in the table "labels" of the labels.json of an
+// export, for all later exports and all commands that take names. The first of these sources that
+// has a name for a label is used:
 //
 //   1. the file `labels_path`, where it is not empty: NameLabels
 //   (plugin/mask/label_naming.h)
@@ -19,21 +19,21 @@ namespace semfoam {
 //      "source_model_xxh64" says that they are of this foam
 //   4. the foam itself
 //
-// Logs which names were taken from 2 and 3, and warns where they contradict each other or hold
-// names that cannot be taken. `model` is what `foam_path` holds. Throws UserError where
+// Logs which names were taken from 2 and 3, and warns where these contradict each other or hold
+// names that cannot be used. `model` is the content of `foam_path`. Throws UserError where
 // `labels_path` cannot be read.
 void TakeLabelNames(const std::filesystem::path& foam_path,
                     const std::filesystem::path& output_path,
                     const std::string& labels_path,
                     Model* model);
 
-// The model, with these names.
+// Reads the model and applies these names.
 Model ReadNamedModel(const std::filesystem::path& foam_path,
                      const std::filesystem::path& output_path = {},
                      const std::string& labels_path = {});
 
-// A finished training in `output_path` stays as it is: warns where `labels_path`, if it is not
-// empty, has other names than the labels.json there. Throws UserError as TakeLabelNames.
+// Warns where `labels_path`, if it is not empty, has other names than the labels.json of a finished
+// training in `output_path`, which is not changed. Throws UserError as TakeLabelNames does.
 void WarnOfOtherNames(const std::filesystem::path& output_path, const std::string& labels_path);
 
 }  // namespace semfoam

@@ -8,11 +8,11 @@
 
 namespace semfoam {
 
-// The presets, from the quickest to the best: low, medium, high, extreme.
+// Returns the names of the presets, from the fastest to the best: low, medium, high, extreme.
 const std::vector<std::string>& Qualities();
 
-// Numbers of rays and sites, never of seconds: how fast the machine is changes no byte.
-// CHECKs that `quality` is one of Qualities().
+// Returns the options of a preset: numbers of rays and sites, never seconds, so that the result
+// does not depend on the speed of the machine. CHECKs that `quality` is one of Qualities().
 TrainingOptions OptionsForQuality(const std::string& quality);
 
 }  // namespace semfoam

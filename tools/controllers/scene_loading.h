@@ -10,28 +10,33 @@
 
 namespace semfoam {
 
-// How much memory a scene's photos and masks may take, and do.
+// The memory of a scene's photos and masks.
 struct ImageMemory {
-  int64_t cache_bytes = 0;  // what --image_cache_gb gives, or chooses
-  int64_t bytes = 0;        // of these and beside them, what photos and masks take of a run
-  int most_at_once = 1;     // photos and masks that are decoded at a time
-  bool holds_all = true;    // all photos and masks stay in memory
+  // Memory for kept photos, masks and pixels: --image_cache_gb, given or chosen.
+  int64_t cache_bytes = 0;
+  // Peak memory of photos and masks in a run, kept and while decoding.
+  int64_t bytes = 0;
+  // Maximum number of photos and masks decoded at a time.
+  int most_at_once = 1;
+  // Whether all photos and masks stay in memory.
+  bool holds_all = true;
 };
 
-// `image_cache_gb` as the option has it: 1e9 bytes each, or -1: three quarters of what the memory
-// that is available leaves beside the foam. `training` decides how many pixels a run draws; one
-// with a budget of seconds may draw any number. Throws UserError, naming the file, where one photo
-// or mask alone takes more memory to decode than is available.
+// Plans the memory of the photos and masks of a run. `image_cache_gb` is the option's value, in
+// units of 1e9 bytes, or -1 for three quarters of the available memory that the foam leaves.
+// `training` determines how many pixels a run draws; with `draws_any_number`, for a run with a time
+// budget, the number is unknown. Throws UserError, naming the file, where one photo or mask alone
+// takes more memory to decode than is available.
 ImageMemory PlanImageMemory(double image_cache_gb,
                             const ScenePlan& plan,
                             const TrainingOptions& training,
                             bool draws_any_number,
                             int64_t available);
 
-// Loads what was planned, with a line on stderr that says how far it is.
+// Loads a planned scene, with a progress line on stderr.
 TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory);
 
-// "checking photos 12/2000, 1:12 left".
+// Returns a text such as "checking photos 12/2000, 1:12 left".
 std::string FormatCount(const std::string& what, int done, int total, double seconds);
 
 }  // namespace semfoam

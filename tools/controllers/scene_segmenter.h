@@ -16,19 +16,23 @@
 
 namespace semfoam {
 
-// What `semfoam automatic_segmenter` does, from photos to files. The defaults are the command's.
+// Options of SegmentScene. The defaults are those of `semfoam automatic_segmenter`.
 struct SceneSegmenterOptions {
   TrainingRun run;
-  std::filesystem::path output_path;  // made where it does not exist
+  // Created if it does not exist.
+  std::filesystem::path output_path;
   CheckpointOptions checkpoints;
-  std::string resume_command = "the same, with CheckpointOptions::resume";  // see TrainingFolder
+  // The command for TrainingFolder.
+  std::string resume_command = "the same, with CheckpointOptions::resume";
 
-  LabelChoice choice;  // of the objects that get files
+  // The objects to write files for.
+  LabelChoice choice;
   ComponentOptions components;
   VolumeExportOptions volume;
   SurfaceExportOptions surface;
-  ExportTransform transform;  // of ParseExportTransform
-  // Of vdb, om, ply, obj, glb and usda.
+  // The result of ParseExportTransform.
+  ExportTransform transform;
+  // The formats to write: vdb, om, ply, obj, glb and usda.
   std::set<ExportFormat> formats = {ExportFormat::kVdb,
                                     ExportFormat::kOm,
                                     ExportFormat::kPly,
@@ -37,11 +41,11 @@ struct SceneSegmenterOptions {
                                     ExportFormat::kUsda};
 };
 
-// Trains a foam and writes it, every object's volume and surface and labels.json into
+// Trains a foam and writes it, the volume and the surface of every object and labels.json into
 // `output_path`: TrainAndWrite, PrepareExport, WriteVolumes, WriteMeshes and WriteLabels, in this
-// order. `options.run` need not be complete (CompleteTrainingRun). What would fail only after the
-// training is refused before a photo is read, or before the training. Logs what it does. Does
-// nothing where a finished folder is to be resumed. Throws UserError and Interruption, as these do.
+// order. Calls CompleteTrainingRun for `options.run`. Detects errors that would only occur after
+// the training before a photo is read, or before the training. Logs its steps. Does nothing if it
+// is to resume a finished folder. Throws UserError and Interruption, as these functions do.
 void SegmentScene(SceneSegmenterOptions options);
 
 }  // namespace semfoam

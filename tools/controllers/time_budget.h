@@ -8,17 +8,18 @@
 
 namespace semfoam {
 
-// The presets as a line: the options of a run of `num_rays` rays. Between two presets the sizes of
-// batch and foam and the densifications lie between theirs, in ratios (halfway from 4 to 30 M rays
-// is 11 M); the SH degree and all else are the nearer one's. Below the quickest preset the line
-// goes on as between the first two, above the best with its own values. CHECKs num_rays > 0.
+// Returns the options of a run of `num_rays` rays, interpolated between the presets. The sizes of
+// batch and foam and the number of densifications are interpolated in ratios (halfway from 4 to 30
+// M rays is 11 M); the SH degree and all other options are those of the nearer preset. Below the
+// fastest preset, extrapolates from the first two; above the best, uses its values. CHECKs num_rays
+// > 0.
 TrainingOptions OptionsOnPresetLine(int64_t num_rays);
 
-// How long TrainFoam takes on these views on a device of this machine, learned from two short runs:
-// of some 0.2 M rays, and of what then seems to fill `seconds` (left out where that is hardly
-// more). They train colour and classes of a few of the views, from start to end, because the cost
-// of a ray changes as a foam becomes solid. The estimate is for the same views and a machine as
-// busy as now; a factor of 1.5 either way is normal far from the presets' line.
+// Estimates the time of TrainFoam on these views on a device of this machine, from two short runs:
+// of about 0.2 M rays, and of the number that then seems to fill `seconds` (left out if that is
+// barely more). They train colour and classes of a few of the views, from start to end, because the
+// cost of a ray changes as cells become opaque. The estimate assumes the same views and the same
+// load of the machine; far from the interpolated presets an error of a factor of 1.5 is normal.
 class TrainingTimeModel {
  public:
   // Throws what TrainFoam throws.
@@ -28,20 +29,21 @@ class TrainingTimeModel {
                     const Device& device,
                     double seconds);
 
-  // Of TrainFoam.
+  // Returns the estimated seconds of TrainFoam.
   double TrainingSeconds(const TrainingOptions& options) const;
-  // From there to the labels that foam_trainer writes: topology, objects, the photos that show
-  // them, files.
+  // Returns the estimated seconds from there to the labels that foam_trainer writes: topology,
+  // objects, the photos that show them, files.
   double ClosingSeconds(const TrainingOptions& options) const;
 
-  // On the presets' line, the rays that TrainingSeconds and ClosingSeconds together fill `seconds`
-  // with, to three digits.
+  // Returns the number of rays, to three digits, for which TrainingSeconds and ClosingSeconds of
+  // OptionsOnPresetLine add up to `seconds`.
   int64_t RaysOnPresetLine(double seconds) const;
 
  private:
   int64_t forward_rays_;
-  double object_rays_ = 0;  // with which photos are looked at for objects
-  // Seconds a ray, in a foam that grows to one site.
+  // Number of rays that find the photos of the objects.
+  double object_rays_ = 0;
+  // Seconds per ray, in a foam that grows to one site.
   double learning_ = 0;
   double looking_ = 0;
 };

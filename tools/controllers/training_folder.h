@@ -17,15 +17,19 @@
 
 namespace semfoam {
 
+// Options of checkpoints and of the output folder.
 struct CheckpointOptions {
-  double every = 300;      // seconds between checkpoints; 0 = only when the run is stopped
-  bool resume = false;     // go on from the newest checkpoint
-  bool overwrite = false;  // replace the foam that the folder holds, and its exports
+  // Seconds between checkpoints; 0: only when the run is stopped.
+  double every = 300;
+  // Whether to resume from the newest checkpoint.
+  bool resume = false;
+  // Whether to replace the foam in the folder, and its exports.
+  bool overwrite = false;
 };
 
-// The output folder of a command that trains, from its beginning to its end. It is the only process
-// that writes there (OutputLock). checkpoints/ is there from when training begins until all that
-// the command writes has been written, so a folder without it is finished or was never begun:
+// Manages the output folder of a command that trains. Locks it, so that no other process writes
+// there (OutputLock). checkpoints/ exists from the beginning of the training until the command has
+// written all its files, so a folder without it is finished or was never begun:
 //
 //   <iteration>.ckpt   the two newest states of the training
 //   trained.ckpt       instead of them: scene.foam is there, its exports may not be
@@ -34,8 +38,8 @@ struct CheckpointOptions {
 //   damaged/           checkpoints that are not whole
 class TrainingFolder {
  public:
-  // `resume_command` is what a log line tells a user to run to go on with a run that was stopped.
-  // Throws UserError where `options` are out of range or the folder cannot be had.
+  // `resume_command` is the shell command that log lines give for resuming a stopped run. Throws
+  // UserError where `options` are out of range or the folder cannot be created or locked.
   TrainingFolder(const std::filesystem::path& output_path,
                  const CheckpointOptions& options,
                  const std::string& resume_command);
@@ -43,73 +47,79 @@ class TrainingFolder {
   const std::filesystem::path& path() const { return output_path_; }
   bool resume() const { return options_.resume; }
 
-  // With resume: whether there is nothing left to do, which is said.
+  // Returns whether the run is to be resumed and is finished already, and logs that.
   bool IsFinished() const;
 
-  // Throws UserError, naming the file, where the folder holds a trained foam, or exports, that this
-  // run would replace without having been told to (CheckpointOptions::overwrite), or a labels.json
-  // that no export wrote (ReadExportRecord). To be called before anything is read.
+  // Throws UserError, naming the file, where the folder holds a trained foam or exports that this
+  // run would replace without CheckpointOptions::overwrite, or a labels.json that no export wrote
+  // (ReadExportRecord). Must be called before anything is read.
   void RequireReplaceable() const;
 
-  // What this run is made from: options and checksums of the inputs, in groups. A checkpoint has
-  // them too. To be set before what follows.
+  // Sets the identity of this run: options and checksums of the inputs, in groups. Checkpoints
+  // store it. Must be called before the functions below.
   void SetIdentity(CheckpointTexts identity) { identity_ = std::move(identity); }
 
-  // With resume: whether all of the training has been done, and scene.foam is its result. Throws
-  // UserError where that was another run, or as NewestCheckpoint().
+  // Returns whether the run is to be resumed, its training is complete, and scene.foam is the
+  // result. Throws UserError where scene.foam or the checkpoint is of another run, and as
+  // NewestCheckpoint() does.
   bool IsTrained();
 
-  // With resume: the newest checkpoint that is whole; warns of those that are not. Nothing where
-  // there is none, which is said. Throws UserError, and has changed nothing, where one is of
-  // another version of the format or cannot be read, where it is of another run (naming what
-  // differs) or of another kind than `device`, and where without a checkpoint a trained foam would
-  // be replaced (RequireReplaceable).
+  // Returns, for a run to be resumed, the newest checkpoint that is complete; warns about
+  // incomplete ones. Returns null if there is none, and logs that. Throws UserError, without having
+  // changed anything, where a checkpoint has another version of the format or cannot be read, is of
+  // another run (naming the difference) or of another kind of device than `device`, and where
+  // without a checkpoint a trained foam would be replaced (RequireReplaceable).
   std::unique_ptr<Checkpoint> NewestCheckpoint(DeviceKind device);
 
-  // Training begins. Checkpoints that are not whole are moved into damaged/; without resume, an
-  // earlier run's are put aside. Warns of both. Throws UserError where that is not possible.
+  // Begins the training. Moves incomplete checkpoints into damaged/ and, without resume, those of
+  // an earlier run into replaced/, with warnings. Throws UserError where that is not possible.
   void Begin();
-  // Whether it is time for a checkpoint.
+  // Returns whether it is time for a checkpoint.
   bool IsDue() const;
-  // Writes one, with the identity, and removes all but the two newest. Where it cannot be written,
-  // warns: training goes on, and the older ones stay.
+  // Writes a checkpoint with the identity, and removes all but the two newest. If it cannot be
+  // written, only warns, and keeps the older ones.
   void Write(int64_t iteration, CheckpointContents contents);
   // Logs that the run was stopped after this iteration, and the command that resumes it from there
   // or from an older checkpoint; or that there is no checkpoint to resume from.
   void LogHowToResume(int64_t iteration) const;
   // Logs that the run was stopped after the training, and the command that resumes it.
   void LogHowToResumeAfterTraining() const;
-  // Removes a file of a training that this one does not write, where it is of the foam that this
-  // one has replaced, and says so.
+  // Removes `file`, which only some trainings write, if it belongs to the foam that this run has
+  // replaced, with a warning.
   void RemoveReplaced(const std::string& file) const;
-  // scene.foam has been written. From now on, or when it IsTrained, a signal that ends the process
-  // says how to go on with what is left to be written.
+  // Ends the training, after scene.foam was written: replaces the checkpoints by trained.ckpt.
+  // After this, or after IsTrained() has returned true, a signal that ends the process logs the
+  // command that resumes the exports.
   void EndTraining();
-  // All has been written: removes checkpoints/, and says so of what an earlier run left there.
-  // Files in it that no run of this program wrote stay, with a warning.
+  // Ends the run, after all files were written: removes checkpoints/, and logs the removal of an
+  // earlier run's checkpoints. Keeps files in it that no run of this program wrote, with a warning.
   void Finish();
 
  private:
-  // The checkpoint at `path`; nothing, with a warning, where it is not whole. Throws UserError
-  // where it says nothing about what it holds (foam/train/checkpoint.h).
+  // Reads the checkpoint at `path`; returns null, with a warning, where it is incomplete. Throws
+  // UserError where its contents are unknown (foam/train/checkpoint.h).
   std::unique_ptr<Checkpoint> Read(const std::filesystem::path& path);
   // Throws UserError where the checkpoint is of another run.
   void RequireSameRun(const Checkpoint& checkpoint) const;
   void PutAside() const;
   void MoveDamaged() const;
-  // Iterations of the checkpoints that are there, the newest first. Throws filesystem_error where
-  // the folder cannot be listed.
+  // Returns the iterations of the existing checkpoints, the newest first. Throws filesystem_error
+  // where the folder cannot be listed.
   std::vector<int64_t> Iterations() const;
   std::filesystem::path PathOf(int64_t iteration) const;
 
   const std::filesystem::path output_path_;
-  const std::filesystem::path folder_;  // checkpoints/
+  // The folder checkpoints/.
+  const std::filesystem::path folder_;
   const CheckpointOptions options_;
-  const std::string resume_command_;  // to be pasted into a shell
+  const std::string resume_command_;
   const OutputLock lock_;
   CheckpointTexts identity_;
-  std::vector<std::filesystem::path> damaged_;  // found by this run
-  bool replaces_foam_ = false;                  // there was a scene.foam when training began
+  // Incomplete checkpoints that this run has found.
+  std::vector<std::filesystem::path> damaged_;
+  // Whether there was a scene.foam when the training began.
+  bool replaces_foam_ = false;
+  // Logs the resume command when a signal ends the process after the training.
   std::optional<OnInterrupt> log_how_to_resume_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };

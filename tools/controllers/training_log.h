@@ -9,12 +9,12 @@
 
 namespace semfoam {
 
-// training_log.csv: a head line, then one line per report: seconds, iteration, rays, sites, the
-// losses, held_out_psnr, held_out_miou. What is not known is an empty field.
+// Returns the text of training_log.csv: a head line, then one line per report: seconds, iteration,
+// rays, sites, the losses, held_out_psnr, held_out_miou. Unknown values are empty fields.
 std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports);
 
-// What FormatTrainingLog wrote to the file, at the digits that stand there; seconds_left and
-// num_iterations are not in it. Throws UserError where it is something else.
+// Reads a file with the text of FormatTrainingLog, at the precision of its digits; it lacks
+// seconds_left and num_iterations. Throws UserError where the file has another form.
 std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path);
 
 }  // namespace semfoam

@@ -19,68 +19,74 @@
 
 namespace semfoam {
 
-// What a training is made from. The seed is that of `training`; CompleteTrainingRun brings into
-// `scene`, `training` and `effects` what they have in common.
+// The input and options of a training. The seed is that of `training`; CompleteTrainingRun copies
+// the values that `scene`, `training` and `effects` have in common.
 struct TrainingRun {
   SceneOptions scene;
-  // The preset that `training` was made from (OptionsForQuality), for the model to tell.
+  // Name of the preset that `training` was made from (OptionsForQuality), to be stored in the
+  // model.
   std::string quality = "medium";
   TrainingOptions training = OptionsForQuality("medium");
-  // Seconds for all of TrainAndWrite: chooses what presets preset, by the speed of this machine,
-  // but for `kept_options`; 0 = as `training` says.
+  // Number of seconds for all of TrainAndWrite, > 0: chooses the options that presets set, except
+  // `kept_options`, by the speed of this machine. 0: use those of `training`.
   double time_budget = 0;
-  std::set<std::string> kept_options;  // names as in TrainingOptions: "num_rays"
+  // Names of fields of TrainingOptions, such as "num_rays".
+  std::set<std::string> kept_options;
   EffectsOptions effects;
-  double image_cache_gb = -1;  // see PlanImageMemory
-  Device device;               // to train on
+  // See PlanImageMemory.
+  double image_cache_gb = -1;
+  // Device to train on.
+  Device device;
 
-  // Called, where given, when the scene is planned and no photo is read yet, and when the labels
-  // are known and nothing is trained yet: to refuse what would fail only afterwards.
+  // Called, unless empty, when the scene is planned, before photos are read, and when the labels
+  // are known, before the training: may throw to refuse a run that would only fail afterwards.
   std::function<void(const ScenePlan&)> when_planned;
   std::function<void(const std::vector<Label>&)> when_labels_are_known;
-  // Called, where given, when a run with a time budget has trained, with what of TrainingOptions
-  // the budget has chosen, by name: given without a budget, these make the same foam.
+  // Called, unless empty, after a training with a time budget, with the names and values of the
+  // TrainingOptions that the budget has chosen: given without a budget, these make the same foam.
   std::function<void(const std::vector<std::pair<std::string, std::string>>&)>
       when_schedule_is_known;
-  // Called, where given, when scene.foam, effects.json and training_log.csv are written and the
-  // run does not count as trained yet, with the reports of the log.
+  // Called, unless empty, when scene.foam, effects.json and training_log.csv are written, before
+  // TrainingFolder::EndTraining, with the reports of the log.
   std::function<void(const std::vector<TrainingProgress>&, const TrainingFolder&)> when_written;
 };
 
-// Looks for what `run->scene` does not name where COLMAP and mask trackers put it: images/,
-// sparse/, object_mask/ or Annotations/ in `workspace`. Throws UserError where that is no folder.
+// Sets the paths of `run->scene` that are empty to the usual folders of COLMAP and mask trackers in
+// `workspace`: images/, sparse/, object_mask/ or Annotations/. Throws UserError where `workspace`
+// is no folder.
 void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run);
 
-// Copies the seed, the SH degree and the choices of `effects` to where else they are needed. Throws
-// UserError, naming field and range, when a value is out of range. To be called before any work.
+// Copies the seed, the SH degree and the choices of `effects` to the other fields that need them.
+// Throws UserError, naming field and range, when a value is out of range. Must be called before any
+// work.
 void CompleteTrainingRun(TrainingRun* run);
 
-// Takes from `schedule` how long, how large and how detailed a training is (what the presets
-// preset), except for `kept_options`.
+// Copies from `schedule` the options that presets set, which determine length, size and detail of a
+// training, except `kept_options`.
 void TakeSchedule(const TrainingOptions& schedule,
                   const std::set<std::string>& kept_options,
                   TrainingOptions* training);
 
-// The schedule by the names of the options, in a fixed order: given without a budget they give the
-// same bytes on any machine.
+// Returns names and values of the options of the schedule, in a fixed order: given without a
+// budget, they give the same bytes on any machine.
 std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOptions& training);
 
-// The dataset that `scene` names, loaded within run.image_cache_gb.
+// Loads the dataset of `scene`, within run.image_cache_gb.
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 
-// Logs what a user should know of a dataset: the warnings of its plan and its own.
+// Logs the warnings about a dataset: those of its plan and its own.
 void LogWarnings(const TrainingScene& scene);
 
-// Loads the photos and masks, probes which effects they call for, logs what was found and what is
-// going to be done, trains, and writes scene.foam, effects.json and training_log.csv into `folder`,
-// and checkpoints on the way. With CheckpointOptions::resume, goes on where an earlier process was
-// stopped, after training too; its result has the same bytes, the log apart. SIGINT and SIGTERM
-// (after HandleInterruptions) end it after the iteration, with a checkpoint and the command that
-// goes on from it. Returns the model. The model's options are those that shape the result: quality,
-// random_seed, test_every, mask_consistency and the training's, with the SH degree that was trained
-// at most; and "exposure" and "vignetting", but only where they are on. With a time budget, `run`
-// leaves with the schedule that was chosen, and the model holds that. Throws UserError for what is
-// wrong with the input, Interruption after a signal.
+// Loads the photos and masks, probes the effects, logs the findings and the plan, trains, and
+// writes scene.foam, effects.json and training_log.csv into `folder`, and checkpoints during the
+// training. With CheckpointOptions::resume, continues where an earlier process was stopped, also
+// after the training; the result has the same bytes, except for the log. SIGINT and SIGTERM (after
+// HandleInterruptions) end it after the current iteration, with a checkpoint and a log line with
+// the resume command. Returns the model. The model's options are those that shape the result:
+// quality, random_seed, test_every, mask_consistency and the training's, with the maximum SH degree
+// of the training; and "exposure" and "vignetting", if they are on. With a time budget, `run` and
+// the model receive the chosen schedule. Throws UserError for errors in the input, Interruption
+// after a signal.
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run);
 
 }  // namespace semfoam

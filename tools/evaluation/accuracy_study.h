@@ -11,47 +11,55 @@
 
 namespace semfoam {
 
-// A training of the study: the base, a preset, or the base with one thing changed.
+// A training of the study: the base, a preset, or the base with one option changed.
 struct StudyRun {
-  std::string sweep;  // "base", "preset", or the option that is changed
-  std::string value;  // what it is changed to
+  // "base", "preset", or the name of the changed option.
+  std::string sweep;
+  // New value of the option.
+  std::string value;
   TrainingOptions training;
-  int max_image_size = -1;  // as SceneOptions has it
+  // SceneOptions::max_image_size.
+  int max_image_size = -1;
 };
 
-// The base with one option changed at a time: rays, sites, photos' size, SH degree, transmittance
-// cut-off; the first change of each comes before the second of any, so that a study cut short has
-// something of each. `longest_side`: of the photos, in pixels.
+// Returns runs of the base with one option changed at a time: rays, sites, photos' size, SH degree,
+// transmittance cut-off. The first change of each option comes before the second of any, so that an
+// interrupted study has results for each. `longest_side` is that of the photos, in pixels.
 std::vector<StudyRun> SweepsAround(const TrainingOptions& base, int longest_side);
 
-// One row of the table. NaN = not known.
+// One row of the table. NaN: not known.
 struct AccuracyRow {
   std::string sweep;
   std::string value;
   int64_t rays = 0;
   int64_t sites = 0;
   int sh_degree = 0;
-  int image_size = 0;  // longest side of the photos trained on, pixels
+  // Longest side of the training photos, pixels.
+  int image_size = 0;
   double transmittance_cutoff = 0;
-  double seconds = NAN;  // training, and for exports the export too
-  double psnr = NAN;     // dB, held-out photos at full size
+  // Time of the training, and for exports also of the export.
+  double seconds = NAN;
+  // In dB, on held-out photos at full size.
+  double psnr = NAN;
   double ssim = NAN;
   double miou = NAN;
-  double surface_error = NAN;  // world units, see surface_error.h
+  // In world units (surface_error.h).
+  double surface_error = NAN;
 };
 
-// The points that no other point beats, by ascending x: less x (seconds), and more of y or, with
-// `less_is_better`, less. Points that are not finite are left out; of equal points one is kept.
+// Returns the Pareto-optimal points by ascending x: no other point has less x (seconds) and a
+// better y, which is more or, with `less_is_better`, less. Leaves out points that are not finite;
+// keeps one of equal points.
 std::vector<PlotPoint> ParetoFront(std::vector<PlotPoint> points, bool less_is_better);
 
-// A head line, then a line per row; what is not known is an empty field.
+// Returns a head line, then a line per row; unknown values are empty fields.
 std::string FormatAccuracyCsv(const std::vector<AccuracyRow>& rows);
-// A Markdown table; a training's figure on the Pareto front of its column against seconds is set
-// bold.
+// Returns a Markdown table; figures of trainings on the Pareto front of their column against
+// seconds are bold.
 std::string FormatAccuracyTable(const std::vector<AccuracyRow>& rows);
-// A panel for each of PSNR, mIoU and surface error that is known, against seconds. The sweeps are
-// lines that lead through the base, the first row; those of exports (rows without PSNR) stand for
-// themselves, and are on no front.
+// Returns a plot with a panel for each of PSNR, mIoU and surface error that is known, against
+// seconds. The sweeps are lines through the base, the first row; those of exports (rows without
+// PSNR) are separate lines, and on no front.
 Plot AccuracyPlot(const std::vector<AccuracyRow>& rows);
 
 }  // namespace semfoam

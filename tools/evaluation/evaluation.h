@@ -22,20 +22,24 @@ struct ViewScore {
   double ssim = 0;
 };
 
-// What one held-out view shows of its error and of its certainty, as pictures.
+// Pictures of the error and of the confidence of one held-out view.
 struct ViewMaps {
-  Image8 error;       // the mean difference of a pixel's channels, see ErrorImage
-  Image8 confidence;  // grey, 255 = 1; black where the foam shows no label. Empty without semantics
+  // Mean absolute difference of a pixel's channels (ErrorImage).
+  Image8 error;
+  // Grey, 255 = 1; black where the foam shows no label. Empty without semantics.
+  Image8 confidence;
 };
 
 using OnViewMaps = std::function<void(const std::string& name, const ViewMaps& maps)>;
 
-// How well a foam shows what its training did not see.
+// The quality of a foam on held-out photos.
 struct Scores {
-  std::vector<ViewScore> views;                // one per held-out photo
-  std::map<std::string, ObjectScore> objects;  // by name; their views are places in `views`
-  std::vector<std::string>
-      unscored;  // of each object whose exact masks show it nowhere, a sentence
+  // One per held-out photo.
+  std::vector<ViewScore> views;
+  // By name; ViewLabelScore::view is an index into `views`.
+  std::map<std::string, ObjectScore> objects;
+  // A sentence about each object that no exact mask shows.
+  std::vector<std::string> unscored;
 };
 
 struct ScoreOptions {
@@ -63,15 +67,17 @@ Scores ScoreModel(const Model& model,
 
 ViewScore MeanOf(const std::vector<ViewScore>& views);
 
-// One view's mean over the objects in it, by the prompt; nothing where there are none.
+// Returns the mean prompt score of one view over the objects in it; nothing without objects.
 std::optional<LabelScore> MeanOfView(const std::map<std::string, ObjectScore>& objects,
                                      size_t view);
 
-// Over the objects that have this reading (see LabelScore); nothing where none has.
+// Returns the mean over the objects that have this kind of score (see LabelScore); nothing without
+// any.
 std::optional<LabelScore> MeanOf(const std::map<std::string, ObjectScore>& objects, bool direct);
 
-// The folder of exact masks: what the user gave (throws UserError where there is none), or where
-// data sets have it beside the photos, segmentation_labels/masks/; empty where it is not there.
+// Returns the folder of exact masks: the one that the user gave (throws UserError where it does not
+// exist), or segmentation_labels/masks/ beside the photos, as in data sets; empty where that does
+// not exist.
 std::filesystem::path FindTruth(const std::filesystem::path& truth_path,
                                 const std::filesystem::path& image_path);
 

@@ -10,33 +10,33 @@
 
 namespace semfoam {
 
-// A surface as triangles in any state: it need be neither closed nor manifold nor oriented.
+// Any triangles: they need be neither closed nor manifold nor oriented.
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
 // Reads .ply (ReadPlyMesh), .om (ReadOmMesh), .obj, .off and .stl (CGAL, which keeps doubles and
-// faces that are not manifold), with memory in proportion to the file, whatever it promises. Faces
-// with more corners are cut into a fan. Throws UserError when the file cannot be read, is of
-// another kind, has a face with a corner that is no vertex or no finite number, or has no face with
-// an area.
+// faces that are not manifold), with memory in proportion to the file, for any counts in its
+// header. Faces with more corners are cut into a fan. Throws UserError when the file cannot be
+// read, is of another kind, has a face with a corner that is no vertex or no finite number, or has
+// no face with an area.
 TriangleMesh ReadTriangleMesh(const std::filesystem::path& path);
 
-// The vertices of a .ply with or without faces. Throws UserError when there are none.
+// Reads the vertices of a .ply with or without faces. Throws UserError when there are none.
 std::vector<Eigen::Vector3d> ReadPlyPoints(const std::filesystem::path& path);
 
-// `count` points on the surface, evenly by area: one in each of `count` parts of equal area, in the
-// order of the triangles, at a place in it that depends on its number alone. The mesh must have
-// area.
+// Samples `count` points on the surface, evenly by area: one in each of `count` parts of equal
+// area, in the order of the triangles, at a position in it that depends on its index alone. The
+// mesh must have area.
 std::vector<Eigen::Vector3d> SampleSurface(const TriangleMesh& mesh, int64_t count);
 
-// The distance of every query to the nearest of `points`, of which there must be one.
+// Returns the distance of every query to the nearest of `points`, which must not be empty.
 std::vector<double> DistancesToPoints(const std::vector<Eigen::Vector3d>& points,
                                       const std::vector<Eigen::Vector3d>& queries);
 
-// The distance of every point to the nearest point of the surface, exact to rounding. The mesh must
-// have area.
+// Returns the distance of every point to the nearest point of the surface, exact to rounding. The
+// mesh must have area.
 std::vector<double> DistancesToSurface(const TriangleMesh& mesh,
                                        const std::vector<Eigen::Vector3d>& points);
 

@@ -12,10 +12,11 @@
 
 namespace semfoam {
 
-// How near a mesh comes to a reference. All distances are in units of the diagonal of the
+// The score of a mesh against a reference. All distances are in units of the diagonal of the
 // reference's bounding box.
 struct MeshScore {
-  double diagonal = 0;  // of the reference's box, in its own unit
+  // Diagonal of the reference's box, in its own unit.
+  double diagonal = 0;
   // For each tolerance: the share of the mesh that is nearer than that to the reference; the share
   // of the reference that is nearer than that to the mesh; and their harmonic mean, 0 where both
   // are (Knapitsch et al. 2017, Tanks and Temples).
@@ -25,15 +26,17 @@ struct MeshScore {
   double completeness = 0, completeness_max = 0;
 };
 
-// What a distance is measured to.
+// The target of the distances.
 enum class Nearest {
-  kSamples,  // 60000 points of the mesh, 120000 of the reference, as benchmarks do it: a distance
-             // is a little too long, by half of that between samples at most where it is small
-  kSurface,  // the triangles
+  // Samples, 60000 points of the mesh and 120000 of the reference, as in benchmarks: distances are
+  // slightly too long, small ones by up to half the distance between samples.
+  kSamples,
+  // The triangles.
+  kSurface,
 };
 
-// Surfaces count by area, at samples. `visible`: the part of the reference that counts for recall
-// and completeness, as points; empty: all of it. `tolerances` > 0.
+// Scores a mesh, with both surfaces sampled evenly by area. `visible` are points of the part of the
+// reference that counts for recall and completeness; empty: all of it. `tolerances` > 0.
 MeshScore ScoreMesh(const TriangleMesh& mesh,
                     const TriangleMesh& reference,
                     const std::vector<Eigen::Vector3d>& visible,
@@ -42,18 +45,21 @@ MeshScore ScoreMesh(const TriangleMesh& mesh,
 
 // A mesh and its reference, by name.
 struct MeshPair {
-  std::string name;  // the reference's
+  // Name of the reference.
+  std::string name;
   std::filesystem::path reference;
-  std::filesystem::path mesh;     // empty: there is none of that name
-  std::filesystem::path visible;  // empty: none was asked for
+  // Empty: there is none of that name.
+  std::filesystem::path mesh;
+  // Empty: not requested.
+  std::filesystem::path visible;
 };
 
-// Pairs the meshes of two places, each a file or a folder. In a folder, what an export's
-// labels.json lists is named after its objects; else files are named by their stems, of which a
-// leading "<id>_" may be missing; names are compared as SanitizedName writes them. Of several
-// formats of one mesh, the most exact one is taken. Two files are a pair whatever their names.
-// `visible_path`, if not empty, is a file or a folder of .ply points, which must have some for
-// every pair. By the references' names. Throws UserError when nothing matches.
+// Pairs the meshes of two places, each a file or a folder. In a folder, files that an export's
+// labels.json lists have the names of their objects; other files have their stems as names, of
+// which a leading "<id>_" may be missing. Names are compared after SanitizedName. Of several
+// formats of one mesh, uses the most exact one. Two files are always a pair. `visible_path`, if not
+// empty, is a file or a folder of .ply points, which must have some for every pair. Returns the
+// pairs by the references' names. Throws UserError when nothing matches.
 std::vector<MeshPair> PairMeshes(const std::filesystem::path& mesh_path,
                                  const std::filesystem::path& reference_path,
                                  const std::filesystem::path& visible_path);

@@ -7,11 +7,11 @@
 
 namespace semfoam {
 
-// The vertices (x, y, z) and faces (vertex_indices or vertex_index) of a PLY, as text or as bytes
-// in either order; none where it has no element vertex or face. Everything else in it is read over,
-// as is what follows the last record. Takes memory in proportion to the file, whatever counts are
-// in it. Throws UserError, one sentence naming the file, where it cannot be read, ends too early,
-// or has what is no number, or a list longer than the rest of the file.
+// Reads the vertices (x, y, z) and faces (vertex_indices or vertex_index) of a PLY, in text or in
+// binary of either byte order; none where it has no element vertex or face. Skips everything else,
+// also after the last record. Takes memory in proportion to the file, for any counts in it. Throws
+// UserError, one sentence naming the file, where it cannot be read, ends too early, has a text that
+// is no number, or a list longer than the rest of the file.
 PolygonSoup ReadPlyMesh(const std::filesystem::path& path);
 
 }  // namespace semfoam

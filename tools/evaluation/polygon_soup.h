@@ -8,10 +8,12 @@
 
 namespace semfoam {
 
-// What a mesh's file holds, before anything of it is believed.
+// The unchecked content of a mesh file.
 struct PolygonSoup {
-  std::vector<Eigen::Vector3d> vertices;   // also not finite
-  std::vector<std::vector<size_t>> faces;  // corners; SIZE_MAX for what is no number of a vertex
+  // May be not finite.
+  std::vector<Eigen::Vector3d> vertices;
+  // Corners; SIZE_MAX for a text that is no index of a vertex.
+  std::vector<std::vector<size_t>> faces;
 };
 
 }  // namespace semfoam

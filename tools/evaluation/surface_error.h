@@ -14,44 +14,50 @@
 
 namespace semfoam {
 
-// How far surfaces are from where they should be, in any workspace: the SfM points say where the
-// camera of a held-out photo first meets something. They were triangulated from held-out photos
-// too, and training begins with cells around them; so this measures what training made of the
-// surfaces, and how exports keep them, rather than what it found by itself.
+// Measures the error of surfaces in any workspace: the distances of SfM points from the cameras of
+// held-out photos are compared with those of the surfaces along the same rays. The points were
+// triangulated from held-out photos too, and training starts with cells around them; so this
+// measures how training and exports preserve these surfaces, not how training finds surfaces by
+// itself.
 
-// The points that one photo saw, as rays from its camera. Normalised frame.
+// The points that one photo observes, as rays from its camera. Normalised frame.
 struct DepthView {
   Eigen::Vector3d origin;
-  std::vector<Eigen::Vector3f> directions;  // unit length
-  std::vector<double> distances;            // to the points, along these
+  // Unit length.
+  std::vector<Eigen::Vector3f> directions;
+  // Distances to the points along these.
+  std::vector<double> distances;
 };
 
-// One for each held-out photo that saw any. Points that are not finite are left out.
+// Makes one view for each held-out photo that observes points. Leaves out points that are not
+// finite.
 std::vector<DepthView> MakeDepthViews(const Reconstruction& reconstruction,
                                       const std::vector<PhotoRecord>& photos,
                                       const Similarity& world_from_normalized);
 
-// Without the points outside `box` (normalised frame), and views that have no others.
+// Returns the views without the points outside of `box` (normalised frame), and without views that
+// have no others.
 std::vector<DepthView> Within(const std::vector<DepthView>& views, const Eigen::AlignedBox3d& box);
 
-// The distances along a view's rays at which something is met; 0 where nothing is.
+// Returns the distances of a surface along a view's rays; 0 where a ray does not meet it.
 using DistancesOf = std::function<std::vector<float>(const DepthView& view)>;
 
-// Of the foam itself: where half of the light is lost.
+// Returns the distances of the foam itself: where the transmittance falls to 1/2.
 std::vector<float> FoamDistances(const ViewRenderer& renderer, const DepthView& view);
-// Of the `cells` surfaces of the objects: where a ray first enters a cell of an object.
+// Returns the distances of the `cells` surfaces of the objects: where a ray first enters a cell of
+// an object.
 std::vector<float> CellSurfaceDistances(const ViewRenderer& renderer,
                                         const ExportableScene& scene,
                                         const DepthView& view);
-// Of the scene's volume: where half of the light is lost in its voxels. `min_optical_depth` as in
-// VolumeExportOptions.
+// Returns the distances of the scene's volume: where the transmittance through its voxels falls to
+// 1/2. `min_optical_depth` is that of VolumeExportOptions.
 std::vector<float> VolumeDistances(const ExportableScene& scene,
                                    const VolumeFrame& frame,
                                    float min_optical_depth,
                                    const DepthView& view);
 
-// The median over all rays of |distance met - distance to the point|, normalised frame; infinity
-// for rays that meet nothing, NaN where there are no rays.
+// Returns the median over all rays of |distance of the surface - distance of the point|, normalised
+// frame; rays that do not meet the surface count as infinity. NaN without rays.
 double SurfaceError(const std::vector<DepthView>& views, const DistancesOf& distances_of);
 
 }  // namespace semfoam

@@ -8,7 +8,7 @@
 
 namespace semfoam {
 
-// What all drawings with cairo have in common. The same drawing gives the same bytes (with the same
+// Common functions of all drawings with cairo. The same drawing gives the same bytes (with the same
 // cairo and fonts).
 
 struct DrawingColor {
@@ -21,15 +21,15 @@ enum class TextAlign { kLeft, kCenter, kRight };
 using DrawingSurface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using DrawingContext = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
-// A context that draws on `surface`, `scale` of its units for each of the drawing's, with the font
-// of all drawings.
+// Returns a context that draws on `surface` with `scale` of its units for each unit of the drawing,
+// in the font of all drawings.
 DrawingContext BeginDrawing(cairo_surface_t* surface, double scale);
 
 void SetColor(cairo_t* cairo, const DrawingColor& color);
 
 double TextWidth(cairo_t* cairo, const std::string& text, double size);
 
-// `y` is the base line.
+// Draws a text; `y` is the base line.
 void DrawText(cairo_t* cairo,
               const std::string& text,
               double x,
@@ -38,10 +38,10 @@ void DrawText(cairo_t* cairo,
               TextAlign align,
               const DrawingColor& color = kInk);
 
-// A cairo_write_func_t that appends to the std::string that `text` points to.
+// Appends to the std::string that `text` points to: a cairo_write_func_t.
 cairo_status_t AppendBytes(void* text, const unsigned char* data, unsigned int length);
 
-// The bytes of a PNG file.
+// Returns the bytes of a PNG file.
 std::string EncodePng(cairo_surface_t* surface);
 
 }  // namespace semfoam

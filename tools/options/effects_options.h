@@ -8,7 +8,7 @@
 
 namespace semfoam {
 
-// The user's say in what is simulated, as the options spell it.
+// The user's choices of effects, as texts of the options.
 struct EffectsChoices {
   std::string exposure = "auto";
   std::string white_balance = "auto";
@@ -21,7 +21,7 @@ struct EffectsChoices {
 // Adds --Effects.*.
 void AddEffectsOptions(OptionManager* options, EffectsChoices* choices);
 
-// To be called after Parse; which SH degree is left to the caller. Throws UserError where the
+// Converts the choices after Parse; the caller sets the SH degree. Throws UserError where the
 // choices contradict each other.
 EffectsOptions MakeEffectsOptions(const EffectsChoices& choices);
 

@@ -21,7 +21,7 @@ void AddEnumOption(OptionManager* options,
                    Enum* value,
                    const EnumName<Enum> (&names)[kCount],
                    const std::string& help) {
-  // Lives as long as the option.
+  // Exists as long as the option.
   const auto text = std::make_shared<std::string>(NameOf(names, *value));
   options->AddChoiceOption(name, text.get(), AllNames(names), help, [text, value, table = &names] {
     const std::optional<Enum> parsed = ParseEnum(*table, *text);

@@ -20,7 +20,8 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
 // Adds --MeshExport.*.
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
 
-// Adds --formats. `*formats` lists what the command can write, all of which is the default.
+// Adds --formats. `*formats` lists the formats that the command can write; the default is all of
+// them.
 void AddFormatsOption(OptionManager* options, std::string* formats);
 inline constexpr char kMeshFormats[] = "om,ply,obj,glb,usda";
 inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
@@ -31,33 +32,33 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 // Adds --keep_largest, --min_cells and --keep_fragments.
 void AddComponentOptions(OptionManager* options, ComponentOptions* components);
 
-// --voxel_size for --VolumeExport.voxel_size, and so on: for a command that makes volumes and
-// nothing else.
+// Adds --voxel_size for --VolumeExport.voxel_size, and so on, for a command that writes only
+// volumes.
 void AddVolumeShortNames(OptionManager* options);
-// --method and --target_faces, likewise.
+// Adds --method and --target_faces for a command that writes only meshes.
 void AddMeshShortNames(OptionManager* options);
 
 // Adds --labels and --exclude_labels.
 void AddLabelOptions(OptionManager* options, LabelChoice* choice);
-// --VolumeExport.labels for --labels, as commands that write volumes have always spelled it.
+// Adds --VolumeExport.labels for --labels, the older spelling of commands that write volumes.
 void AddVolumeLabelsName(OptionManager* options);
 
 // Adds --labels_path for a command that exports.
 void AddLabelNamesOption(OptionManager* options, std::string* labels_path);
 
-// These throw UserError, in the words of the option manager, when an option is out of range. To be
-// called before any work.
+// Throw UserError, naming the option, when an option is out of range. Must be called before any
+// work.
 void RequireValid(const VolumeExportOptions& volume);
 void RequireValid(const ComponentOptions& components);
 void RequireValid(const SurfaceExportOptions& surface);
-// Throws UserError for an option of volumes or surfaces that the user gave and another one leaves
-// without effect. `formats` are those that the command writes.
+// Throws UserError for an option of volumes or surfaces that the user gave but that has no effect
+// because of another option. `formats` are those that the command writes.
 void RequireEffects(const OptionManager& options,
                     const VolumeExportOptions& volume,
                     const LabelChoice& choice,
                     const std::set<ExportFormat>& formats);
 
-// The formats of a comma list, each of which `allowed` must have.
+// Parses a comma-separated list of formats, all of which must be in `allowed`.
 std::set<ExportFormat> ParseFormats(const std::string& formats, const std::string& allowed);
 
 }  // namespace semfoam

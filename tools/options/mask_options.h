@@ -10,7 +10,7 @@
 
 namespace semfoam {
 
-// Where masks are and how they are read, as the options of all commands spell it.
+// Paths of masks and options of reading them, common to all commands.
 struct MaskOptions {
   std::string mask_path;
   std::string labels_path;
@@ -29,13 +29,15 @@ void AddMaskReadingOptions(OptionManager* options, MaskOptions* masks);
 
 // The COLMAP model and the masks of a command that needs no photos.
 struct MaskedModelPaths {
-  std::filesystem::path model_folder;  // empty: none
+  // Empty: none.
+  std::filesystem::path model_folder;
   std::filesystem::path mask_folder;
-  std::filesystem::path labels_file;  // empty: none
+  // Empty: none.
+  std::filesystem::path labels_file;
 };
 
-// Completes what the user gave: the model is `input_path`, else the workspace's sparse/ (0/), else
-// none where `needs_model` is false. Masks are `masks.mask_path`, else object_mask/, then
+// Completes the paths of the user: the model is `input_path`, else the workspace's sparse/ (0/),
+// else none if `needs_model` is false. Masks are `masks.mask_path`, else object_mask/, then
 // Annotations/ in the workspace, or in a folder that holds the model, up to two above it. Throws
 // UserError, one sentence naming the option or folder, where something is missing.
 MaskedModelPaths FindMaskedModel(const std::string& workspace_path,

@@ -18,7 +18,7 @@
 
 namespace semfoam {
 
-// Which objects a command is to work on, and which pixel a user points at.
+// Selects the objects that a command works on, by label or by a pixel of a photo.
 
 // A pixel of a photo, column x and row y from the upper left corner, at the size that the photo has
 // in the model (PhotoRecord).
@@ -28,62 +28,68 @@ struct PhotoPixel {
   int y = 0;
 };
 
-// "IMAGE,x,y"; blanks do as well as commas. Throws UserError in the option manager's words.
+// Parses "IMAGE,x,y", separated by commas or spaces. Throws UserError naming `option`.
 PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text);
 
-// What a foam shows at a pixel: where its ray has lost half of its light.
+// The surface of a foam at a pixel, where the transmittance of its ray is 1/2.
 struct SeenSurface {
-  LabelId label_id = kNoObject;  // of the rendered identity
-  Eigen::Vector3d point;         // COLMAP frame
-  Eigen::Vector3d normal;  // of the plane that fits the pixels around it, unit length, towards the
-                           // camera
+  // Label of the rendered identity; kNoObject: unlabelled.
+  LabelId label_id = kNoObject;
+  // COLMAP frame.
+  Eigen::Vector3d point;
+  // Normal of the plane that fits the pixels around it, unit length, towards the camera.
+  Eigen::Vector3d normal;
 };
 
-// Throws UserError when the model has no such photo or pixel, or nothing is there. The normal is
-// that of the pixels of the same label within a thirtieth of the photo's width; a third of them,
-// those that fit the plane least, are left out of it.
+// Returns the surface at a pixel. The normal is that of a plane fitted to the pixels of the same
+// label within a thirtieth of the photo's width, without the third of them that fits worst. Throws
+// UserError when the model has no such photo or pixel, or the pixel shows no surface.
 SeenSurface SurfaceAt(const Model& model,
                       const ViewRenderer& renderer,
                       const PhotoPixel& pixel,
                       const std::filesystem::path& foam_path);
 
-// --labels and --exclude_labels, or --pick.
+// The options --labels and --exclude_labels, or --pick.
 struct ObjectSelection {
   LabelChoice choice;
   std::string pick;
 };
 void AddSelectionOptions(OptionManager* options, ObjectSelection* selection);
-// Throws UserError, to be called before any work.
+// Throws UserError where the options contradict each other. Must be called before any work.
 void RequireValid(const ObjectSelection& selection);
 
-// Objects of a model, as the exporters find them.
+// Selected objects of a model.
 struct ChosenObjects {
-  Delaunay delaunay;  // of the model, and what its cells are
+  // Triangulation of the model, and the labels of its cells.
+  Delaunay delaunay;
   CellLabels cell_labels;
-  std::vector<uint8_t> is_in_object;  // [sites] of any object, chosen or not
+  // [sites] Whether the cell belongs to any object, selected or not.
+  std::vector<uint8_t> is_in_object;
   std::vector<ObjectCells> objects;
-  std::vector<std::string> names;  // "mug (6)", one per object
-  size_t num_cells = 0;            // of all of them
+  // "mug (6)", one per object.
+  std::vector<std::string> names;
+  // Number of cells of all selected objects.
+  size_t num_cells = 0;
 };
 
-// As exports have them, but with fragments: who names one means it.
+// Returns the options of exports, but with fragments, so that fragments can be selected by name.
 ExportableSceneOptions EveryObject();
 
-// The objects that `choice` names (SelectObjects). Throws UserError when one is not there, or the
-// model has no objects at all.
+// Finds the objects that `choice` names (SelectObjects). Throws UserError when one does not exist,
+// or the model has no objects.
 ChosenObjects ChooseObjects(const Model& model,
                             const LabelChoice& choice,
                             const std::filesystem::path& foam_path);
 
-// As above; the one object that is seen, rendered on `device`, at the pixel where `selection.pick`
-// is given. Throws UserError also where no object is seen there.
+// Does the same; if `selection.pick` is given, finds the object at that pixel, rendered on
+// `device`. Throws UserError also where the pixel shows no object.
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const std::filesystem::path& foam_path,
                             const Device& device);
 
-// output_path/scene.foam. Throws UserError when that is one of the files that are read, or a
-// trained foam, which no edit replaces.
+// Returns output_path/scene.foam. Throws UserError when that is one of the inputs, or a trained
+// foam, which edits never replace.
 std::filesystem::path EditedFoamPath(const std::filesystem::path& output_path,
                                      const std::vector<std::filesystem::path>& inputs);
 

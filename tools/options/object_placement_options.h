@@ -11,34 +11,40 @@
 
 namespace semfoam {
 
-// How a user says where an object goes. Without any of it: where it was, in the COLMAP frame.
+// Options of the placement of an object. By default it keeps its position in the COLMAP frame.
 struct PlacementOptions {
-  std::string translation = "0,0,0";  // x,y,z in units of the scene's COLMAP frame
-  std::string rotation = "0,0,0";     // degrees about the x, then the y, then the z axis of that
-                                      // frame, through the object's middle
-  double scale = 1;                   // 1e-6..1e6, about the object's middle
-  std::string align_to;               // "IMAGE,x,y"
+  // x,y,z in units of the scene's COLMAP frame.
+  std::string translation = "0,0,0";
+  // Degrees about the x, then the y, then the z axis of that frame, through the object's middle.
+  std::string rotation = "0,0,0";
+  // 1e-6..1e6, about the object's middle.
+  double scale = 1;
+  // Pixel "IMAGE,x,y" of the surface to place the object on; empty: none.
+  std::string align_to;
 };
 
 void AddPlacementOptions(OptionManager* options, PlacementOptions* placement);
 
-// The same as numbers. Throws UserError, in the words of the option manager, when one is out of
-// range. To be called before any work.
+// PlacementOptions as numbers.
 struct ParsedPlacement {
   Eigen::Vector3d translation;
   Eigen::Matrix3d rotation;
   double scale = 1;
 };
+
+// Parses the options. Throws UserError, naming the option, when one is out of range. Must be called
+// before any work.
 ParsedPlacement ParsePlacement(const PlacementOptions& options);
 
-// The middle of the box of an object's sites stays in place under rotation and scale, and
-// `translation` moves it.
+// Returns the placement that rotates and scales an object about the middle of the box of its sites,
+// and moves it by `translation`.
 ObjectPlacement PlaceAboutMiddle(const ExtractedObjects& objects, const ParsedPlacement& parsed);
 
-// Stands the object on a surface: first turned by `rotation`; then what was up before that, by the
-// mean of the upward directions of its photos, is turned onto the surface's normal by the shortest
-// way; its lowest cells on the surface, its middle above the point; then moved by `translation`.
-// Throws UserError naming `object_path` when the photos do not tell what is up.
+// Returns the placement of an object on a surface. Rotates it by `rotation`; then rotates the
+// original upward direction, the mean of the upward directions of its photos, onto the surface's
+// normal by the smallest angle; puts its lowest cells on the surface and its middle above the
+// point; then moves it by `translation`. Throws UserError naming `object_path` when the photos do
+// not determine an upward direction.
 ObjectPlacement PlaceOnSurface(const ExtractedObjects& objects,
                                const ParsedPlacement& parsed,
                                const SeenSurface& surface,

@@ -11,9 +11,10 @@
 
 namespace semfoam {
 
-// A training as the options of a command spell it.
+// Options of a command that trains.
 struct TrainingRunOptions {
-  TrainingRun run;  // complete after FinishTrainingRun
+  // Complete after FinishTrainingRun.
+  TrainingRun run;
   std::string image_path;
   std::string input_path;
   MaskOptions masks;
@@ -21,20 +22,20 @@ struct TrainingRunOptions {
 };
 
 // Adds --device, --mask_path, --labels_path, --test_every, --image_cache_gb, --quality, --Masks.*,
-// --FoamTraining.* and --Effects.*. The preset is taken first; what the user gives by name wins
-// over it.
+// --FoamTraining.* and --Effects.*. The preset is applied first; options that the user gives by
+// name override it.
 void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training);
 
 // Adds --checkpoint_every, --resume and --overwrite.
 void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints);
 
-// To be called after Parse, before any work: completes `training->run`, with what is found in
-// `workspace_path` unless that is empty, and throws UserError when an option is out of range.
+// Completes `training->run`, with the folders found in `workspace_path` unless that is empty.
+// Throws UserError when an option is out of range. Must be called after Parse and before any work.
 void FinishTrainingRun(const OptionManager& options,
                        const std::string& workspace_path,
                        TrainingRunOptions* training);
 
-// The command that goes on with a run of `options` that was stopped, to be pasted into a shell.
+// Returns the shell command that resumes a stopped run with `options`.
 std::string ResumeCommand(const OptionManager& options);
 
 }  // namespace semfoam

@@ -5,12 +5,13 @@
 
 namespace semfoam {
 
-// While one lives, the program does something that may take much memory. Where that is used up
-// (std::bad_alloc), the error names the innermost task that was at work, and what of it would take
-// less. For the main thread; both texts must outlive the task.
+// Marks a scope that may take much memory. If memory is used up (std::bad_alloc), the error names
+// the innermost active task, and how it would take less. For the main thread; both texts must
+// outlive the task.
 class MemoryTask {
  public:
-  // "photos and masks are decoded", "a smaller num_threads".
+  // `what_is_done` is a text such as "photos and masks are decoded", `advice` one such as "a
+  // smaller num_threads".
   MemoryTask(const char* what_is_done, const char* advice);
   ~MemoryTask();
   MemoryTask(const MemoryTask&) = delete;
@@ -22,7 +23,7 @@ class MemoryTask {
   const int exceptions_at_begin_;
 };
 
-// One sentence, to be asked for where std::bad_alloc has left all tasks.
+// Returns the sentence of the error. Must be called after std::bad_alloc has left all tasks.
 std::string MemoryUsedUp();
 
 }  // namespace semfoam

@@ -8,15 +8,15 @@
 
 namespace semfoam {
 
-// "iteration 1200/4882, 23410 sites, 98 k rays/s, held-out 22.31 dB, 1:12 left"; what is not known
-// (NaN) is left out.
+// Returns a text such as "iteration 1200/4882, 23410 sites, 98 k rays/s, held-out 22.31 dB, 1:12
+// left", without unknown values (NaN).
 std::string FormatProgress(const TrainingProgress& progress, double rays_per_second);
 
-// Seconds as people read them: 0:07, 12:30, 1:02:03.
+// Returns seconds in a readable form: 0:07, 12:30, 1:02:03.
 std::string FormatDuration(double seconds);
 
-// One progress line. On a terminal it is redrawn in place; anywhere else a plain line is written
-// every `seconds_between_lines` of training, and one for the end.
+// Displays one progress line. On a terminal it is redrawn in place; elsewhere a plain line is
+// written every `seconds_between_lines` of training, and one at the end.
 class ProgressLine {
  public:
   ProgressLine(std::ostream& out, bool is_terminal, double seconds_between_lines = 10);
@@ -25,10 +25,10 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void Update(const TrainingProgress& progress);
-  // The same for other work, of which `text` is how far it has come `seconds` after its beginning.
-  // On a terminal it is redrawn ten times a second at most.
+  // Displays the progress `text` of other work, `seconds` after its beginning. On a terminal,
+  // redraws the line at most ten times a second.
   void Show(const std::string& text, double seconds);
-  // Takes the line off the terminal, where others are to stand.
+  // Erases the line from the terminal.
   void Clear();
 
  private:

@@ -7,14 +7,15 @@
 
 namespace semfoam {
 
-// The parts between the commas, at least one: "a,,b" has three, "" has one.
+// Returns the parts between the commas, at least one: "a,,b" has three, "" has one.
 std::vector<std::string> SplitAtCommas(const std::string& text);
 
-// "mug (6), knot (10)": apart by commas and blanks.
+// Joins texts with commas and spaces: "mug (6), knot (10)".
 std::string Joined(const std::vector<std::string>& parts);
 
-// One value from and to text: the whole text must be the value, in its type's range; numbers that
-// are not finite are refused. FormatValue's text reads back as the same value.
+// Convert a value from and to text. ParseValue returns false unless the whole text is one value in
+// the type's range; it refuses numbers that are not finite. The text of FormatValue parses to the
+// same value.
 bool ParseValue(const std::string& text, std::string* value);
 bool ParseValue(const std::string& text, bool* value);
 bool ParseValue(const std::string& text, int* value);

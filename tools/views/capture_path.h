@@ -10,29 +10,35 @@
 
 namespace semfoam {
 
-// How far apart two views are, as a video tracker feels it: the distance of the cameras over their
-// distance from what they look at (`depth`, world units), plus the angle between them in radians.
+// Returns how much the pictures of two views differ, which matters to a video tracker: the distance
+// of the cameras over the distance of the scene (`depth`, world units), plus the angle between the
+// views in radians.
 double ViewDistance(const PhotoRecord& a, const PhotoRecord& b, double depth);
 
-// An order of the photos, as indices, in which neighbours look alike: "name", as they are (sorted
-// by name, as films are); "path", a short way past all of them: from the first photo always on to
-// the nearest one left, then shortened by turning pieces around (2-opt) until that helps no more or
-// a hundred passes are done; "auto": by name where that is at most half as long again.
+// Returns an order of the photos, as indices, in which neighbours look alike. "name": the given
+// order (by name, as for the frames of a film). "path": a short path through all of them, from the
+// first photo always to the nearest remaining one, then shortened by reversing pieces (2-opt) until
+// that has no effect or a hundred passes are done. "auto": by name if that path is at most half as
+// long again, else "path".
 std::vector<size_t> CaptureOrder(const std::vector<PhotoRecord>& photos,
                                  double depth,
                                  const std::string& order);
 
-// One picture of the film.
+// One frame of the film.
 struct FilmFrame {
-  size_t photo = 0;  // the photo that it is, or the one before it
-  size_t next = 0;   // the one after it; the same: it is the photo
-  double share = 0;  // of the way from one to the other, 0..1
+  // Index of the photo of this frame, or of the one before it.
+  size_t photo = 0;
+  // Index of the photo after it; equal to `photo` for a photo itself.
+  size_t next = 0;
+  // Share of the way from the one to the other, 0..1.
+  double share = 0;
   Pose cam_from_world;
 };
 
-// The photos in that order, with `between` pictures between two that are the median distance
-// apart, more where they are farther, up to 8 times as many, and at least one. Turned along the
-// shortest way, moved along the straight one. None between two photos of different sizes.
+// Returns the photos in that order with interpolated frames: `between` of them between two photos
+// at the median distance, more between photos farther apart, up to 8 times as many, and at least
+// one. Interpolates rotations along the shortest arc and positions along a line. Adds none between
+// two photos of different sizes.
 std::vector<FilmFrame> MakeFilm(const std::vector<PhotoRecord>& photos,
                                 const std::vector<size_t>& order,
                                 double depth,

@@ -135,8 +135,8 @@ class SeedBlocks {
   std::vector<Block> blocks_;
 };
 
-// How far a view is clear, as the header has it, from the distances of the seeds in it, each of
-// which stands for `weight`; 0 if too few tell.
+// Returns how far a view is clear (FreeSpace), from the distances of the seeds in it, each of which
+// represents `weight` seeds; 0 if there are too few.
 float ClearRadius(std::vector<float>* distances, size_t weight) {
   if (distances->empty() || distances->size() * weight < kFewestSeeds) return 0;
   const auto quantile = [&](size_t rank) {

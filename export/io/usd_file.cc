@@ -42,7 +42,7 @@ void WriteArray(size_t count, const Write& write, ByteWriter* out) {
   out->Text("]");
 }
 
-// What USD wants to know of a field beside its name; empty: not to be said.
+// USD's attributes of a field besides its name; empty: not written.
 struct FieldTraits {
   const char* field_class;
   const char* data_type;

@@ -43,7 +43,8 @@ openvdb::math::Transform::Ptr WorldFromIndex(const ExportableScene& scene,
 
 struct VolumeGrids {
   openvdb::GridPtrVec grids;
-  openvdb::Int32Grid::Ptr label_int32;  // stands in a file of its own; null where nobody wants it
+  // Written to a separate file; null if not requested.
+  openvdb::Int32Grid::Ptr label_int32;
   openvdb::MetaMap metadata;
   int64_t voxels = 0;
 };

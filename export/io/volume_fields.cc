@@ -23,7 +23,7 @@ std::vector<VolumeField> ReadVolumeFields(const std::filesystem::path& path,
       const auto source = grid->getMetadata<openvdb::StringMetadata>(kSourceModelKey);
       if (!source_checksum.empty() && source && source->value() != source_checksum) return {};
       const auto quantity = grid->getMetadata<openvdb::StringMetadata>(kQuantityKey);
-      // Volumes of before there was the key may have names of their own, and tell nothing then.
+      // Volumes written before the key existed have only their grids' names, which may be unknown.
       name_of[quantity ? quantity->value() : grid->getName()] = grid->getName();
     }
   } catch (const std::exception& error) {

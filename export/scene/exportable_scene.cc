@@ -155,7 +155,7 @@ class CavityFinder {
   std::vector<uint32_t> mark_;
 };
 
-// Of the light that meets haze, less than one part in so many ends there.
+// Haze stops less than one part in this number of the light that meets it.
 constexpr float kHazeRatio = 30;
 
 bool IsSeen(const CellStatistics& statistics, uint32_t cell, float fewest_looks) {

@@ -72,8 +72,8 @@ SemanticMesh ToSemanticMesh(const ObjectSurface& surface) {
 
 void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface) {
   const SemanticMesh mesh = ToSemanticMesh(surface);
-  // Into memory first: OpenMesh meets a full disk with an assertion. It also tells the log about
-  // every file.
+  // Writes into memory first, because OpenMesh fails an assertion on a full disk. Disables its log
+  // messages about every file.
   std::ostringstream bytes;
   const OpenMesh::IO::Options options =
       OpenMesh::IO::Options::VertexColor | OpenMesh::IO::Options::FaceColor;

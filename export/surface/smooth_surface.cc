@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Farther from its sites than so many radii, a corner of a cell is a spike.
+// Number of radii from its sites beyond which a corner of a cell is a spike.
 constexpr double kSpikeRadii = 3;
 // How far a vertex may move, as a share of its cell's radius and of its half edge.
 constexpr double kMaxMove = 0.9;

@@ -18,7 +18,7 @@ using FloatLeaf = openvdb::FloatTree::LeafNodeType;
 using ColorLeaf = openvdb::Vec3STree::LeafNodeType;
 using Int32Leaf = openvdb::Int32Tree::LeafNodeType;
 
-// The leaves of one block; none where nobody wants that grid, or the block is empty.
+// The leaves of one block; null if the grid is not requested or the block is empty.
 struct BlockLeaves {
   std::unique_ptr<FloatLeaf> density, label, confidence;
   std::unique_ptr<ColorLeaf> color;

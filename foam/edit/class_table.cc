@@ -20,7 +20,7 @@ using Matrix = Eigen::Matrix<double, kIdentityDim, kIdentityDim>;
 
 // Logits by which a class wins clearly: exp(-8) is 3e-4.
 constexpr double kMargin = 8;
-// A new feature is at least so many times as long as any other reaches in its direction.
+// Minimum ratio of the new feature's length to the extent of any other feature in its direction.
 constexpr double kReach = 4;
 // Features that reach farther than this share of all are limited, see LimitReach.
 constexpr double kUsualShare = 0.999;

@@ -26,8 +26,8 @@ Eigen::Vector3d Circumcenter(const Eigen::Vector3d& origin,
       b.squaredNorm() * cd + c.squaredNorm() * d.cross(b) + d.squaredNorm() * b.cross(c);
   const Eigen::Vector3d center = origin + numerator / (2 * six_volume);
   if (!center.allFinite()) {
-    // Flat to the last bit: the true centre is farther away than doubles can tell, in the direction
-    // of the flat side's normal.
+    // Flat to the last bit: the true centre is farther away than doubles can represent, in the
+    // direction of the flat side's normal.
     const double length = numerator.norm();
     const Eigen::Vector3d direction =
         length > 0 ? Eigen::Vector3d(numerator / length) : Eigen::Vector3d::UnitX();

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 namespace semfoam {
 namespace {
 
@@ -57,16 +59,13 @@ class SeedBlocks {
  public:
   explicit SeedBlocks(const std::vector<SeedPoint>& seeds) {
     if (seeds.empty()) return;
-    Eigen::Vector3f low = seeds[0].position, high = low;
-    for (const SeedPoint& seed : seeds) {
-      low = low.cwiseMin(seed.position);
-      high = high.cwiseMax(seed.position);
-    }
-    const float side = std::max((high - low).maxCoeff(), std::numeric_limits<float>::min());
+    Eigen::AlignedBox3f box(seeds[0].position);
+    for (const SeedPoint& seed : seeds) box.extend(seed.position);
+    const float side = std::max(box.sizes().maxCoeff(), std::numeric_limits<float>::min());
     std::vector<std::pair<uint64_t, uint32_t>> order;
     order.reserve(seeds.size());
     for (uint32_t i = 0; i < seeds.size(); ++i) {
-      const Eigen::Vector3f at = (seeds[i].position - low) / side;
+      const Eigen::Vector3f at = (seeds[i].position - box.min()) / side;
       order.emplace_back(SpreadBits(at.x()) | SpreadBits(at.y()) << 1 | SpreadBits(at.z()) << 2, i);
     }
     std::sort(order.begin(), order.end());
@@ -120,13 +119,10 @@ class SeedBlocks {
   };
 
   void AddBlock(size_t begin, size_t end) {
-    Eigen::Vector3f low = positions_[begin], high = low;
-    for (size_t i = begin; i < end; ++i) {
-      low = low.cwiseMin(positions_[i]);
-      high = high.cwiseMax(positions_[i]);
-    }
+    Eigen::AlignedBox3f box(positions_[begin]);
+    for (size_t i = begin; i < end; ++i) box.extend(positions_[i]);
     // The 1e-5 are for rounding.
-    blocks_.push_back({begin, end, 0.5f * (low + high), 0.50001f * (high - low).norm()});
+    blocks_.push_back({begin, end, box.center(), 0.50001f * box.diagonal().norm()});
   }
 
   static constexpr size_t kSmallestBlock = 64, kMostBlocks = 4096;
@@ -135,8 +131,8 @@ class SeedBlocks {
   std::vector<Block> blocks_;
 };
 
-// How far a view is clear, as the header has it, from the distances of the seeds in it, each of
-// which stands for `weight`; 0 if too few tell.
+// Returns how far a view is clear (FreeSpace), from the distances of the seeds in it, each of which
+// represents `weight` seeds; 0 if there are too few.
 float ClearRadius(std::vector<float>* distances, size_t weight) {
   if (distances->empty() || distances->size() * weight < kFewestSeeds) return 0;
   const auto quantile = [&](size_t rank) {
@@ -278,13 +274,13 @@ FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& s
 }
 
 void FreeSpace::BuildGrid() {
-  low_ = cones_[0].apex;
-  Eigen::Vector3f high = low_;
+  Eigen::AlignedBox3f box(cones_[0].apex);
   for (const ClearCone& cone : cones_) {
-    low_ = low_.cwiseMin((cone.apex.array() - cone.radius).matrix());
-    high = high.cwiseMax((cone.apex.array() + cone.radius).matrix());
+    box.extend((cone.apex.array() - cone.radius).matrix());
+    box.extend((cone.apex.array() + cone.radius).matrix());
   }
-  voxel_size_ = (high - low_).maxCoeff() / kGridSide;
+  low_ = box.min();
+  voxel_size_ = box.sizes().maxCoeff() / kGridSide;
   std::vector<VoxelRange> near;
   near.reserve(cones_.size());
   for (const ClearCone& cone : cones_) near.push_back(VoxelsNear(cone));

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <Eigen/Geometry>
+
 namespace semfoam {
 namespace {
 
@@ -22,19 +24,19 @@ constexpr uint64_t kThinPurpose = 0x1a1, kScatterPurpose = 0x1a2, kFarPurpose = 
 constexpr double kSeedDensity = 3;
 constexpr double kScatteredDensity = 0.002;
 
-// Per axis, the values below and above which 2 % of the points lie: the robust box of what the
-// photos see.
-void RobustBox(const std::vector<Eigen::Vector3f>& points,
-               Eigen::Vector3f* low,
-               Eigen::Vector3f* high) {
+// Returns the box from the 2 % to the 98 % quantile of the points along each axis: the robust
+// extent of the photographed scene.
+Eigen::AlignedBox3f RobustBox(const std::vector<Eigen::Vector3f>& points) {
+  Eigen::AlignedBox3f box;
   std::vector<float> values(points.size());
   for (int axis = 0; axis < 3; ++axis) {
     for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
     std::sort(values.begin(), values.end());
     const size_t skip = values.size() / 50;
-    (*low)[axis] = values[skip];
-    (*high)[axis] = values[values.size() - 1 - skip];
+    box.min()[axis] = values[skip];
+    box.max()[axis] = values[values.size() - 1 - skip];
   }
+  return box;
 }
 
 struct Site {
@@ -74,14 +76,13 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
   for (const Eigen::Vector3d& center : camera_centers) extent.push_back(center.cast<float>());
   if (extent.empty()) extent.push_back(Eigen::Vector3f::Zero());
 
-  Eigen::Vector3f low, high;
-  RobustBox(extent, &low, &high);
+  const Eigen::AlignedBox3f box = RobustBox(extent);
   // Never flat, never beyond the far radius: a wall of points or a single camera still gets space
   // around it.
-  const Eigen::Vector3f middle = 0.5f * (low + high);
-  const float longest = std::clamp((high - low).maxCoeff(), 1.f, kFarRadius);
+  const Eigen::Vector3f middle = box.center();
+  const float longest = std::clamp(box.sizes().maxCoeff(), 1.f, kFarRadius);
   const Eigen::Vector3f half =
-      (0.6f * (high - low)).cwiseMax(0.3f * longest).cwiseMin(0.5f * kFarRadius);
+      (0.6f * box.sizes()).cwiseMax(0.3f * longest).cwiseMin(0.5f * kFarRadius);
   for (size_t i = 0; i < options.num_scattered; ++i) {
     CounterRandom random(options.seed, kScatterPurpose, i);
     const Eigen::Vector3f u = (2 * UniformVector(&random).array() - 1).cast<float>();

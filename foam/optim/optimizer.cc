@@ -37,8 +37,8 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
   return rate;
 }
 
-// Adds a row of changes to all parameters of a cell but its identity. The site moves in units of
-// the cell's `radius`, within kFarRadius. Unless `is_clear`, `density` becomes that of the new raw
+// Adds a row of changes to all parameters of a cell but its identity. Moves the site in units of
+// the cell's `radius`, within kFarRadius. Unless `is_clear`, updates `density` from the new raw
 // density.
 void AddChange(const ParameterRow& row,
                const float* change,

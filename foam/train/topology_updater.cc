@@ -81,7 +81,7 @@ void TopologyUpdater::Observe(const BatchTotals& batch) {
   batch_clamped_segments_ = batch.clamped_segments;
 }
 
-// While a triangulation is under way nothing asks for another one.
+// No other triangulation is started while one is running.
 void TopologyUpdater::Update(int64_t iteration) {
   if (pending_ != nullptr) {
     const int lag = TriangulationLag(pending_->plan.positions.size());

@@ -51,7 +51,7 @@ void RequireRegularFile(const fs::path& path, const std::string& what) {
 InputFile::InputFile(fs::path path, std::string what)
     : path_(std::move(path)),
       what_(std::move(what)),
-      // A pipe that nobody writes to would keep open() waiting.
+      // Without O_NONBLOCK, open() would wait for a writer to a pipe.
       descriptor_(::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   struct stat status;
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {

@@ -60,8 +60,8 @@ int OpenAndLock(const fs::path& folder) {
   return -1;
 }
 
-// Locks a folder that has just been made. False where another process has it, or has removed it.
-// Where the file system knows no locks, nobody can, and none is held: *lock is -1.
+// Locks a folder that has just been created. Returns false where another process has locked or
+// removed it. Where the file system has no locks, returns true without a lock: *lock is -1.
 bool LockOwn(const fs::path& folder, int* lock) {
   *lock = OpenAndLock(folder);
   if (*lock < 0) return errno != EWOULDBLOCK && errno != ENOENT;

@@ -50,8 +50,8 @@ uint64_t OpeningBytes(const ViewBytes& view) {
 }
 
 uint64_t CorrectionBytes(const ScenePlan& plan) {
-  // Each point is triangulated (memory_plan.cc has what that takes) and keeps its neighbours; each
-  // observation becomes an observation, of which its region keeps a list.
+  // Each point is triangulated (memory_plan.cc has the memory of that) and stores its neighbours;
+  // each pixel observation is stored as an Observation, with an index in the list of its region.
   constexpr uint64_t kBytesOfPoint = 1000;
   constexpr uint64_t kBytesOfObservation =
       sizeof(PixelObservation) + sizeof(Observation) + sizeof(uint32_t);

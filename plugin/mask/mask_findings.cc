@@ -11,7 +11,7 @@
 namespace semfoam {
 namespace {
 
-// As in mask_consistency: fewer points than these tell nothing.
+// Minimum number of points for a finding, as in mask_consistency.
 constexpr int kLeastPoints = 3;
 constexpr float kLeastConfidence = 0.5f;
 

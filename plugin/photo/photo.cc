@@ -128,7 +128,7 @@ PhotoHeader HeaderOf(const fs::path& path, const OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
   const std::string_view format = input.format_name();
   const uint64_t pixels = static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height);
-  // What the decoder holds beside the rows that it hands out.
+  // Memory of the decoder besides the rows that it returns.
   uint64_t decoder = 0;
   if (format == "jpeg") {
     decoder = sizeof(int16_t) * ProgressiveJpegValues(path);

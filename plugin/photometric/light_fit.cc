@@ -249,8 +249,8 @@ int NumParameters(const LightFit& fit) {
   return count;
 }
 
-// Each point takes up one observation: of three that show a point, two tell something of the
-// photos. So the deviance and the number of observations are those of the remaining ones.
+// Each point takes up one observation: of three observations of a point, two carry information
+// about the photos. So the deviance and the number of observations are those of the remaining ones.
 double Bic(const std::vector<LightSample>& samples, const LightFit& fit) {
   double deviance = 0;
   for (const LightSample& sample : samples) {

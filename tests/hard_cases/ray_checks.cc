@@ -36,7 +36,7 @@ struct TracedRay {
   std::vector<double> density;  // 0 where the segment is not shaded
   std::vector<double> weight;
   RayComposite<double> composite;
-  RayGradient<double> gradient;  // of the loss, by what the ray has gathered
+  RayGradient<double> gradient;  // of the loss, by the composite of the ray
   double loss = 0;
   std::vector<CellContribution<double>> contributions;
   bool hit_step_limit = false;
@@ -71,7 +71,7 @@ CellContribution<double> Widen(const CellContribution<Real>& c) {
   return {c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>()};
 }
 
-// The loss of what the ray has gathered, in the variant's own arithmetic, and its gradient.
+// The loss of the ray's composite, in the variant's own arithmetic, and its gradient.
 template <typename Real>
 RayGradient<Real> LossGradient(const RayComposite<Real>& composite,
                                const RayCase& ray,

@@ -42,7 +42,7 @@ HardCase DensityCase(const std::string& name,
 // Nothing there: no opacity at all, and no gradient for anyone.
 HardCase TransparentCase(const std::string& name, double density) {
   return {name,
-          "the ray gathers nothing, opacity is exactly 0, no cell gets a gradient",
+          "the ray accumulates nothing, opacity is exactly 0, no cell gets a gradient",
           [=](const CheckOptions& options) {
             RayScene scene(RandomSites(300, 42), 42);
             SetDensities([=](CounterRandom*) { return density; }, &scene);

@@ -14,8 +14,8 @@
 namespace semfoam {
 
 // From sites to tetrahedra and neighbours. The triangulation itself is sequential; only the lists
-// of neighbours are made in parallel. Nobody knows what it has to touch; reading the sites and
-// writing the result is the least.
+// of neighbours are made in parallel. The minimum of its memory traffic is unknown; reading the
+// sites and writing the result is a lower bound.
 void RegisterDelaunayCases(int64_t num_sites) {
   RegisterParallelCase(
       "delaunay/" + std::to_string(num_sites), [num_sites](benchmark::State& state, int threads) {

@@ -43,7 +43,7 @@ double MedianOf(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-// A number with so many decimals and what stands behind it, or "-" where it is not known.
+// Returns a number with `decimals` decimals and a suffix, or "-" if it is not known.
 std::string Text(double value, int decimals, const std::string& behind = "") {
   if (!std::isfinite(value)) return "-";
   std::ostringstream text;

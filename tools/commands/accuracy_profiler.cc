@@ -103,8 +103,8 @@ class Study {
   }
 
  private:
-  // The preset that the user asked for; or, where nobody asked and it would not leave time for the
-  // sweeps, what on the presets' line does.
+  // Returns the preset of the user; if none was given and the default would not leave time for the
+  // sweeps, shorter options interpolated between the presets (OptionsOnPresetLine).
   StudyRun ChooseBase() const {
     StudyRun base{"preset", run_.quality, run_.training, run_.scene.max_image_size};
     if (quality_is_given_) return base;
@@ -305,7 +305,7 @@ class Study {
   double seconds_exporting_ = 0;
 };
 
-// What the command line asks for.
+// Options of the command line.
 struct ProfilerOptions {
   std::string workspace_path;
   std::string output_path;

@@ -49,7 +49,7 @@ void PrintPhotos(const std::vector<PhotoRecord>& photos) {
   for (const std::string& camera : cameras) std::printf("  %s\n", camera.c_str());
 }
 
-// As many decimals as tell a hundredth of an object's size.
+// Returns the number of decimals that resolves a hundredth of an object's size.
 int DecimalsFor(const ObjectInfo& object) {
   const double size = object.bounding_box.sizes().maxCoeff();
   return size > 0 ? std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 0;

@@ -37,7 +37,7 @@ Model ReadInput(const std::string& input_path, uint64_t random_seed) {
   return ReadNamedModel(input_path);
 }
 
-// What the command line asks for.
+// Options of the command line.
 struct ConverterOptions {
   std::string input_path;
   std::string output_path;

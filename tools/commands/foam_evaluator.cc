@@ -144,7 +144,7 @@ void RequireRoomForMaps(const Model& model,
   RequireOwnImages(maps, "--maps_path");
 }
 
-// What the command line asks for.
+// Options of the command line.
 struct EvaluatorOptions {
   std::string foam_path;
   std::string image_path;

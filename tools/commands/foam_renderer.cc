@@ -126,8 +126,8 @@ std::vector<View> ChooseViews(const std::string& views,
   return ChooseViews(views, foam_path, model, folder, ReadReconstruction(folder));
 }
 
-// Leaves of the foam only the objects that `object`, ids or names, means: all other cells become
-// air. Returns their box.
+// Keeps only the objects with the ids or names in `object`, and makes all other cells empty.
+// Returns the box of the objects.
 Eigen::AlignedBox3d ShowAlone(const std::string& object, Model* model) {
   // Softplus of this is 0 in every float.
   constexpr float kRawAir = -100;
@@ -229,7 +229,7 @@ void WriteAnimation(const std::vector<View>& frames,
   animation.Finish();
 }
 
-// What the command line asks for.
+// Options of the command line.
 struct RendererOptions {
   std::string foam_path;
   std::string input_path;

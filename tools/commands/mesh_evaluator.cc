@@ -139,7 +139,7 @@ void RequireRoomForJson(const std::string& json_path, const std::vector<MeshPair
   }
 }
 
-// What the command line asks for.
+// Options of the command line.
 struct EvaluatorOptions {
   std::string mesh_path;
   std::string reference_path;

@@ -266,7 +266,7 @@ void CollectMasks(const fs::path& manifest_path,
     LOG(WARNING) << missing << " photos have no mask; the first that is missing: " << first_missing;
 }
 
-// What the command line asks for.
+// Options of the command line.
 struct InterpolatorOptions {
   std::string foam_path;
   std::string image_path;

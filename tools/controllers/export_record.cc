@@ -37,8 +37,8 @@ constexpr ExportName kSceneFiles[] = {{"vdb", "scene.vdb"},
                                       {"usda", "scene.usda"}};
 constexpr const char* kObjectFormats[] = {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"};
 
-// Whether it is a path that exports write. Another one, in a file that somebody has changed, is
-// none of ours to remove.
+// Returns whether exports write to this path. Other paths, in a labels.json that was edited, are
+// never removed.
 bool IsExportPath(const std::string& path) {
   for (const ExportName& file : kSceneFiles) {
     if (path == file.name) return true;
@@ -117,7 +117,7 @@ std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
   return files;
 }
 
-// What becomes of the files that an older record lists and the finished export did not write.
+// The files of an older record that the finished export did not write, by what happens to them.
 struct OlderFiles {
   // Of the same foam, objects and frame: listed again.
   std::vector<std::string> kept;
@@ -129,8 +129,8 @@ struct OlderFiles {
   std::vector<std::string> unknown_foam;
 };
 
-// Finds what becomes of the record's files other than `written`. `possible` are the paths that the
-// scene may have, and `object_names` are those of its objects.
+// Classifies the record's files other than `written`. `possible` are the paths that the scene may
+// have, and `object_names` are those of its objects.
 OlderFiles SortOlderFiles(const ExportRecord& record,
                           const FinishedExport& finished,
                           bool is_same_frame,
@@ -217,7 +217,8 @@ std::optional<ExportRecord> ReadExportRecord(const fs::path& output_path) {
   }
   if (!fs::is_regular_file(path)) return std::nullopt;
   Json json = ReadJsonFile(path);
-  // Every one of ours tells of a frame and objects; the names that a user wrote do not.
+  // Every labels.json of an export has a frame and objects; a table of names that a user wrote does
+  // not.
   if (!json.is_object() || !json.contains("frame") || !json.contains("objects")) {
     throw UserError(path.string(),
                     ": was not written by an export and would be lost; choose another ",

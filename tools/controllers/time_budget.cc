@@ -88,7 +88,7 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
   options.num_rays = num_rays;
   options.final_sites =
       std::max(64, static_cast<int>(ToDigits(Between(a.final_sites, b.final_sites, share), 3)));
-  // Below a thousand rays, what each iteration costs besides them begins to tell.
+  // Below a thousand rays, the fixed cost of an iteration is noticeable.
   options.rays_per_iteration =
       std::max(4,
                static_cast<int>(

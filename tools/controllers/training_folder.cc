@@ -345,7 +345,7 @@ void TrainingFolder::Finish() {
   }
   // A run killed while it wrote a checkpoint leaves one, which would keep the folder.
   RemoveAbandonedScratchFolders(folder_);
-  // The last, for until then --resume 1 goes on from it.
+  // Removed last, because until then --resume 1 continues from it.
   fs::remove(folder_ / kTrained, error);
   fs::remove(folder_, error);
   if (!fs::exists(folder_, error)) return;

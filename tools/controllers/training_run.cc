@@ -149,7 +149,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   return identity;
 }
 
-// The checkpoint's labels are for people who look into the file.
+// Returns the names of the labels by id. They are stored in checkpoints for information only.
 std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) {
   std::map<std::string, std::string> texts;
   for (const Label& label : labels) texts[std::to_string(Value(label.id))] = label.name;

@@ -37,9 +37,10 @@ RayInBox ClipToBox(const Eigen::AlignedBox3d& box,
   return part;
 }
 
-// Where a ray has lost half of its light in the voxels of the scene's volume; 0 where it never has.
-// `*cell` is where the search for the first voxel's cell begins, and becomes the last one's. From
-// voxel to voxel by Amanatides and Woo 1987; voxel v is centred on origin + size v.
+// Returns the distance at which the transmittance of a ray through the voxels of the scene's volume
+// falls to 1/2; 0 where it does not. `*cell` is the cell from which the search for the first
+// voxel's cell starts, and is set to the cell of the last voxel. Traverses the voxels by Amanatides
+// and Woo 1987; voxel v is centred on origin + size v.
 float DistanceInVoxels(const ExportableScene& scene,
                        const VolumeFrame& frame,
                        float min_optical_depth,

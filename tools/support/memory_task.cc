@@ -11,7 +11,7 @@ struct Task {
   const char* advice = nullptr;
 };
 
-// The task at work, or the one that an exception has left.
+// The innermost active task, or the one that an exception has left.
 Task current;
 
 }  // namespace

@@ -36,10 +36,11 @@ double Quantile(std::vector<double> values, double share) {
 
 Vector3d CenterOf(const PhotoRecord& photo) { return PoseOf(photo).Center(); }
 
-// What is up for the photos. People hold cameras level, so up is where no camera's sideways axis
-// points: at right angles to all of them, as nearly as may be. (The mean of the upward directions
-// is tilted where all cameras look down from one side.) Where sideways axes do not tell, all being
-// alike, or where they contradict the mean, as photos held upright do, it is the mean.
+// Returns the upward direction of the photos. Cameras are usually held level, so it is the
+// direction most nearly perpendicular to the sideways axes of all cameras. (The mean of the upward
+// directions is tilted where all cameras look down from one side.) It is the mean where the
+// sideways axes do not determine it, because all are alike, or where they contradict the mean, as
+// in photos in portrait orientation.
 Vector3d UpOf(const std::vector<PhotoRecord>& photos) {
   Vector3d sum = Vector3d::Zero();
   Eigen::Matrix3d sideways = Eigen::Matrix3d::Zero();

@@ -164,7 +164,7 @@ const char* FamilyName(int64_t target) {
 }  // namespace
 
 std::vector<std::string> SimdTargets() {
-  // Asked once, before anybody narrows the choice down.
+  // Determined once, before UseSimdTarget narrows the choice.
   static const std::vector<int64_t> targets = hwy::SupportedAndGeneratedTargets();
   std::vector<std::string> names;
   names.reserve(targets.size());

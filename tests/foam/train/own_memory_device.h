@@ -12,7 +12,7 @@
 
 namespace semfoam {
 
-// the CPU as a device whose memory is its own: it works on a copy of the state, and
+// The CPU as a device whose memory is its own: it works on a copy of the state, and
 // spoils the host's as soon as it has taken it over. So a training ends with other numbers, or
 // with none, where the host looks at the state without asking for it, or keeps a change to itself.
 class OwnMemoryDevice final : public TrainingDevice {

@@ -19,7 +19,7 @@ struct RegionLabels {
   std::vector<int32_t> label_of_class;
   // [regions] Initial label of each.
   std::vector<int32_t> believed;
-  // [regions] Label that the masks gave to each. Differs from `believed` where ids were joined.
+  // [regions] Original label of each in the masks. Differs from `believed` where ids were joined.
   std::vector<int32_t> given;
   // Whether labels[0] is that of id 0.
   bool has_zero_class = false;

@@ -84,8 +84,8 @@ ExportTransform ParseExportTransform(const ExportTransformOptions& options);
 // out (a camera that looks straight down).
 void TurnUpright(const std::vector<PhotoRecord>& photos, ExportTransform* transform);
 
-// {"file_from_colmap":[16 numbers, row by row],"up_axis":"colmap","unit":"unknown",
-// "meters_per_unit":1.0}: the description of the frame in files; with an up axis also
+// Returns the description of the frame in files, {"file_from_colmap":[16 numbers, row by
+// row],"up_axis":"colmap","unit":"unknown", "meters_per_unit":1.0}; with an up axis also
 // "up_tilt_degrees", to a hundredth. Numbers parse to the same doubles.
 std::string ExportTransformJson(const ExportTransform& transform);
 

@@ -181,10 +181,10 @@ struct ExportableScene {
 // photos do not show the inside of objects, and training labels some cells wrongly:
 // - Cells that nearly all of the photos' rays pass are haze, not matter, however dense.
 // - Solid cells that no photo shows (density left over behind a surface) belong to the object only
-//   if they hang together with a photographed cell of it; the others are no object at all.
-// - Crumbs beside the object's large components are left out (`min_component_share`).
+//   if they are connected to a photographed cell of it; the others belong to no object.
+// - Components much smaller than the object's largest one are left out (`min_component_share`).
 // - Unseen cells belong to the object where that makes its surface smaller (UnseenInside). So a
-//   trained shell becomes a body, closed also where it stands on something.
+//   trained shell is completed to a body, closed also where it touches another object.
 // - A pocket of other cells that the object encloses completely, in which there is neither a
 //   photographed solid cell nor a camera nor another object, is hidden inside the object and
 //   belongs to it, seen or not (rays leak through thin shells). A room is not filled by its walls.

@@ -24,8 +24,8 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene);
 // parts of other objects by mistake in a few photos. A fragment has both
 // - less than a thousandth of the cells of all objects together, and
 // - either a mean confidence (of the cells of its own class) below 0.85 times that of all objects,
-//   because other photos say otherwise of its cells; or cells strewn over the scene: no connected
-//   component holds 10 of them, nor half of them.
+//   because other photos contradict its cells; or cells scattered over the scene: no connected
+//   component has 10 of them, or half of them.
 // Both are independent of the unit of length and the length of the training. A small object on
 // which the photos agree and whose cells are connected is no fragment, even with 3 cells: in a foam
 // of few cells a small object has no more. Must be called after KeepComponents.

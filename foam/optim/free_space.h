@@ -39,7 +39,7 @@ struct ClearCone {
 // Interpolated views: from every photo to those of its 8 nearest ones that look the same way
 // (within 60 degrees) and are nearer than 1.5 times the clear radius, a view at every 0.15 of that
 // radius. Without them, training places matter of the background's colour between the cameras: each
-// photo explains the background of the object by something near another camera.
+// photo explains the background of the object by matter near another camera.
 class FreeSpace {
  public:
   FreeSpace() = default;

@@ -99,7 +99,7 @@ struct BatchResult {
   BatchTotals totals;
 };
 
-// Returns the memory that CastBatch takes for the gradients of so many classes, in bytes.
+// Returns the memory that CastBatch takes for the gradients of `num_classes` classes, in bytes.
 int64_t ClassGradientBytes(int num_classes);
 
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,

@@ -200,7 +200,7 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
 
   // The cell behind the current face: complete once the face has added its share.
   CellContribution<Real> behind{segment.next, 0, Real(0), Real(0), Vector::Zero()};
-  Real by_t_in = 0;  // dL/dt of the face at hand, as the entry of what lies behind it
+  Real by_t_in = 0;  // dL/dt of the current face, as the entry of the cell behind it
   do {
     CellContribution<Real> here{segment.cell, 0, Real(0), Real(0), Vector::Zero()};
     Real by_t_out = by_t_in;

@@ -258,7 +258,7 @@ CellExit<float> FindExitInDouble(const WalkGeometry<float>& geometry,
                                  const Eigen::Vector3f& direction);
 
 // Walks from `start`, the cell whose site is nearest to `origin`, calling
-//   visit(cell, t_in, t_out, next, clamped) -> bool: go on?
+//   visit(cell, t_in, t_out, next, clamped) -> bool: whether to continue
 // for every cell that the ray leaves again: [t_in, t_out] is its segment of the ray, `next` the
 // cell behind its exit face. clamped: the exit lay before the entry (rounding, or a topology older
 // than the positions), so t_out = t_in does not depend on the face. The last, unbounded cell (a

@@ -44,7 +44,7 @@ class TrainingSchedule {
   }
   LearningRates Rates(int64_t iteration) const;
 
-  // With TrainingOptions::seconds, chooses the number of remaining iterations by the time that is
+  // Chooses, with TrainingOptions::seconds, the number of remaining iterations by the time that is
   // left. Does so when densification ends: from then on the number of sites, and so the time of an
   // iteration, stays. Must be called after every iteration, with the seconds since training began
   // and those of them that evaluations took.

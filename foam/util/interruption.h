@@ -30,8 +30,8 @@ namespace semfoam {
 // an error of that write.
 //
 // Blocks the signals and waits for them in a thread of its own, so that no signal handler ever runs
-// in another thread: no code has to be async-signal-safe, and no system call ends with EINTR.
-// To be called once, by the program and not by a library, and before any other thread is started:
+// in another thread: no code has to be async-signal-safe, and no system call ends with EINTR. Must
+// be called once, by the program and not by a library, and before any other thread is started:
 // threads inherit which signals are blocked. Throws std::system_error where the signals cannot be
 // blocked or no thread can be started.
 void HandleInterruptions();

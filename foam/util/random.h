@@ -32,7 +32,7 @@ class CounterRandom {
  private:
   static constexpr uint64_t kGolden = 0x9e3779b97f4a7c15;
 
-  // The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+  // Computes the finaliser of SplitMix64 (Steele, Lea and Flood 2014).
   static uint64_t Mix(uint64_t x) {
     x += kGolden;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;

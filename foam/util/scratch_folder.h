@@ -35,7 +35,7 @@ void RemoveAbandonedScratchFolders(const std::filesystem::path& parent);
 // RemoveScratchFoldersAndExit. Returns 0 or the errno.
 int MoveOutOfScratch(const std::filesystem::path& from, const std::filesystem::path& to);
 
-// Blocks forever if RemoveScratchFoldersAndExit has begun, else returns. To be called before an
+// Blocks forever if RemoveScratchFoldersAndExit has begun, else returns. Must be called before an
 // error is reported that the removal of the folders may have caused.
 void WaitIfExiting();
 

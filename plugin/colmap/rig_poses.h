@@ -13,7 +13,7 @@ namespace semfoam {
 // agree.
 //
 // Throws UserError, one sentence naming the file, where they do not: rigs without frames or frames
-// without rigs; an image without a frame, in two, or by another camera than its frame says; a
+// without rigs; an image without a frame, in two, or by another camera than that of its frame; a
 // camera that the frame's rig does not have; poses that differ by more than 1e-5 (the Frobenius
 // norm of the rotations' difference; the translations', of their lengths), as other programs round
 // them. Ignores images that a frame names and the model does not have, because COLMAP may have left

@@ -43,7 +43,7 @@ struct ScenePlan {
   Similarity world_from_normalized;
   // The points that training starts from (MakeSeeds).
   std::vector<SeedPoint> seeds;
-  // [seeds] Where training photos observe them; empty unless masks are held against them.
+  // [seeds] Pixels at which training photos observe them; empty unless masks are corrected by them.
   std::vector<PixelObservations> seed_tracks;
   // Number of points in the model; larger than seeds.size() where some are no seeds.
   int64_t num_points = 0;

@@ -116,7 +116,8 @@ class TrainingScene final : public TrainingViews {
   struct DecodedMasks {
     // [views] DecodedMask::indices; empty where pixels are not held.
     std::vector<ClassImage> indices;
-    // [views] In indices of each mask's own ids; empty unless masks are held against the tracks.
+    // [views] Evidence in indices of each mask's own ids; empty unless masks are corrected by the
+    // tracks.
     std::vector<ViewEvidence> evidence;
   };
 

@@ -14,9 +14,9 @@ namespace semfoam {
 // others. Then drops regions of labels that few photos have and no point confirms: fragments, or
 // objects that cannot be learned.
 //
-// `believed` [regions] are the labels, below `num_labels`, that the regions begin with. Sets label,
-// parts and is_judged of the regions, and label and verdict of the observations. Returns for each
-// region whether it was dropped because its points contradict it.
+// `believed` [regions] are the initial labels of the regions, below `num_labels`. Sets label, parts
+// and is_judged of the regions, and label and verdict of the observations. Returns for each region
+// whether it was dropped because its points contradict it.
 std::vector<char> PropagateLabels(const std::vector<RegionLabel>& believed,
                                   int num_labels,
                                   Evidence* evidence);

@@ -18,7 +18,7 @@ struct RegionLabels {
   std::vector<RegionLabel> label_of_class;
   // [regions] Initial label of each.
   std::vector<RegionLabel> believed;
-  // [regions] Label that the masks gave to each. Differs from `believed` where ids were joined.
+  // [regions] Original label of each in the masks. Differs from `believed` where ids were joined.
   std::vector<RegionLabel> given;
   // Whether labels[0] is that of id 0.
   bool has_zero_class = false;

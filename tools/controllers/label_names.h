@@ -16,7 +16,7 @@ namespace semfoam {
 //   (plugin/mask/label_naming.h)
 //   2. labels.json in `output_path`, if that is not empty, and
 //   3. labels.json beside the foam: names in them that are not the foam's own, where
-//      "source_model_xxh64" says that they are of this foam
+//      "source_model_xxh64" is the checksum of this foam
 //   4. the foam itself
 //
 // Logs which names were taken from 2 and 3, and warns where these contradict each other or hold

@@ -32,10 +32,11 @@ struct CheckpointOptions {
 // written all its files, so a folder without it is finished or was never begun:
 //
 //   <iteration>.ckpt   the two newest states of the training
-//   trained.ckpt       instead of them: scene.foam is there, its exports may not be
-//   replaced/          checkpoints of a run that a later one did not want to go on with; those of a
-//                      second such run are in replaced_2/, and so on
-//   damaged/           checkpoints that are not whole
+//   trained.ckpt       instead of them: scene.foam is written, its exports may not be complete
+//   replaced/          checkpoints of a run that a later one has not resumed; those of a second
+//   such
+//                      run are in replaced_2/, and so on
+//   damaged/           incomplete checkpoints
 class TrainingFolder {
  public:
   // `resume_command` is the shell command that log lines give for resuming a stopped run. Throws

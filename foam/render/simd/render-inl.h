@@ -52,7 +52,8 @@ inline void PrefetchPlanes(const WalkGeometry<float>& geometry, uint32_t cell) {
   for (size_t line = 0; line < sizeof(PlaneBlock<float>); line += 64) hwy::Prefetch(block + line);
 }
 
-// kLocality as in __builtin_prefetch: 3 brings the lines to the first-level cache, 2 to the second.
+// Prefetches a cell's colour and identity. kLocality is that of __builtin_prefetch: 3 brings the
+// lines to the first-level cache, 2 to the second.
 template <int kLocality>
 HWY_INLINE void PrefetchAppearance(const CellShading<float>& shading,
                                    size_t sh_stride,
@@ -161,8 +162,8 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   for (int r = 0; r < kRays; ++r) rays[r].hit_step_limit = states[r].alive;
 }
 
-// ShColor, three channels in a register. `sh` is [num_coefficients][3], and there is a float behind
-// the first three.
+// Computes ShColor with the three channels in a register. `sh` is [num_coefficients][3], and there
+// is a float behind the first three.
 HWY_INLINE void ShColorSimd(const float* basis,
                             int num_coefficients,
                             const float* sh,
@@ -542,7 +543,7 @@ HWY_INLINE ClassSoftmax ComputeSoftmax(const float* transposed,
   return {hn::GetLane(hn::SumOfLanes(f, total)), own_logit};
 }
 
-// ClassLoss::Add with the arrays of the class. `exponentials` [padded_classes] is scratch.
+// Computes ClassLoss::Add with the arrays of the class. `exponentials` [padded_classes] is scratch.
 float AddClassLoss(const ClassifierView<float>& classifier,
                    const float* transposed,
                    const float* padded_bias,

@@ -26,10 +26,10 @@ using FloatTag = hn::CappedTag<float, kPlaneLanes>;
 using IndexTag = hn::Repartition<uint32_t, FloatTag>;
 using Floats = hn::Vec<FloatTag>;
 
-// FindExit, with the same operations in the same order and so the same result bit for bit (no fused
-// multiply-add, which not every instruction set has). Each lane keeps its own minimum and the
-// corresponding neighbour until all blocks are processed, so that a step has one horizontal minimum
-// and no branch except the loop over blocks.
+// Computes FindExit with the same operations in the same order, and so the same result bit for bit
+// (no fused multiply-add, which not every instruction set has). Each lane keeps its own minimum and
+// the corresponding neighbour until all blocks are processed, so that a step has one horizontal
+// minimum and no branch except the loop over blocks.
 HWY_INLINE CellExit<float> FindExitSimd(const WalkGeometry<float>& geometry,
                                         uint32_t cell,
                                         const Eigen::Vector3f& origin,

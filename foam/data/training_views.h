@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/model/classifier.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <limits>
@@ -16,8 +16,8 @@ namespace semfoam {
 struct TrainingRay {
   Eigen::Vector3f direction;  // unit length
   Eigen::Vector3f color;      // display values (sRGB / 255), 0..1
-  int32_t class_index =
-      kUnlabelled;  // class of the pixel, or kUnlabelled: trains colour, not identity
+  // Class of the pixel, or kUnlabelled: trains colour, not identity.
+  ClassIndex class_index = kUnlabelled;
 };
 
 // What a photo and its mask store of one pixel: what is kept of photos that do not all fit into
@@ -26,14 +26,15 @@ struct PixelValue {
   uint8_t color[3];        // RGB
   uint8_t class_bytes[2];  // the class, low byte first; 0xffff = kUnlabelled
 
-  void SetClass(int32_t class_index) {
-    const auto value = static_cast<uint16_t>(class_index == kUnlabelled ? 0xffff : class_index);
+  void SetClass(ClassIndex class_index) {
+    const auto value =
+        static_cast<uint16_t>(class_index == kUnlabelled ? 0xffff : Value(class_index));
     class_bytes[0] = static_cast<uint8_t>(value & 0xff);
     class_bytes[1] = static_cast<uint8_t>(value >> 8);
   }
-  int32_t Class() const {
+  ClassIndex Class() const {
     const int32_t value = class_bytes[0] | class_bytes[1] << 8;
-    return value == 0xffff ? kUnlabelled : value;
+    return value == 0xffff ? kUnlabelled : ClassIndex{value};
   }
 };
 static_assert(sizeof(PixelValue) == 5);

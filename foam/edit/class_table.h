@@ -3,19 +3,19 @@
 
 #include "foam/model/foam.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
 
 using IdentityFeature = std::array<float, kIdentityDim>;
 
-// Keeps these classes (indices into Model::labels, each once) in this order, with their labels; a
-// cell of another class falls to the likeliest of those kept. Without classes the model has no
-// semantics any more: identities and classifier are empty.
-void KeepClasses(const std::vector<int32_t>& classes, Model* model);
+// Keeps these classes (each once) in this order, with their labels; a cell of another class falls
+// to the likeliest of those kept. Without classes the model has no semantics any more: identities
+// and classifier are empty.
+void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 
 // Adds one class, the last, for cells to come, and returns the identity feature that they are all
 // to have. An inserted object brings features of another training, which this classifier knows

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/image/image.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <vector>
@@ -20,9 +21,9 @@ double Ssim(const Image8& render, const Image8& photo);
 // How well classes that were rendered agree with those that masks give, over any number of pixels.
 class LabelAgreement {
  public:
-  // One pixel: its class by the masks and as shown, 0 or more. A negative `truth` (unlabelled) says
-  // nothing, and the pixel is left out; a negative `shown` agrees with no class.
-  void Add(int32_t truth, int32_t shown);
+  // One pixel: its class by the masks and as shown. A `truth` of kUnlabelled says nothing, and the
+  // pixel is left out; a `shown` of kUnlabelled agrees with no class.
+  void Add(ClassIndex truth, ClassIndex shown);
 
   // The mean of intersection over union, 0..1, over the classes that occur in the truth; NaN where
   // none does.
@@ -34,7 +35,7 @@ class LabelAgreement {
     int64_t shown = 0;
     int64_t both = 0;
   };
-  Pixels& Of(int32_t class_index);
+  Pixels& Of(ClassIndex class_index);
 
   std::vector<Pixels> of_class_;
 };

@@ -56,7 +56,7 @@ std::vector<std::vector<uint32_t>> PhotographedComponents(
     const ExportableScene& scene,
     const std::vector<uint8_t>& is_matter,
     const std::vector<uint32_t>& matter_of_class,
-    int32_t class_index,
+    ClassIndex class_index,
     int32_t object_index,
     std::vector<int32_t>* object_of_cell) {
   std::vector<std::vector<uint32_t>> components;
@@ -220,8 +220,8 @@ void GatherObjects(const Model& model,
                    ExportableScene* scene) {
   std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
   for (uint32_t i = 0; i < scene->NumSites(); ++i) {
-    const int32_t k = scene->labels.class_index[i];
-    if (is_matter[i] && k >= 0) matter_of_class[k].push_back(i);
+    const ClassIndex c = scene->labels.class_index[i];
+    if (is_matter[i] && c != kUnlabelled) matter_of_class[Value(c)].push_back(i);
   }
   std::vector<int32_t> classes(model.foam.num_classes);
   std::iota(classes.begin(), classes.end(), 0);
@@ -233,12 +233,13 @@ void GatherObjects(const Model& model,
     if (label.id == kNoObject) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
-    GatherComponents(*scene,
-                     PhotographedComponents(
-                         *scene, is_matter, matter_of_class[k], k, index, &scene->object_of_cell),
-                     min_component_share,
-                     &object,
-                     &scene->object_of_cell);
+    GatherComponents(
+        *scene,
+        PhotographedComponents(
+            *scene, is_matter, matter_of_class[k], ClassIndex{k}, index, &scene->object_of_cell),
+        min_component_share,
+        &object,
+        &scene->object_of_cell);
     if (object.cells.empty()) {
       scene->labels_without_cells.push_back(label);
       continue;
@@ -316,12 +317,11 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   scene.display_color = DisplayColors(model);
 
   scene.density.resize(n);
-  scene.label_id.assign(n, kNoObject);
+  scene.label_id.resize(n);
   scene.photographed.assign(n, 1);
   for (size_t i = 0; i < n; ++i) {
     scene.density[i] = Density(model.foam.raw_density[i]);
-    const int32_t k = scene.labels.class_index[i];
-    if (k >= 0) scene.label_id[i] = model.labels[k].id;
+    scene.label_id[i] = LabelIdOf(model.labels, scene.labels.class_index[i]);
     if (!model.statistics.contribution.empty()) {
       scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
     }

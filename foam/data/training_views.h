@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/model/classifier.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <limits>
@@ -19,7 +19,7 @@ struct TrainingRay {
   // Display values (sRGB / 255), 0..1.
   Eigen::Vector3f color;
   // Class of the pixel; kUnlabelled: the ray trains colour, not identity.
-  int32_t class_index = kUnlabelled;
+  ClassIndex class_index = kUnlabelled;
 };
 
 // Colour and class of one pixel as stored for photos that do not all fit into memory. Without
@@ -30,14 +30,15 @@ struct PixelValue {
   // The class, low byte first; 0xffff = kUnlabelled.
   uint8_t class_bytes[2];
 
-  void SetClass(int32_t class_index) {
-    const auto value = static_cast<uint16_t>(class_index == kUnlabelled ? 0xffff : class_index);
+  void SetClass(ClassIndex class_index) {
+    const auto value =
+        static_cast<uint16_t>(class_index == kUnlabelled ? 0xffff : Value(class_index));
     class_bytes[0] = static_cast<uint8_t>(value & 0xff);
     class_bytes[1] = static_cast<uint8_t>(value >> 8);
   }
-  int32_t Class() const {
+  ClassIndex Class() const {
     const int32_t value = class_bytes[0] | class_bytes[1] << 8;
-    return value == 0xffff ? kUnlabelled : value;
+    return value == 0xffff ? kUnlabelled : ClassIndex{value};
   }
 };
 static_assert(sizeof(PixelValue) == 5);

@@ -130,11 +130,12 @@ double LimitReach(const Vector& direction, KnownClasses* known, Foam* foam) {
 
 }  // namespace
 
-void KeepClasses(const std::vector<int32_t>& classes, Model* model) {
+void KeepClasses(const std::vector<ClassIndex>& classes, Model* model) {
   Foam& foam = model->foam;
   std::vector<float> weight, bias;
   std::vector<Label> labels;
-  for (const int32_t k : classes) {
+  for (const ClassIndex kept : classes) {
+    const int32_t k = Value(kept);
     CHECK(k >= 0 && k < foam.num_classes);
     const auto row = foam.classifier_weight.begin() + k * kIdentityDim;
     weight.insert(weight.end(), row, row + kIdentityDim);

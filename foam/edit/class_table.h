@@ -3,9 +3,9 @@
 
 #include "foam/model/foam.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -15,7 +15,7 @@ using IdentityFeature = std::array<float, kIdentityDim>;
 // Keeps only these classes (indices into Model::labels, each once), in this order, with their
 // labels; a cell of another class gets the most likely class of those kept. Without classes the
 // model has no semantics: identities and classifier are empty.
-void KeepClasses(const std::vector<int32_t>& classes, Model* model);
+void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 
 // Adds a last class for cells that will be inserted, and returns the identity feature that they
 // must have. The features of an inserted object come from another training and mean nothing to this

@@ -17,7 +17,8 @@ namespace {
 std::vector<int32_t> ObjectOfSite(const Model& model, const std::vector<ObjectCells>& objects) {
   std::vector<int32_t> object_of_site(model.foam.NumSites(), -1);
   for (size_t k = 0; k < objects.size(); ++k) {
-    CHECK(objects[k].class_index >= 0 && objects[k].class_index < model.foam.num_classes);
+    const int32_t class_index = Value(objects[k].class_index);
+    CHECK(class_index >= 0 && class_index < model.foam.num_classes);
     for (const uint32_t cell : objects[k].cells) {
       CHECK_EQ(object_of_site[cell], -1);
       object_of_site[cell] = static_cast<int32_t>(k);
@@ -83,7 +84,7 @@ ExtractedObjects ExtractObjects(const Model& model,
     extracted.object_of_site.push_back(object_of_site[i]);
   }
   extracted.model = WithSites(model, kept);
-  std::vector<int32_t> classes(objects.size());
+  std::vector<ClassIndex> classes(objects.size());
   for (size_t k = 0; k < objects.size(); ++k) classes[k] = objects[k].class_index;
   KeepClasses(classes, &extracted.model);
   LabelHiddenCells(extracted.object_of_site, &extracted.model.foam);
@@ -132,12 +133,12 @@ Model RemoveObjects(const Model& model,
       MakeEmpty(i, &edited);
     }
   }
-  std::vector<int32_t> classes;
+  std::vector<ClassIndex> classes;
   for (int32_t k = 0; k < model.foam.num_classes; ++k) {
     if (std::none_of(objects.begin(), objects.end(), [&](const ObjectCells& object) {
-          return object.class_index == k;
+          return object.class_index == ClassIndex{k};
         })) {
-      classes.push_back(k);
+      classes.push_back(ClassIndex{k});
     }
   }
   KeepClasses(classes, &edited);

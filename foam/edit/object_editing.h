@@ -4,6 +4,7 @@
 #include "foam/geometry/delaunay.h"
 #include "foam/model/cell_labels.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,7 +19,7 @@ namespace semfoam {
 // classes). Objects of one call share no cell.
 struct ObjectCells {
   // Index into Model::labels.
-  int32_t class_index = 0;
+  ClassIndex class_index{0};
   std::vector<uint32_t> cells;
 };
 

@@ -116,15 +116,16 @@ double Ssim(const Image8& render, const Image8& photo) {
   return (channel[0] + channel[1] + channel[2]) / 3;
 }
 
-LabelAgreement::Pixels& LabelAgreement::Of(int32_t class_index) {
-  if (static_cast<size_t>(class_index) >= of_class_.size()) of_class_.resize(class_index + 1);
-  return of_class_[class_index];
+LabelAgreement::Pixels& LabelAgreement::Of(ClassIndex class_index) {
+  const size_t c = Value(class_index);
+  if (c >= of_class_.size()) of_class_.resize(c + 1);
+  return of_class_[c];
 }
 
-void LabelAgreement::Add(int32_t truth, int32_t shown) {
-  if (truth < 0) return;
+void LabelAgreement::Add(ClassIndex truth, ClassIndex shown) {
+  if (truth == kUnlabelled) return;
   ++Of(truth).truth;
-  if (shown < 0) return;
+  if (shown == kUnlabelled) return;
   ++Of(shown).shown;
   if (shown == truth) ++Of(truth).both;
 }

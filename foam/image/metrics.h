@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/image/image.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <vector>
@@ -21,8 +22,8 @@ double Ssim(const Image8& render, const Image8& photo);
 class LabelAgreement {
  public:
   // Adds one pixel: its class in the masks and its rendered class, both 0 or more. A pixel with a
-  // negative `truth` (unlabelled) is left out; a negative `shown` agrees with no class.
-  void Add(int32_t truth, int32_t shown);
+  // `truth` of kUnlabelled is left out; a `shown` of kUnlabelled agrees with no class.
+  void Add(ClassIndex truth, ClassIndex shown);
 
   // Returns the mean intersection over union, 0..1, over the classes that occur in the truth; NaN
   // without any.
@@ -34,7 +35,7 @@ class LabelAgreement {
     int64_t shown = 0;
     int64_t both = 0;
   };
-  Pixels& Of(int32_t class_index);
+  Pixels& Of(ClassIndex class_index);
 
   std::vector<Pixels> of_class_;
 };

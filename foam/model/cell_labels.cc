@@ -15,7 +15,7 @@ namespace semfoam {
 CellLabels LabelCells(const Foam& foam, const Delaunay& delaunay, float solid_optical_depth) {
   const size_t n = foam.NumSites();
   CellLabels labels;
-  labels.class_index.assign(n, -1);
+  labels.class_index.assign(n, kUnlabelled);
   labels.confidence.assign(n, 0.f);
   labels.solid.assign(n, 0);
   const std::vector<float> radii = CellRadii(WithGuardSites(foam.positions), delaunay);
@@ -26,7 +26,7 @@ CellLabels LabelCells(const Foam& foam, const Delaunay& delaunay, float solid_op
       if (!foam.HasSemantics()) continue;
       ClassLogits(foam, &foam.identity[i * kIdentityDim], logits.data());
       const MostLikelyClass best = ArgmaxSoftmax(logits);
-      labels.class_index[i] = best.class_index;
+      labels.class_index[i] = ClassIndex{best.class_index};
       labels.confidence[i] = best.confidence;
     }
   });

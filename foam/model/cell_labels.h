@@ -3,6 +3,7 @@
 
 #include "foam/geometry/delaunay.h"
 #include "foam/model/foam.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <vector>
@@ -11,8 +12,8 @@ namespace semfoam {
 
 // Class and solidity of every cell, guards apart.
 struct CellLabels {
-  // [N] Argmax of the classifier on the cell's own identity; -1 without semantics.
-  std::vector<int32_t> class_index;
+  // [N] Argmax of the classifier on the cell's own identity; kUnlabelled without semantics.
+  std::vector<ClassIndex> class_index;
   // [N] Softmax of that class, 0 to 1; 0 without semantics.
   std::vector<float> confidence;
   // [N] 1 where density * cell radius is at least the threshold: matter, not air.

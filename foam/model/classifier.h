@@ -11,9 +11,6 @@
 
 namespace semfoam {
 
-// The class index of pixels that no mask labels.
-inline constexpr int32_t kUnlabelled = -1;
-
 // Computes the logit of class k by the linear layer from identity to classes (Semantic Foam,
 // section 3): logits[k] = weight[k] . identity + bias[k]. `weight` is [num_classes][kIdentityDim].
 template <typename T>

@@ -5,7 +5,6 @@
 #include "foam/model/foam.h"
 #include "foam/util/ids.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -16,7 +15,7 @@
 
 namespace semfoam {
 
-// One class of the classifier. Its position in Model::labels is the class index k.
+// One class of the classifier. Its position in Model::labels is the ClassIndex.
 struct Label {
   // The value in renders and exports: 1 to 65535, or 0 for the class of unlabelled pixels.
   LabelId id = kNoObject;
@@ -25,6 +24,11 @@ struct Label {
   // From labels.json; empty: none.
   std::string name;
 };
+
+// Returns the id of a class of `labels`; kNoObject of kUnlabelled.
+inline LabelId LabelIdOf(const std::vector<Label>& labels, ClassIndex c) {
+  return c == kUnlabelled ? kNoObject : labels.at(Value(c)).id;
+}
 
 // A photo of the training set: enough to cast its rays again. The pose is COLMAP's: x_cam =
 // rotation * x_world + translation, in the user's frame.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/render/ray_batch.h"
 
+#include "foam/util/ids.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -92,7 +93,7 @@ RayGradient<float> DifferentiateLoss(const Batch& batch,
   RayLossTerms<float> loss = RayLoss(composite, target, {}, (float*)nullptr);
   RayGradient<float> gradient =
       RayLossGradient(composite, target, {}, batch.weights, (float*)nullptr);
-  if (batch.classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+  if (batch.classifier.num_classes > 0 && target.class_index != Value(kUnlabelled)) {
     loss.identity = class_loss->Add(composite.identity,
                                     target.class_index,
                                     static_cast<float>(batch.weights.identity),

@@ -4,6 +4,7 @@
 #include "foam/model/classifier.h"
 #include "foam/render/compositing.h"
 #include "foam/util/host_device.h"
+#include "foam/util/ids.h"
 
 #include <cmath>
 #include <cstdint>
@@ -28,7 +29,7 @@ struct RayLossWeights {
 struct RayTarget {
   // Display values, in [0, 1].
   float color[3];
-  int32_t class_index = kUnlabelled;
+  int32_t class_index = Value(kUnlabelled);
 };
 
 // The terms of one ray's loss, unweighted; or sums of them.
@@ -180,7 +181,7 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   if (ray.quantile_segment[0] >= 0 && ray.quantile_segment[1] >= 0) {
     loss.quantile = abs(ray.quantile_depth[0] - ray.quantile_depth[1]);
   }
-  if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+  if (classifier.num_classes > 0 && target.class_index != Value(kUnlabelled)) {
     loss.identity = ClassEntropy(ray.identity, target.class_index, classifier, logits);
   }
   return loss;
@@ -212,7 +213,7 @@ SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
     gradient.quantile_depth[0] = T(weights.quantile) * sign;
     gradient.quantile_depth[1] = -gradient.quantile_depth[0];
   }
-  if (classifier.num_classes > 0 && target.class_index != kUnlabelled) {
+  if (classifier.num_classes > 0 && target.class_index != Value(kUnlabelled)) {
     AddClassEntropyGradient(
         target.class_index, classifier, weights.identity, logits, gradient.identity);
   }

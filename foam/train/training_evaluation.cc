@@ -75,7 +75,7 @@ HeldOutQuality HeldOutEvaluator::Evaluate() const {
     ++count;
     if (!state_.foam.HasSemantics()) continue;
     for (size_t i = 0; i < rays.size(); ++i) {
-      agreement.Add(rays[i].target.class_index, rendered[i].class_index);
+      agreement.Add(ClassIndex{rays[i].target.class_index}, ClassIndex{rendered[i].class_index});
     }
   }
   HeldOutQuality quality;

@@ -30,7 +30,7 @@ PixelKind MakeBatchRay(const TrainingViews& views,
   out->direction = ray.direction;
   out->start_cell = start_cell;
   std::copy_n(ray.color.data(), 3, out->target.color);
-  out->target.class_index = ray.class_index;
+  out->target.class_index = Value(ray.class_index);
   return PixelKind::kTrains;
 }
 

@@ -47,7 +47,7 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
   view.color.assign(num_pixels, Eigen::Vector3f::Ones());
   view.opacity.assign(num_pixels, 0.f);
   view.distance.assign(num_pixels, 0.f);
-  view.class_index.assign(num_pixels, -1);
+  view.class_index.assign(num_pixels, kUnlabelled);
   view.confidence.assign(num_pixels, 0.f);
 
   const uint32_t start = StartCell(rays.origin);
@@ -69,7 +69,7 @@ RenderedView ViewRenderer::Render(const CameraRays& rays) const {
         view.color[i] = rendered[k].color;
         view.opacity[i] = rendered[k].opacity;
         view.distance[i] = rendered[k].distance;
-        view.class_index[i] = rendered[k].class_index;
+        view.class_index[i] = ClassIndex{rendered[k].class_index};
         view.confidence[i] = rendered[k].confidence;
       }
     });

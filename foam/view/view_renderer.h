@@ -7,6 +7,7 @@
 #include "foam/render/ray_caster.h"
 #include "foam/render/ray_record.h"
 #include "foam/render/walk.h"
+#include "foam/util/ids.h"
 
 #include <cstdint>
 #include <memory>
@@ -37,9 +38,10 @@ struct RenderedView {
   // Distance along the ray, in the normalised frame, at which the transmittance falls to 0.5; 0
   // where it does not.
   std::vector<float> distance;
-  // Argmax of the classifier on the rendered identity; -1 where opacity < 0.5 or without semantics.
-  std::vector<int32_t> class_index;
-  // Softmax of that class; 0 where class_index is -1.
+  // Argmax of the classifier on the rendered identity; kUnlabelled where opacity < 0.5 or without
+  // semantics.
+  std::vector<ClassIndex> class_index;
+  // Softmax of that class; 0 where there is none.
   std::vector<float> confidence;
 };
 

@@ -42,7 +42,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
   if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
   labels_ = mask_classes_.labels;
-  if (!plan_.seed_tracks.empty()) CorrectMaskClasses(std::move(masks.evidence));
+  if (!plan_.seed_tracks.empty()) CorrectMaskClasses(std::move(masks.samples));
   if (!holds_pixels_) return;
   ForEachFile(NumViews(), most_open_views_, [&](int64_t i) {
     if (plan_.masks.masks[i].empty()) return;
@@ -65,7 +65,7 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   mask_contents_.resize(num_views);
   DecodedMasks masks;
   masks.indices.resize(num_views);
-  masks.evidence.resize(num_views);
+  masks.samples.resize(num_views);
   std::mutex report_mutex;
   int num_done = 0;
   ForEachFile(num_views, most_open_views_, [&](int64_t i) {
@@ -77,10 +77,10 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = std::move(mask.contents);
-      if (is_judged) masks.evidence[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
+      if (is_judged) masks.samples[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
       if (holds_pixels_) masks.indices[i] = std::move(mask.indices);
     } else {
-      masks.evidence[i].class_at.assign(seed_places[i].size(), kUnlabelled);
+      masks.samples[i].index_at.assign(seed_places[i].size(), IdImage::kNone);
     }
     if (!load.report) return;
     const std::lock_guard lock(report_mutex);
@@ -89,9 +89,11 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   return masks;
 }
 
-void TrainingScene::CorrectMaskClasses(std::vector<ViewEvidence> evidence) {
+void TrainingScene::CorrectMaskClasses(std::vector<IdSamples> samples) {
+  std::vector<ViewEvidence> evidence;
   for (int view = 0; view < NumViews(); ++view) {
-    GiveClasses(mask_classes_.Of(mask_contents_[view]), &evidence[view]);
+    evidence.push_back(GiveClasses(mask_classes_.Of(mask_contents_[view]), samples[view]));
+    samples[view] = {};
   }
   MaskCorrection correction = CorrectMasks(plan_.seeds,
                                            plan_.seed_tracks,
@@ -127,7 +129,7 @@ Image8 TrainingScene::DecodePhoto(int view) const {
   return size == plan_.file_sizes[view] ? std::move(photo) : ReducePhoto(photo, size);
 }
 
-ClassImage TrainingScene::ClassesOfMask(int view, ClassImage indices) const {
+ClassImage TrainingScene::ClassesOfMask(int view, IdImage indices) const {
   ClassImage classes = ClassesOf(indices,
                                  mask_classes_.Of(mask_contents_[view]),
                                  static_cast<int>(mask_classes_.labels.size()));
@@ -222,14 +224,13 @@ void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
 
 LabelImage TrainingScene::LabelIds(int view) const {
   LabelImage image{Width(view), Height(view), {}};
-  image.data.assign(static_cast<size_t>(image.width) * image.height, 0);
+  image.data.assign(static_cast<size_t>(image.width) * image.height, Value(kNoObject));
   if (!HasMask(view)) return image;
   const std::unique_ptr<ViewPixels> pixels = OpenView(view);
   size_t i = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x, ++i) {
-      const int32_t class_index = pixels->At(x, y).Class();
-      if (class_index != kUnlabelled) image.data[i] = Value(labels_[class_index].id);
+      image.data[i] = Value(LabelIdOf(labels_, pixels->At(x, y).Class()));
     }
   }
   return image;

@@ -115,22 +115,22 @@ class TrainingScene final : public TrainingViews {
   // The contents of all decoded masks, before their ids are numbered as classes.
   struct DecodedMasks {
     // [views] DecodedMask::indices; empty where pixels are not held.
-    std::vector<ClassImage> indices;
-    // [views] Evidence in indices of each mask's own ids; empty unless masks are corrected by the
-    // tracks.
-    std::vector<ViewEvidence> evidence;
+    std::vector<IdImage> indices;
+    // [views] Ids of each mask at the observed pixels of the seeds' tracks; empty unless masks are
+    // corrected by the tracks.
+    std::vector<IdSamples> samples;
   };
 
   void LoadPhotosAndMasks(const LoadOptions& load);
   DecodedMasks DecodeAll(const LoadOptions& load);
   // Corrects the masks by the tracks; takes them from the plan.
-  void CorrectMaskClasses(std::vector<ViewEvidence> evidence);
+  void CorrectMaskClasses(std::vector<IdSamples> samples);
   // Returns a sentence about masks without an id but 0; empty where there are ids, or no masks.
   std::string NoIdsSentence() const;
   void PlaceCameras();
   Image8 DecodePhoto(int view) const;
   // Returns the classes of the corrected mask; `indices` as of DecodedMask.
-  ClassImage ClassesOfMask(int view, ClassImage indices) const;
+  ClassImage ClassesOfMask(int view, IdImage indices) const;
   PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
 
   ScenePlan plan_;

@@ -3,26 +3,33 @@
 
 namespace semfoam {
 
-ClassImage::ClassImage(size_t num_pixels, int num_classes) {
-  if (BytesPerPixel(num_classes) == 1) {
+template <typename Index>
+IndexImage<Index>::IndexImage(size_t num_pixels, int num_indices) {
+  if (BytesPerPixel(num_indices) == 1) {
     narrow_.assign(num_pixels, kNarrowNone);
   } else {
     wide_.assign(num_pixels, kWideNone);
   }
 }
 
-void ClassImage::Widen(int num_classes) {
-  if (narrow_.empty() || BytesPerPixel(num_classes) == 1) return;
+template <typename Index>
+void IndexImage<Index>::Widen(int num_indices) {
+  if (narrow_.empty() || BytesPerPixel(num_indices) == 1) return;
   wide_.reserve(narrow_.size());
   for (const uint8_t c : narrow_) wide_.push_back(c == kNarrowNone ? kWideNone : c);
   narrow_ = {};
 }
 
-ClassImage ClassesOf(const ClassImage& indices,
-                     const std::vector<int32_t>& classes,
+template class IndexImage<ClassIndex>;
+template class IndexImage<IdIndex>;
+
+ClassImage ClassesOf(const IdImage& indices,
+                     const std::vector<ClassIndex>& classes,
                      int num_classes) {
   ClassImage image(indices.NumPixels(), num_classes);
-  for (size_t i = 0; i < indices.NumPixels(); ++i) image.Set(i, classes[indices[i]]);
+  for (size_t i = 0; i < indices.NumPixels(); ++i) {
+    image.Set(i, classes[static_cast<size_t>(indices[i])]);
+  }
   return image;
 }
 

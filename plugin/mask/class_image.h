@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/data/training_views.h"
+#include "foam/util/ids.h"
 #include "plugin/photo/photo.h"
 
 #include <cstddef>
@@ -10,42 +10,45 @@
 
 namespace semfoam {
 
-// A photo's mask in memory: the class of every pixel in as few bytes as the number of classes
-// allows.
+// A photo's mask in memory: an index for every pixel, in as few bytes as the number of different
+// ones allows.
 
 // Maximum number of classes of a ClassImage, and so of a set of masks.
 inline constexpr size_t kMaxMaskClasses = 65535;
 
-// The class of every pixel of a photo, row-major.
-class ClassImage {
+// An index of every pixel of a photo, row-major. `Index` is an enum of int32_t; -1 is none.
+template <typename Index>
+class IndexImage {
  public:
+  static constexpr Index kNone{-1};
+
   // Makes an image without pixels: that of a photo without a mask.
-  ClassImage() = default;
-  // Makes an image whose pixels are all kUnlabelled.
-  ClassImage(PhotoSize size, int num_classes) : ClassImage(NumPixelsOf(size), num_classes) {}
-  ClassImage(size_t num_pixels, int num_classes);
+  IndexImage() = default;
+  // Makes an image whose pixels are all kNone.
+  IndexImage(PhotoSize size, int num_indices) : IndexImage(NumPixelsOf(size), num_indices) {}
+  IndexImage(size_t num_pixels, int num_indices);
 
   bool Empty() const { return NumPixels() == 0; }
   size_t NumPixels() const { return narrow_.empty() ? wide_.size() : narrow_.size(); }
 
-  // Returns the class of pixel y * width + x, or kUnlabelled.
-  int32_t operator[](size_t pixel) const {
-    if (!narrow_.empty()) return narrow_[pixel] == kNarrowNone ? kUnlabelled : narrow_[pixel];
-    return wide_[pixel] == kWideNone ? kUnlabelled : wide_[pixel];
+  // Returns the index of pixel y * width + x, or kNone.
+  Index operator[](size_t pixel) const {
+    if (!narrow_.empty()) return narrow_[pixel] == kNarrowNone ? kNone : Index{narrow_[pixel]};
+    return wide_[pixel] == kWideNone ? kNone : Index{wide_[pixel]};
   }
-  void Set(size_t pixel, int32_t class_index) {
+  void Set(size_t pixel, Index index) {
     if (!narrow_.empty()) {
-      narrow_[pixel] = class_index < 0 ? kNarrowNone : static_cast<uint8_t>(class_index);
+      narrow_[pixel] = index < Index{0} ? kNarrowNone : static_cast<uint8_t>(index);
     } else {
-      wide_[pixel] = class_index < 0 ? kWideNone : static_cast<uint16_t>(class_index);
+      wide_[pixel] = index < Index{0} ? kWideNone : static_cast<uint16_t>(index);
     }
   }
 
-  // Raises the number of classes that the image can hold; pixels keep their classes.
-  void Widen(int num_classes);
+  // Raises the number of indices that the image can hold; pixels keep their indices.
+  void Widen(int num_indices);
 
-  // Returns the bytes that each pixel takes with this many classes.
-  static int BytesPerPixel(int num_classes) { return num_classes <= kNarrowNone ? 1 : 2; }
+  // Returns the bytes that each pixel takes with this many indices.
+  static int BytesPerPixel(int num_indices) { return num_indices <= kNarrowNone ? 1 : 2; }
 
  private:
   static size_t NumPixelsOf(PhotoSize size) {
@@ -59,10 +62,17 @@ class ClassImage {
   std::vector<uint16_t> wide_;
 };
 
-// Replaces the indices of a mask's ids (DecodedMask::indices), none of which is kUnlabelled, by
-// classes: `classes` [ids of the mask] are less than `num_classes`, or kUnlabelled.
-ClassImage ClassesOf(const ClassImage& indices,
-                     const std::vector<int32_t>& classes,
+// The class of every pixel; kNone is kUnlabelled.
+using ClassImage = IndexImage<ClassIndex>;
+
+// A mask's own ids by their place in MaskContents::ids, before they are numbered as classes.
+enum class IdIndex : int32_t {};
+using IdImage = IndexImage<IdIndex>;
+
+// Replaces the indices of a mask's ids, none of which is kNone, by classes: `classes` [ids of the
+// mask] are less than `num_classes`, or kUnlabelled.
+ClassImage ClassesOf(const IdImage& indices,
+                     const std::vector<ClassIndex>& classes,
                      int num_classes);
 
 }  // namespace semfoam

@@ -57,8 +57,8 @@ double ShareOfZero(const std::vector<MaskContents>& masks) {
 
 }  // namespace
 
-std::vector<int32_t> MaskClasses::Of(const MaskContents& mask) const {
-  std::vector<int32_t> of_ids;
+std::vector<ClassIndex> MaskClasses::Of(const MaskContents& mask) const {
+  std::vector<ClassIndex> of_ids;
   for (const uint32_t value : mask.ids) {
     const auto found = class_of_id.find(IdOf(value, mask.is_rgb && colors_are_grey));
     of_ids.push_back(found == class_of_id.end() ? kUnlabelled : found->second);
@@ -96,7 +96,7 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
   const bool keep_ids = ids.empty() || Value(*ids.rbegin()) <= kMaxMaskClasses;
   int32_t next_id = 1;
   for (const MaskId id : ids) {
-    result.class_of_id.emplace(id, static_cast<int32_t>(result.labels.size()));
+    result.class_of_id.emplace(id, static_cast<ClassIndex>(result.labels.size()));
     Label label;
     label.source_id = id;
     label.id = keep_ids || id == kZeroMaskId ? static_cast<LabelId>(id) : LabelId{next_id++};

@@ -6,7 +6,6 @@
 #include "plugin/mask/mask_decoding.h"
 #include "plugin/mask/mask_pairing.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <vector>
@@ -28,10 +27,10 @@ struct MaskClasses {
   std::vector<Label> labels;
   // Whether masks of colours are grey masks saved as RGB.
   bool colors_are_grey = false;
-  std::map<MaskId, int32_t> class_of_id;
+  std::map<MaskId, ClassIndex> class_of_id;
 
   // Returns the class of each of the mask's ids, for ClassesOf.
-  std::vector<int32_t> Of(const MaskContents& mask) const;
+  std::vector<ClassIndex> Of(const MaskContents& mask) const;
 };
 
 // Numbers the ids of all masks as classes; `contents` [pairing.masks] are those of each mask.

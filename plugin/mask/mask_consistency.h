@@ -3,6 +3,7 @@
 
 #include "foam/data/training_views.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/colmap/tracks.h"
 #include "plugin/mask/mask_evidence.h"
 #include "plugin/mask/mask_rewriting.h"
@@ -40,11 +41,11 @@ enum class MaskConsistency {
 struct RegionReport {
   int32_t view = 0;
   // Class in the original masks.
-  int32_t given_class = 0;
+  ClassIndex given_class{0};
   int64_t num_pixels = 0;
   // Classes in the corrected masks: one; several, ascending, of a split region; none of a dropped
   // one.
-  std::vector<int32_t> classes;
+  std::vector<ClassIndex> classes;
   // Number of points seen in it, away from its border.
   int num_points = 0;
   // Number of those for which the other photos vote.

@@ -71,7 +71,7 @@ void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& p
 
 DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
   DecodedMask mask;
-  mask.indices = ClassImage(photo_size, /*num_classes=*/1);
+  mask.indices = IdImage(photo_size, /*num_indices=*/1);
   IdTable table(path, &mask.contents);
   std::vector<int64_t> columns(photo_size.width);
   std::vector<uint16_t> row;
@@ -93,7 +93,7 @@ DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
         for (; photo_y < photo_size.height &&
                MaskPixel(photo_y, header.size.height, photo_size.height) == y;
              ++photo_y) {
-          for (const int64_t x : columns) mask.indices.Set(pixel++, row[x]);
+          for (const int64_t x : columns) mask.indices.Set(pixel++, IdIndex{row[x]});
         }
       });
   mask.contents.size = header.size;

@@ -28,8 +28,8 @@ struct MaskContents {
 struct DecodedMask {
   MaskContents contents;
   // At the photo's size, read at the nearest pixel centre: indices into contents.ids, never
-  // kUnlabelled. One byte a pixel of the photo up to 255 ids, else two.
-  ClassImage indices;
+  // kNone. One byte a pixel of the photo up to 255 ids, else two.
+  IdImage indices;
 };
 
 // Decodes a mask. Takes MaskHeader::decoding_bytes of memory in addition to the result. Throws

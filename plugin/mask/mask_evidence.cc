@@ -14,10 +14,11 @@ namespace {
 
 constexpr size_t kNumNeighbors = 4;
 
-// The class of a pixel that is not near a border; else kUnlabelled.
-int32_t InnerClass(const ClassImage& image, const PhotoRecord& photo, float x, float y) {
+// The index of a pixel that is not near a border; else kNone.
+template <typename Index>
+Index InnerIndex(const IndexImage<Index>& image, const PhotoRecord& photo, float x, float y) {
   const int radius = RaggedRadius(photo);
-  if (UniformRadius(image, photo, x, y, radius) < radius) return kUnlabelled;
+  if (UniformRadius(image, photo, x, y, radius) < radius) return image.kNone;
   return image[static_cast<size_t>(y) * photo.width + static_cast<size_t>(x)];
 }
 
@@ -31,13 +32,15 @@ int SafeRadius(const PhotoRecord& photo) {
   return kSafePixels * std::max(1, std::max(photo.width, photo.height) / kSafeSide);
 }
 
-int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most) {
+template <typename Index>
+int UniformRadius(
+    const IndexImage<Index>& image, const PhotoRecord& photo, float x, float y, int most) {
   // Also keeps wild numbers from the conversion.
   if (!(x >= 0 && x < photo.width && y >= 0 && y < photo.height)) return -1;
   const int column = static_cast<int>(x);
   const int row = static_cast<int>(y);
   const auto at = [&](int i, int j) { return image[static_cast<size_t>(j) * photo.width + i]; };
-  const int32_t own = at(column, row);
+  const Index own = at(column, row);
   for (int radius = 1; radius <= most; ++radius) {
     const int left = column - radius, right = column + radius;
     const int top = row - radius, bottom = row + radius;
@@ -63,54 +66,68 @@ std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelOb
   return places;
 }
 
-ViewEvidence LookAtMask(const ClassImage& image,
-                        const PhotoRecord& photo,
-                        const std::vector<Eigen::Vector2f>& places) {
-  ViewEvidence evidence;
-  evidence.class_at.assign(places.size(), kUnlabelled);
-  if (photo.held_out || image.Empty()) return evidence;
-  int32_t last = kUnlabelled;
+template <typename Index>
+MaskSamples<Index> LookAtMask(const IndexImage<Index>& image,
+                              const PhotoRecord& photo,
+                              const std::vector<Eigen::Vector2f>& places) {
+  constexpr Index kNone = IndexImage<Index>::kNone;
+  MaskSamples<Index> samples;
+  samples.index_at.assign(places.size(), kNone);
+  if (photo.held_out || image.Empty()) return samples;
+  Index last = kNone;
   int64_t run = 0;
   const auto end_run = [&] {
-    if (last != kUnlabelled) evidence.pixels_of[last] += run;
+    if (last != kNone) samples.pixels_of[last] += run;
   };
   const size_t pixels = static_cast<size_t>(photo.width) * photo.height;
   for (size_t i = 0; i < pixels; ++i) {
-    const int32_t c = image[i];
-    if (c != last) {
+    const Index index = image[i];
+    if (index != last) {
       end_run();
       run = 0;
     }
-    last = c;
+    last = index;
     ++run;
   }
   end_run();
   for (size_t k = 0; k < places.size(); ++k) {
-    evidence.class_at[k] = InnerClass(image, photo, places[k].x(), places[k].y());
+    samples.index_at[k] = InnerIndex(image, photo, places[k].x(), places[k].y());
   }
-  return evidence;
+  return samples;
 }
 
-void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence) {
-  std::map<int32_t, int64_t> pixels_of;
-  for (const auto& [own, pixels] : evidence->pixels_of) {
-    if (classes[own] != kUnlabelled) pixels_of[classes[own]] = pixels;
+template int UniformRadius(const ClassImage&, const PhotoRecord&, float, float, int);
+template ViewEvidence LookAtMask(const ClassImage&,
+                                 const PhotoRecord&,
+                                 const std::vector<Eigen::Vector2f>&);
+template IdSamples LookAtMask(const IdImage&,
+                              const PhotoRecord&,
+                              const std::vector<Eigen::Vector2f>&);
+
+ViewEvidence GiveClasses(const std::vector<ClassIndex>& classes, const IdSamples& samples) {
+  const auto class_of = [&](IdIndex own) { return classes[static_cast<size_t>(own)]; };
+  ViewEvidence evidence;
+  for (const auto& [own, pixels] : samples.pixels_of) {
+    if (class_of(own) != kUnlabelled) evidence.pixels_of[class_of(own)] = pixels;
   }
-  evidence->pixels_of = std::move(pixels_of);
-  for (int32_t& c : evidence->class_at) c = c == kUnlabelled ? kUnlabelled : classes[c];
+  evidence.index_at.reserve(samples.index_at.size());
+  for (const IdIndex own : samples.index_at) {
+    evidence.index_at.push_back(own == IdImage::kNone ? kUnlabelled : class_of(own));
+  }
+  return evidence;
 }
 
 Evidence::Evidence(const std::vector<SeedPoint>& seeds,
                    const std::vector<PixelObservations>& tracks,
                    const std::vector<ViewEvidence>& views) {
-  std::vector<std::map<int32_t, int32_t>> region_of(views.size());  // by class
+  std::vector<std::map<ClassIndex, int32_t>> region_of(views.size());
   for (size_t view = 0; view < views.size(); ++view) {
     for (const auto& [c, pixels] : views[view].pixels_of) {
       region_of[view][c] = static_cast<int32_t>(regions.size());
       Region& region = regions.emplace_back();
       region.view = static_cast<int32_t>(view);
       region.mask_class = c;
-      region.label = RegionLabel{c};
+      region.label = RegionLabel{Value(c)};
       region.num_pixels = pixels;
     }
   }
@@ -119,7 +136,7 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
   for (size_t i = 0; i < tracks.size(); ++i) {
     const size_t before = observations.size();
     for (const PixelObservation& seen : tracks[i]) {
-      const int32_t c = views[seen.view].class_at.at(next_place[seen.view]++);
+      const ClassIndex c = views[seen.view].index_at.at(next_place[seen.view]++);
       if (c == kUnlabelled) continue;
       const Eigen::Vector2f pixel = seen.pixel.cast<float>();
       Observation& observation = observations.emplace_back();
@@ -127,7 +144,7 @@ Evidence::Evidence(const std::vector<SeedPoint>& seeds,
       observation.region = region_of[seen.view].at(c);
       observation.x = pixel.x();
       observation.y = pixel.y();
-      observation.label = RegionLabel{c};
+      observation.label = RegionLabel{Value(c)};
       regions[observation.region].observations.push_back(
           static_cast<uint32_t>(observations.size() - 1));
     }

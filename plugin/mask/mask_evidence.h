@@ -3,6 +3,7 @@
 
 #include "foam/data/training_views.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/colmap/tracks.h"
 #include "plugin/mask/class_image.h"
 
@@ -28,7 +29,7 @@ constexpr int32_t Value(RegionLabel label) { return static_cast<int32_t>(label);
 
 struct Region {
   int32_t view = 0;
-  int32_t mask_class = 0;
+  ClassIndex mask_class{0};
   int64_t num_pixels = 0;
   // Label assigned to the region; kNoLabel: dropped or split.
   RegionLabel label{0};
@@ -73,22 +74,29 @@ void AddVote(T label, float weight, std::vector<Vote<T>>* votes) {
 }
 
 // Returns the radius in pixels, at most `most`, of the largest square around pixel (x, y) that lies
-// inside the photo and is all of one class; -1 if (x, y) lies outside of the image, which has the
+// inside the photo and is all of one index; -1 if (x, y) lies outside of the image, which has the
 // photo's size, or is not a number.
-int UniformRadius(const ClassImage& image, const PhotoRecord& photo, float x, float y, int most);
+template <typename Index>
+int UniformRadius(
+    const IndexImage<Index>& image, const PhotoRecord& photo, float x, float y, int most);
 
 // Returns the distance from a border, in pixels, within which a pixel's class is not used: borders
 // of masks are ragged, and points on the edge of an object belong to its background as often as to
 // it.
 int RaggedRadius(const PhotoRecord& photo);
 
-// Evidence of one photo's mask, kept until the mask is rewritten.
-struct ViewEvidence {
-  // Number of pixels by class.
-  std::map<int32_t, int64_t> pixels_of;
-  // Class at each place; kUnlabelled where there is none or within RaggedRadius of a border.
-  std::vector<int32_t> class_at;
+// What one photo's mask shows at the places of the tracks.
+template <typename Index>
+struct MaskSamples {
+  // Number of pixels by index.
+  std::map<Index, int64_t> pixels_of;
+  // Index at each place; -1 where there is none or within RaggedRadius of a border.
+  std::vector<Index> index_at;
 };
+// In indices of the mask's own ids, until the ids of all masks are numbered.
+using IdSamples = MaskSamples<IdIndex>;
+// Evidence of one photo's mask, kept until the mask is rewritten.
+using ViewEvidence = MaskSamples<ClassIndex>;
 
 // Distance from a border, in pixels of a photo of kSafeSide pixels a side, from which on a vote has
 // full weight.
@@ -101,15 +109,14 @@ int SafeRadius(const PhotoRecord& photo);
 std::vector<std::vector<Eigen::Vector2f>> PlacesByView(const std::vector<PixelObservations>& tracks,
                                                        size_t num_views);
 
-// Returns the evidence of one mask at `places`; empty for held-out photos and empty images. Before
-// ids are numbered, `image` may hold indices of the mask's own ids (DecodedMask::indices); then the
-// result holds such indices, too.
-ViewEvidence LookAtMask(const ClassImage& image,
-                        const PhotoRecord& photo,
-                        const std::vector<Eigen::Vector2f>& places);
+// Returns what one mask shows at `places`: nothing for held-out photos and empty images.
+template <typename Index>
+MaskSamples<Index> LookAtMask(const IndexImage<Index>& image,
+                              const PhotoRecord& photo,
+                              const std::vector<Eigen::Vector2f>& places);
 
-// Replaces such indices by classes; `classes` [ids of the mask] are distinct but for kUnlabelled.
-void GiveClasses(const std::vector<int32_t>& classes, ViewEvidence* evidence);
+// Returns the samples by classes; `classes` [ids of the mask] are distinct but for kUnlabelled.
+ViewEvidence GiveClasses(const std::vector<ClassIndex>& classes, const IdSamples& samples);
 
 // Regions, and the observations of all seeds inside them. Held-out photos have none, and pixels
 // within RaggedRadius of a border are skipped.

@@ -15,8 +15,8 @@ namespace {
 constexpr int kLeastPoints = 3;
 constexpr float kLeastConfidence = 0.5f;
 
-bool IsZero(const std::vector<Label>& labels, int32_t class_index) {
-  return labels[class_index].source_id == kZeroMaskId;
+bool IsZero(const std::vector<Label>& labels, ClassIndex class_index) {
+  return labels[Value(class_index)].source_id == kZeroMaskId;
 }
 
 // Which ids few photos have: no thing of their own.
@@ -25,7 +25,7 @@ std::vector<char> RareClasses(const MaskedPhotos& photos) {
   int num_views = 0;
   int32_t last_view = -1;
   for (const RegionReport& region : photos.consistency.regions) {
-    ++views[region.given_class];
+    ++views[Value(region.given_class)];
     num_views += region.view != last_view;
     last_view = region.view;
   }
@@ -52,13 +52,13 @@ void FindFaultyRegions(const MaskedPhotos& photos, std::vector<MaskFinding>* fin
     MaskFinding finding;
     finding.view = region.view;
     finding.given_class = region.given_class;
-    finding.fault = FaultOf(region, is_zero, is_rare[region.given_class] != 0);
+    finding.fault = FaultOf(region, is_zero, is_rare[Value(region.given_class)] != 0);
     finding.classes = region.classes;
     const PhotoRecord& photo = photos.photos[region.view];
     finding.share =
         static_cast<double>(region.num_pixels) / (static_cast<double>(photo.width) * photo.height);
     if (finding.fault == MaskFault::kMissing) {
-      std::erase_if(finding.classes, [&](int32_t c) { return IsZero(photos.labels, c); });
+      std::erase_if(finding.classes, [&](ClassIndex c) { return IsZero(photos.labels, c); });
     }
     // An id of its own is the same thing once joined; all of its points speak for the other id.
     finding.num_points = finding.fault == MaskFault::kNewId
@@ -76,7 +76,7 @@ struct Seen {
 void FindMissingObjects(const MaskedPhotos& photos,
                         const std::vector<PointLabel>& labels,
                         std::vector<MaskFinding>* findings) {
-  std::map<std::pair<int32_t, int32_t>, Seen> seen;  // by view and class
+  std::map<std::pair<int32_t, ClassIndex>, Seen> seen;  // by view and class
   for (size_t i = 0; i < labels.size(); ++i) {
     if (labels[i].class_index == kUnlabelled || labels[i].confidence <= kLeastConfidence) continue;
     if (IsZero(photos.labels, labels[i].class_index)) continue;

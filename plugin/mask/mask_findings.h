@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/ids.h"
 #include "plugin/mask/masked_photos.h"
 #include "plugin/mask/point_labels.h"
 
@@ -40,9 +41,9 @@ struct MaskFinding {
   int32_t view = 0;
   MaskFault fault = MaskFault::kNone;
   // Class of the region in MaskedPhotos::given, where there is a region.
-  int32_t given_class = kUnlabelled;
+  ClassIndex given_class = kUnlabelled;
   // Classes in MaskedPhotos::labels: those of the region's objects, or of the missing one.
-  std::vector<int32_t> classes;
+  std::vector<ClassIndex> classes;
   // Number of points that contradict the mask.
   int num_points = 0;
   // Share of the photo that the region covers, 0..1.

@@ -79,7 +79,7 @@ MaskRewriter::MaskRewriter(Evidence evidence,
   }
   for (size_t label = 0; label < labels.size(); ++label) {
     if (!is_used[label]) continue;
-    class_of_label_[label] = static_cast<int32_t>(labels_.size());
+    class_of_label_[label] = static_cast<ClassIndex>(labels_.size());
     labels_.push_back(labels[label]);
   }
 }
@@ -88,7 +88,7 @@ ClassImage MaskRewriter::Rewrite(int view,
                                  const PhotoRecord& photo,
                                  const ClassImage& image) const {
   if (image.Empty()) return {};
-  std::vector<int32_t> class_of_class(label_of_class_.size(), kUnlabelled);
+  std::vector<ClassIndex> class_of_class(label_of_class_.size(), kUnlabelled);
   std::vector<std::unique_ptr<SplitRegion>> split(label_of_class_.size());
   if (photo.held_out) {
     std::transform(label_of_class_.begin(),
@@ -101,17 +101,17 @@ ClassImage MaskRewriter::Rewrite(int view,
         return r.view < v;
       });
   for (; region != evidence_.regions.end() && region->view == view; ++region) {
-    class_of_class[region->mask_class] = NewClass(region->label);
+    class_of_class[Value(region->mask_class)] = NewClass(region->label);
     if (!region->parts.empty()) {
-      split[region->mask_class] = std::make_unique<SplitRegion>(evidence_, *region, photo);
+      split[Value(region->mask_class)] = std::make_unique<SplitRegion>(evidence_, *region, photo);
     }
   }
   ClassImage rewritten({photo.width, photo.height}, static_cast<int>(labels_.size()));
   size_t pixel = 0;
   for (int y = 0; y < photo.height; ++y) {
     for (int x = 0; x < photo.width; ++x, ++pixel) {
-      const int32_t c = image[pixel];
-      if (c == kUnlabelled) continue;
+      if (image[pixel] == kUnlabelled) continue;
+      const int32_t c = Value(image[pixel]);
       rewritten.Set(pixel, split[c] ? NewClass(split[c]->LabelAt(x, y)) : class_of_class[c]);
     }
   }

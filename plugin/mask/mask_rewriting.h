@@ -2,10 +2,10 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/mask/class_image.h"
 #include "plugin/mask/mask_evidence.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -26,13 +26,13 @@ class MaskRewriter {
   // Returns the remaining labels, one for each class of the corrected masks.
   const std::vector<Label>& labels() const { return labels_; }
   // [labels of the constructor] New class of each label, kUnlabelled if it was dropped.
-  const std::vector<int32_t>& class_of_label() const { return class_of_label_; }
+  const std::vector<ClassIndex>& class_of_label() const { return class_of_label_; }
 
   // Returns the corrected mask of a view, empty where `image`, the original classes, is empty.
   ClassImage Rewrite(int view, const PhotoRecord& photo, const ClassImage& image) const;
 
  private:
-  int32_t NewClass(RegionLabel label) const {
+  ClassIndex NewClass(RegionLabel label) const {
     return label == kNoLabel ? kUnlabelled : class_of_label_[Value(label)];
   }
 
@@ -40,7 +40,7 @@ class MaskRewriter {
   // As given to the constructor.
   std::vector<RegionLabel> label_of_class_;
   std::vector<Label> labels_;
-  std::vector<int32_t> class_of_label_;
+  std::vector<ClassIndex> class_of_label_;
 };
 
 }  // namespace semfoam

@@ -43,10 +43,10 @@ CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
     const int64_t pixels = int64_t{photos.photos[view].width} * photos.photos[view].height;
     int64_t unlabelled = pixels;
     for (const auto& [c, count] : photos.pixels[view]) {
-      if (labels[c].source_id == kZeroMaskId) continue;
+      if (labels[Value(c)].source_id == kZeroMaskId) continue;
       unlabelled -= count;
-      views_of[c].push_back(static_cast<int32_t>(view));
-      shares_of[c].push_back(static_cast<double>(count) / static_cast<double>(pixels));
+      views_of[Value(c)].push_back(static_cast<int32_t>(view));
+      shares_of[Value(c)].push_back(static_cast<double>(count) / static_cast<double>(pixels));
     }
     survey.unlabelled[view] = static_cast<double>(unlabelled) / static_cast<double>(pixels);
   }
@@ -55,7 +55,7 @@ CoverageSurvey SurveyCoverage(const MaskedPhotos& photos) {
     if (labels[c].source_id == kZeroMaskId || views_of[c].empty()) continue;
     std::sort(shares_of[c].begin(), shares_of[c].end());
     IdSurvey& id = survey.ids.emplace_back();
-    id.given_class = static_cast<int32_t>(c);
+    id.given_class = static_cast<ClassIndex>(c);
     id.views = std::move(views_of[c]);
     id.least = shares_of[c].front();
     id.median = shares_of[c][shares_of[c].size() / 2];

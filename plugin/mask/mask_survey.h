@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/ids.h"
 #include "plugin/mask/masked_photos.h"
 
 #include <cstdint>
@@ -27,7 +28,7 @@ std::vector<MaskFile> SurveyMasks(const std::vector<std::filesystem::path>& mask
 // Coverage of one id of the masks.
 struct IdSurvey {
   // Class of MaskedPhotos::given.
-  int32_t given_class = 0;
+  ClassIndex given_class{0};
   // Photos that have the id, ascending.
   std::vector<int32_t> views;
   // Share of these photos' pixels that have the id, 0..1: the least, the median (the upper one of

@@ -3,7 +3,6 @@
 
 #include "foam/util/ids.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string>

@@ -63,23 +63,23 @@ ModelSeeds FindSeeds(const Reconstruction& model, MaskedPhotos* photos) {
   return result;
 }
 
-// Decodes every mask once and fills the contents. Returns the evidence of each at the places of the
-// tracks, in indices of the mask's own ids.
-std::vector<ViewEvidence> DecodeMasks(const std::vector<PixelObservations>& tracks,
-                                      MaskedPhotos* photos) {
+// Decodes every mask once and fills the contents. Returns what each shows at the places of the
+// tracks.
+std::vector<IdSamples> DecodeMasks(const std::vector<PixelObservations>& tracks,
+                                   MaskedPhotos* photos) {
   const size_t num_views = photos->photos.size();
   const std::vector<std::vector<Eigen::Vector2f>> places = PlacesByView(tracks, num_views);
-  std::vector<ViewEvidence> evidence(num_views);
+  std::vector<IdSamples> samples(num_views);
   photos->contents.resize(num_views);
   ForEachFile(static_cast<int64_t>(num_views), [&](int64_t i) {
-    evidence[i].class_at.assign(places[i].size(), kUnlabelled);
+    samples[i].index_at.assign(places[i].size(), IdImage::kNone);
     if (!photos->HasMask(static_cast<int>(i))) return;
     const PhotoRecord& photo = photos->photos[i];
     DecodedMask mask = DecodeMask(photos->pairing.masks[i], {photo.width, photo.height});
     photos->contents[i] = std::move(mask.contents);
-    evidence[i] = LookAtMask(mask.indices, photo, places[i]);
+    samples[i] = LookAtMask(mask.indices, photo, places[i]);
   });
-  return evidence;
+  return samples;
 }
 
 // Corrects the masks by the tracks, and fills what the masks, given and corrected, show at the
@@ -170,11 +170,13 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
   result.photos = std::move(photos);
   ModelSeeds seeds;
   if (model != nullptr) seeds = FindSeeds(*model, &result);
-  std::vector<ViewEvidence> evidence = DecodeMasks(seeds.tracks, &result);
+  std::vector<IdSamples> samples = DecodeMasks(seeds.tracks, &result);
   result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
   result.labels = result.given.labels;
-  for (size_t i = 0; i < evidence.size(); ++i) {
-    GiveClasses(result.given.Of(result.contents[i]), &evidence[i]);
+  std::vector<ViewEvidence> evidence;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    evidence.push_back(GiveClasses(result.given.Of(result.contents[i]), samples[i]));
+    samples[i] = {};
   }
   if (model != nullptr) CorrectAndObserve(seeds, consistency, evidence, &result);
   for (ViewEvidence& view : evidence) result.pixels.push_back(std::move(view.pixels_of));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/colmap/tracks.h"
 #include "plugin/mask/class_image.h"
@@ -29,11 +30,11 @@ std::vector<PhotoRecord> RegisteredPhotos(const Reconstruction& model);
 // the photo or without a mask.
 struct MaskObservation {
   // In the original mask.
-  int32_t given_class = kUnlabelled;
+  ClassIndex given_class = kUnlabelled;
   // At most RaggedRadius.
   int32_t given_radius = -1;
   // In the corrected mask.
-  int32_t corrected_class = kUnlabelled;
+  ClassIndex corrected_class = kUnlabelled;
   // At most SafeRadius.
   int32_t corrected_radius = -1;
 };
@@ -51,7 +52,7 @@ struct MaskedPhotos {
   // [photos] Contents of the masks at their own size.
   std::vector<MaskContents> contents;
   // [photos] Number of pixels by given class, without kUnlabelled.
-  std::vector<std::map<int32_t, int64_t>> pixels;
+  std::vector<std::map<ClassIndex, int64_t>> pixels;
   // [points of the model] Observations of each point, in pixels of the records' size, and the
   // classes of the masks there; empty without a model.
   std::vector<PixelObservations> observations;

@@ -22,13 +22,13 @@ class Trust {
     }
   }
 
-  float Of(int32_t view, int32_t given_class) const {
+  float Of(int32_t view, ClassIndex given_class) const {
     const auto found = weights_.find({view, given_class});
     return found == weights_.end() ? 0.5f : found->second;
   }
 
  private:
-  std::map<std::pair<int32_t, int32_t>, float> weights_;
+  std::map<std::pair<int32_t, ClassIndex>, float> weights_;
 };
 
 float BorderWeight(int radius, const PhotoRecord& photo) {
@@ -37,10 +37,10 @@ float BorderWeight(int radius, const PhotoRecord& photo) {
   return (distance + 0.5f) / (kSafePixels + 0.5f);
 }
 
-PointLabel Winner(const std::vector<Vote<int32_t>>& votes) {
+PointLabel Winner(const std::vector<Vote<ClassIndex>>& votes) {
   PointLabel label;
   float most = 0, total = 0;
-  for (const Vote<int32_t>& vote : votes) {
+  for (const Vote<ClassIndex>& vote : votes) {
     total += vote.weight;
     if (vote.weight < most || (vote.weight == most && vote.label > label.class_index)) continue;
     most = vote.weight;
@@ -57,7 +57,7 @@ std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
   std::vector<PointLabel> labels(photos.observations.size());
   constexpr int64_t kBlock = 1024;
   ParallelForBlocks(static_cast<int64_t>(labels.size()), kBlock, [&](int64_t begin, int64_t end) {
-    std::vector<Vote<int32_t>> votes;
+    std::vector<Vote<ClassIndex>> votes;
     for (int64_t i = begin; i < end; ++i) {
       votes.clear();
       for (size_t k = 0; k < photos.observations[i].size(); ++k) {

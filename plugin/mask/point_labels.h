@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/ids.h"
 #include "plugin/mask/masked_photos.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -12,7 +12,7 @@ namespace semfoam {
 
 struct PointLabel {
   // Index into MaskedPhotos::labels.
-  int32_t class_index = kUnlabelled;
+  ClassIndex class_index = kUnlabelled;
   // Share of the weight of all votes that the label has, 0..1.
   float confidence = 0;
 };

@@ -26,8 +26,8 @@ void JoinLabels(int num_labels, Evidence* evidence) {
   std::vector<int32_t> node_of_region;
   std::vector<int> num_regions(num_labels, 0);
   for (const Region& region : evidence->regions) {
-    node_of_region.push_back(region.mask_class);
-    ++num_regions[region.mask_class];
+    node_of_region.push_back(Value(region.mask_class));
+    ++num_regions[Value(region.mask_class)];
   }
   const std::vector<int32_t> roots = ClusterNodes(*evidence, node_of_region, num_labels);
   std::vector<RegionLabel> main_label(num_labels, kNoLabel);  // of each root
@@ -37,7 +37,8 @@ void JoinLabels(int num_labels, Evidence* evidence) {
       main = RegionLabel{label};
     }
   }
-  for (Region& region : evidence->regions) region.label = main_label[roots[region.mask_class]];
+  for (Region& region : evidence->regions)
+    region.label = main_label[roots[Value(region.mask_class)]];
 }
 
 // Returns the number of labels.
@@ -45,7 +46,7 @@ int AssociateRegions(bool has_zero_class, Evidence* evidence) {
   std::vector<int32_t> node_of_region;
   int32_t num_nodes = has_zero_class ? 1 : 0;
   for (const Region& region : evidence->regions) {
-    const bool is_zero = has_zero_class && region.mask_class == 0;
+    const bool is_zero = has_zero_class && region.mask_class == ClassIndex{0};
     node_of_region.push_back(is_zero ? 0 : num_nodes++);
   }
   const std::vector<int32_t> roots = ClusterNodes(*evidence, node_of_region, num_nodes);
@@ -71,8 +72,8 @@ RegionLabels JoinIds(const std::vector<Label>& mask_labels, Evidence* evidence) 
     result.label_of_class.push_back(static_cast<RegionLabel>(c));
   }
   for (const Region& region : evidence->regions) {
-    result.label_of_class[region.mask_class] = region.label;
-    result.given.push_back(RegionLabel{region.mask_class});
+    result.label_of_class[Value(region.mask_class)] = region.label;
+    result.given.push_back(RegionLabel{Value(region.mask_class)});
   }
   result.believed = LabelsOf(evidence->regions);
   return result;

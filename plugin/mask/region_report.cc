@@ -15,8 +15,8 @@ void LogChangedRegions(const Evidence& evidence,
     const Region& region = evidence.regions[r];
     if (region.label == labels.given[r]) continue;
     std::ostringstream text;
-    text << photos[region.view].name << ", id " << mask_labels[region.mask_class].source_id << ", "
-         << region.observations.size() << " points: ";
+    text << photos[region.view].name << ", id " << mask_labels[Value(region.mask_class)].source_id
+         << ", " << region.observations.size() << " points: ";
     if (region.label != kNoLabel) {
       text << "is " << labels.labels[Value(region.label)].id;
     } else if (region.parts.empty()) {
@@ -40,7 +40,7 @@ void CountRegions(const std::vector<Region>& regions, MaskConsistencyReport* rep
 std::vector<RegionReport> ReportRegions(const Evidence& evidence,
                                         const RegionLabels& labels,
                                         const std::vector<char>& is_contradicted,
-                                        const std::vector<int32_t>& class_of_label) {
+                                        const std::vector<ClassIndex>& class_of_label) {
   std::vector<RegionReport> reports;
   for (size_t r = 0; r < evidence.regions.size(); ++r) {
     const Region& region = evidence.regions[r];

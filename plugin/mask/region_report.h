@@ -2,11 +2,11 @@
 #pragma once
 
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "plugin/mask/mask_consistency.h"
 #include "plugin/mask/mask_evidence.h"
 #include "plugin/mask/region_labels.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace semfoam {
@@ -28,6 +28,6 @@ void CountRegions(const std::vector<Region>& regions, MaskConsistencyReport* rep
 std::vector<RegionReport> ReportRegions(const Evidence& evidence,
                                         const RegionLabels& labels,
                                         const std::vector<char>& is_contradicted,
-                                        const std::vector<int32_t>& class_of_label);
+                                        const std::vector<ClassIndex>& class_of_label);
 
 }  // namespace semfoam

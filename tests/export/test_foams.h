@@ -6,7 +6,6 @@
 #include "foam/model/model.h"
 
 #include <cmath>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <random>

@@ -88,7 +88,7 @@ class SyntheticViews final : public TrainingViews {
       if (t >= nearest) continue;
       nearest = t;
       ray->color = k == 0 ? Eigen::Vector3f(0.9f, 0.1f, 0.1f) : Eigen::Vector3f(0.1f, 0.2f, 0.9f);
-      ray->class_index = k;
+      ray->class_index = ClassIndex{k};
     }
     if (nearest > 1e29) {
       const double along = origin.dot(direction);
@@ -97,7 +97,7 @@ class SyntheticViews final : public TrainingViews {
       const bool dark =
           (int(std::floor(x.x())) + int(std::floor(x.y())) + int(std::floor(x.z()))) & 1;
       ray->color = Eigen::Vector3f::Constant(dark ? 0.35f : 0.65f);
-      ray->class_index = 2;
+      ray->class_index = ClassIndex{2};
     }
     *hit = origin + nearest * direction;
   }

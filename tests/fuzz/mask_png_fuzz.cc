@@ -90,7 +90,7 @@ void Read(const MemoryFile& file) {
   const ClassImage image =
       ClassesOf(decoded.indices, classes.Of(decoded.contents), static_cast<int>(labels.size()));
   for (size_t i = 0; i < mask.values.size(); ++i) {
-    const int32_t k = image[i];
+    const int32_t k = Value(image[i]);
     Require(k < static_cast<int32_t>(labels.size()), "a pixel's class is in the table");
     Require(k < 0 || Value(labels[k].source_id) == mask.values[i] ||
                 Value(labels[k].source_id) == (mask.values[i] & 0xff),

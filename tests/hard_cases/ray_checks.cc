@@ -748,7 +748,7 @@ RayCase MakeRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
   ray.quantile_tau[0] = -std::log(1 - std::min(u, v));
   ray.quantile_tau[1] = -std::log(1 - std::max(u, v));
   for (float& c : ray.target.color) c = static_cast<float>(random.Uniform());
-  ray.target.class_index = seed % 4 == 3 ? kUnlabelled : 0;
+  ray.target.class_index = seed % 4 == 3 ? Value(kUnlabelled) : 0;
   return ray;
 }
 

@@ -50,7 +50,7 @@ std::vector<SheetLegendEntry> Legend(const MaskAnalysis& analysis) {
   });
   std::vector<SheetLegendEntry> legend;
   for (const IdSurvey& id : ids) {
-    const Label& label = analysis.photos.given.labels[id.given_class];
+    const Label& label = analysis.photos.given.labels[Value(id.given_class)];
     std::string name = std::to_string(Value(label.source_id));
     if (!label.name.empty()) name.append(" ").append(OneLine(label.name));
     legend.push_back({name, LabelColor(label.id)});
@@ -78,8 +78,7 @@ SheetTile MakeTile(const MaskAnalysis& analysis, const SuspiciousPhoto* suspicio
     const size_t pixels = static_cast<size_t>(labels.width) * labels.height;
     labels.data.reserve(pixels);
     for (size_t i = 0; i < pixels; ++i) {
-      labels.data.push_back(
-          classes[i] == kUnlabelled ? 0 : Value(analysis.photos.given.labels[classes[i]].id));
+      labels.data.push_back(Value(LabelIdOf(analysis.photos.given.labels, classes[i])));
     }
   }
   tile.picture = OverlayTile(photo, labels);

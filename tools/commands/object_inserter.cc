@@ -61,7 +61,7 @@ void RunObjectInserter(int argc, char** argv) {
   for (size_t k = 0; k < chosen.names.size(); ++k) {
     names.push_back(chosen.names[k]);
     const LabelId id = insertion.labels[k].id;
-    if (id != source.labels[chosen.objects[k].class_index].id) {
+    if (id != LabelIdOf(source.labels, chosen.objects[k].class_index)) {
       names.back() += " as " + std::to_string(Value(id));
     }
   }

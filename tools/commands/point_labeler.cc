@@ -67,8 +67,8 @@ void PrintLabels(const std::vector<PointLabel>& points, const std::vector<Label>
       ++unlabelled;
       continue;
     }
-    ++count[point.class_index];
-    confidence[point.class_index] += point.confidence;
+    ++count[Value(point.class_index)];
+    confidence[Value(point.class_index)] += point.confidence;
   }
   std::printf("  %5s  %-20s %9s %10s\n", "id", "name", "points", "confidence");
   for (size_t k = 0; k < labels.size(); ++k) {

@@ -4,7 +4,6 @@
 #include "foam/image/image.h"
 #include "foam/util/ids.h"
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 

@@ -29,9 +29,7 @@ Image8 ColorImage(const RenderedView& view) {
 LabelImage IdImage(const RenderedView& view, const std::vector<Label>& labels) {
   LabelImage ids{view.width, view.height, {}};
   ids.data.reserve(view.class_index.size());
-  for (const int32_t class_index : view.class_index) {
-    ids.data.push_back(class_index < 0 ? 0 : Value(labels.at(class_index).id));
-  }
+  for (const ClassIndex c : view.class_index) ids.data.push_back(Value(LabelIdOf(labels, c)));
   return ids;
 }
 

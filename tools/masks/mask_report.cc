@@ -36,14 +36,14 @@ std::string SizeText(const PhotoSize& size) {
 }
 
 // "7 (mug)", or "7".
-std::string LabelText(const std::vector<Label>& labels, int32_t class_index) {
-  const Label& label = labels[class_index];
+std::string LabelText(const std::vector<Label>& labels, ClassIndex class_index) {
+  const Label& label = labels[Value(class_index)];
   const std::string id = std::to_string(Value(label.source_id));
   return label.name.empty() ? id : id + " (" + OneLine(label.name) + ")";
 }
 
 // "a, b and c".
-std::string Enumerate(const std::vector<Label>& labels, const std::vector<int32_t>& classes) {
+std::string Enumerate(const std::vector<Label>& labels, const std::vector<ClassIndex>& classes) {
   std::string text;
   for (size_t i = 0; i < classes.size(); ++i) {
     if (i > 0) text += i + 1 == classes.size() ? " and " : ", ";
@@ -122,7 +122,7 @@ void AppendIdLines(const MaskAnalysis& analysis, std::vector<std::string>* lines
   lines->push_back(
       Format("  %8s  %-20s %6s %8s %8s %8s", "id", "name", "photos", "least", "median", "most"));
   for (const IdSurvey* id : ids) {
-    const Label& label = labels[id->given_class];
+    const Label& label = labels[Value(id->given_class)];
     lines->push_back(Format("  %8u  %-20.100s %6zu %6.2f %% %6.2f %% %6.2f %%",
                             Value(label.source_id),
                             OneLine(label.name).c_str(),
@@ -164,9 +164,9 @@ void AppendSuspicionLines(const MaskAnalysis& analysis, std::vector<std::string>
   }
 }
 
-Json LabelJson(const std::vector<Label>& labels, int32_t class_index) {
-  Json json = {{"id", Value(labels[class_index].source_id)}};
-  if (!labels[class_index].name.empty()) json["name"] = labels[class_index].name;
+Json LabelJson(const std::vector<Label>& labels, ClassIndex class_index) {
+  Json json = {{"id", Value(labels[Value(class_index)].source_id)}};
+  if (!labels[Value(class_index)].name.empty()) json["name"] = labels[Value(class_index)].name;
   return json;
 }
 
@@ -176,7 +176,7 @@ Json FindingJson(const MaskAnalysis& analysis, const MaskFinding& finding) {
     json["region"] = LabelJson(analysis.photos.given.labels, finding.given_class);
   }
   json["is"] = Json::array();
-  for (const int32_t c : finding.classes) {
+  for (const ClassIndex c : finding.classes) {
     json["is"].push_back(LabelJson(analysis.photos.labels, c));
   }
   json["points"] = finding.num_points;

@@ -22,10 +22,6 @@ using Color = Eigen::Matrix<uint8_t, 3, 1>;
 // Of a point that is no object.
 constexpr uint8_t kGrey = 128;
 
-LabelId IdOf(const PointLabel& point, const std::vector<Label>& labels) {
-  return point.class_index == kUnlabelled ? kNoObject : labels[point.class_index].id;
-}
-
 Json Triple(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 // What the points of one label have in common.
@@ -43,7 +39,7 @@ std::vector<Group> GroupByLabel(const Reconstruction& model,
   std::vector<Group> groups(num_labels);
   for (size_t i = 0; i < points.size(); ++i) {
     if (points[i].class_index == kUnlabelled) continue;
-    Group& group = groups[points[i].class_index];
+    Group& group = groups[Value(points[i].class_index)];
     ++group.points;
     group.confidence += points[i].confidence;
     if (model.points[i].position.allFinite()) group.box.extend(model.points[i].position);
@@ -76,7 +72,7 @@ Reconstruction ColoredByLabel(const Reconstruction& model,
   CHECK_EQ(model.points.size(), points.size());
   Reconstruction colored = model;
   for (size_t i = 0; i < points.size(); ++i) {
-    const LabelId id = IdOf(points[i], labels);
+    const LabelId id = LabelIdOf(labels, points[i].class_index);
     const auto color = LabelColor(id);
     colored.points[i].color =
         id == kNoObject ? Color(kGrey, kGrey, kGrey) : Color(color[0], color[1], color[2]);
@@ -100,7 +96,7 @@ void WritePointsPly(const std::filesystem::path& path,
   for (size_t i = 0; i < points.size(); ++i) {
     for (const double coordinate : model.points[i].position) file.Binary(coordinate);
     for (const uint8_t channel : model.points[i].color) file.Binary(channel);
-    file.Binary(Value(IdOf(points[i], labels)));
+    file.Binary(Value(LabelIdOf(labels, points[i].class_index)));
     file.Binary(points[i].confidence);
   }
   file.Finish();
@@ -114,7 +110,7 @@ void WritePointLabelsJson(const std::filesystem::path& path,
   Json json = Json::parse(LabelTableJson(labels));
   json["points"] = points.size();
   json["labelled"] = std::count_if(points.begin(), points.end(), [&](const PointLabel& point) {
-    return IdOf(point, labels) != kNoObject;
+    return LabelIdOf(labels, point.class_index) != kNoObject;
   });
   json["objects"] = Json::array();
   const std::vector<Group> groups = GroupByLabel(model, photos, points, labels.size());

@@ -83,7 +83,10 @@ ChosenObjects ChosenOf(const Model& model, const LabelFilter& filter, Exportable
   ChosenObjects chosen;
   for (const ObjectInfo* object : SelectObjects(scene, filter)) {
     ObjectCells& cells = chosen.objects.emplace_back();
-    while (model.labels[cells.class_index].id != object->id) ++cells.class_index;
+    const auto label = std::find_if(model.labels.begin(),
+                                    model.labels.end(),
+                                    [&](const Label& one) { return one.id == object->id; });
+    cells.class_index = static_cast<ClassIndex>(label - model.labels.begin());
     cells.cells = object->cells;
     chosen.names.push_back(object->name + " (" + std::to_string(Value(object->id)) + ")");
     chosen.num_cells += object->cells.size();
@@ -152,8 +155,8 @@ SeenSurface SurfaceAt(const Model& model,
         window.origin + double(view.distance[i]) * window.directions[i].cast<double>());
   };
   SeenSurface seen;
-  const int32_t class_index = view.class_index[middle];
-  seen.label_id = class_index < 0 ? kNoObject : model.labels[class_index].id;
+  const ClassIndex class_index = view.class_index[middle];
+  seen.label_id = LabelIdOf(model.labels, class_index);
   seen.point = point(middle);
   std::vector<Eigen::Vector3d> points;
   for (size_t i = 0; i < view.distance.size(); ++i) {

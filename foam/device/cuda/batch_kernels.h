@@ -5,6 +5,7 @@
 #include "foam/render/ray_batch.h"
 #include "foam/render/ray_loss.h"
 #include "foam/util/host_device.h"
+#include "foam/util/ids.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -70,10 +71,10 @@ struct CastRay {
     RayLossTerms<float> loss = RayLoss(record.composite, target, {}, static_cast<float*>(nullptr));
     RayGradient<float> gradient =
         RayLossGradient(record.composite, target, {}, weights, static_cast<float*>(nullptr));
-    const bool is_labelled = classifier.num_classes > 0 && target.class_index != kUnlabelled;
+    const bool is_labelled = classifier.num_classes > 0 && target.class_index != Value(kUnlabelled);
     if (samples != nullptr) {
       loss.identity = Classify(record.composite.identity,
-                               is_labelled ? target.class_index : kUnlabelled,
+                               is_labelled ? target.class_index : Value(kUnlabelled),
                                static_cast<float>(weights.identity),
                                per_ray,
                                gradient.identity,
@@ -108,7 +109,7 @@ struct CastRay {
                                      float* gradient,
                                      ClassSample* sample) const {
     sample->class_index = class_index;
-    if (class_index == kUnlabelled) return 0;
+    if (class_index == Value(kUnlabelled)) return 0;
     for (int c = 0; c < kIdentityDim; ++c) sample->identity[c] = identity[c];
     sample->scale = static_cast<float>(weight * scale / ClassNormalization(classifier.num_classes));
     return AddClassEntropy(identity, class_index, classifier, weight, gradient, &sample->log_sum);
@@ -205,7 +206,7 @@ struct SumClassGradients {
     const int64_t end = num_samples < last ? num_samples : last;
     for (int64_t i = part * samples_per_part; i < end; ++i) {
       const ClassSample& sample = samples[i];
-      if (sample.class_index == kUnlabelled) continue;
+      if (sample.class_index == Value(kUnlabelled)) continue;
       const float logit = ClassLogit(classifier.weight, classifier.bias, k, sample.identity);
       const float by_logit =
           sample.scale * (std::exp(logit - sample.log_sum) - float(k == sample.class_index));

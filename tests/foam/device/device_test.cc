@@ -152,7 +152,7 @@ class DeviceCpuTest : public testing::Test {
       EXPECT_EQ(rendered[i].color, render.color[i]);
       EXPECT_EQ(rendered[i].opacity, render.opacity[i]);
       EXPECT_EQ(rendered[i].distance, render.distance[i]);
-      EXPECT_EQ(rendered[i].class_index, render.class_index[i]);
+      EXPECT_EQ(ClassIndex{rendered[i].class_index}, render.class_index[i]);
       EXPECT_EQ(rendered[i].confidence, render.confidence[i]);
       labelled += rendered[i].class_index >= 0 && rendered[i].confidence > 0;
       opaque += rendered[i].distance > 0;
@@ -242,7 +242,7 @@ TEST_F(DeviceCpuTest, PixelsWithoutARayStayEmpty) {
     EXPECT_EQ(holes.color[i], hole ? Eigen::Vector3f::Ones().eval() : whole.color[i]);
     EXPECT_EQ(holes.opacity[i], hole ? 0 : whole.opacity[i]);
     EXPECT_EQ(holes.distance[i], hole ? 0 : whole.distance[i]);
-    EXPECT_EQ(holes.class_index[i], hole ? -1 : whole.class_index[i]);
+    EXPECT_EQ(holes.class_index[i], hole ? kUnlabelled : whole.class_index[i]);
     EXPECT_EQ(holes.confidence[i], hole ? 0 : whole.confidence[i]);
   }
 }

@@ -6,6 +6,7 @@
 #include "foam/device/cuda/host_machine.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/optim/training_device.h"
+#include "foam/util/ids.h"
 #include "foam/util/random.h"
 
 #include <algorithm>
@@ -83,9 +84,9 @@ inline std::vector<BatchRay> RandomRays(const TrainingState& state, int count) {
     ray.start_cell = state.topology.CellAt(origin, 0);
     ray.quantile_tau[0] = 0.3f;
     ray.quantile_tau[1] = 1.2f;
-    ray.target = {
-        {0.2f, 0.9f, 0.4f},
-        state.foam.num_classes == 0 || i % 4 == 3 ? kUnlabelled : i % state.foam.num_classes};
+    ray.target = {{0.2f, 0.9f, 0.4f},
+                  state.foam.num_classes == 0 || i % 4 == 3 ? Value(kUnlabelled)
+                                                            : i % state.foam.num_classes};
   }
   return rays;
 }

@@ -130,7 +130,7 @@ TEST(ClassTableAdd, WithoutSemanticsWhatWasThereIsUnlabelled) {
 TEST(ClassTableKeep, CellsOfTheOthersFallToTheLikeliestThatIsKept) {
   Model model = RandomClasses(5, 200);
   const Foam before = model.foam;
-  KeepClasses({4, 1}, &model);
+  KeepClasses({ClassIndex{4}, ClassIndex{1}}, &model);
   ASSERT_EQ(model.foam.num_classes, 2);
   EXPECT_EQ(model.labels[0].id, LabelId{5});
   EXPECT_EQ(model.labels[1].id, LabelId{2});

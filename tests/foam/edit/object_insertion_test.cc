@@ -33,7 +33,7 @@ Insertion Insert(const Model& scene,
 // Ids that a render shows.
 std::vector<int32_t> Ids(const Model& model, const RenderedView& view) {
   std::vector<int32_t> ids;
-  for (const int32_t k : view.class_index) ids.push_back(k < 0 ? 0 : Value(model.labels[k].id));
+  for (const ClassIndex c : view.class_index) ids.push_back(Value(LabelIdOf(model.labels, c)));
   return ids;
 }
 
@@ -87,7 +87,7 @@ TEST(ObjectInsertion, LabelsAreThoseOfBoth) {
     for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
       const Eigen::Vector3f& x = model.foam.positions[i];
       if (!labels.solid[i]) continue;
-      cells->insert({{x.x(), x.y(), x.z()}, Value(model.labels[labels.class_index[i]].id)});
+      cells->insert({{x.x(), x.y(), x.z()}, Value(LabelIdOf(model.labels, labels.class_index[i]))});
     }
   };
   list(scene, before, &cells_before);
@@ -158,7 +158,7 @@ std::set<Place> SolidPlaces(const Model& model, int32_t id) {
   std::set<Place> places;
   const CellLabels labels = LabelCells(model.foam, TriangulateModel(model));
   for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
-    if (!labels.solid[i] || Value(model.labels[labels.class_index[i]].id) != id) continue;
+    if (!labels.solid[i] || Value(LabelIdOf(model.labels, labels.class_index[i])) != id) continue;
     const Eigen::Vector3f& x = model.foam.positions[i];
     places.insert({x.x(), x.y(), x.z()});
   }

@@ -7,6 +7,7 @@
 #include "foam/model/activation.h"
 #include "foam/model/cell_labels.h"
 #include "foam/model/model.h"
+#include "foam/util/ids.h"
 #include "foam/util/random.h"
 #include "foam/view/view_renderer.h"
 
@@ -109,9 +110,9 @@ inline Delaunay TriangulateModel(const Model& model) {
 // The solid cells of a class.
 inline ObjectCells CellsOf(const Model& model, int32_t class_index) {
   const CellLabels labels = LabelCells(model.foam, TriangulateModel(model));
-  ObjectCells object{class_index, {}};
+  ObjectCells object{ClassIndex{class_index}, {}};
   for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
-    if (labels.solid[i] && labels.class_index[i] == class_index) object.cells.push_back(i);
+    if (labels.solid[i] && labels.class_index[i] == object.class_index) object.cells.push_back(i);
   }
   return object;
 }

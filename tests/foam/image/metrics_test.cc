@@ -116,13 +116,16 @@ TEST(Metrics, SsimOfStructureIsTheDefinitions) {
 TEST(MetricsLabelAgreement, IsTheMeanOverTheClassesOfTheTruth) {
   LabelAgreement agreement;
   EXPECT_TRUE(std::isnan(agreement.MeanIou()));
-  agreement.Add(-1, 2);  // unlabelled: says nothing
+  const auto add = [&](int truth, int shown) {
+    agreement.Add(ClassIndex{truth}, ClassIndex{shown});
+  };
+  add(-1, 2);  // unlabelled: says nothing
   EXPECT_TRUE(std::isnan(agreement.MeanIou()));
-  for (int i = 0; i < 3; ++i) agreement.Add(0, 0);
-  agreement.Add(0, 5);  // shown, but nowhere true: costs class 0, and is no class of its own
-  agreement.Add(3, 3);
-  agreement.Add(3, 0);
-  agreement.Add(3, -1);  // nothing shown
+  for (int i = 0; i < 3; ++i) add(0, 0);
+  add(0, 5);  // shown, but nowhere true: costs class 0, and is no class of its own
+  add(3, 3);
+  add(3, 0);
+  add(3, -1);  // nothing shown
   // Class 0: 3 of 4 + 1. Class 3: 1 of 3.
   EXPECT_DOUBLE_EQ(agreement.MeanIou(), (3.0 / 5 + 1.0 / 3) / 2);
 }

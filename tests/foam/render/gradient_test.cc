@@ -208,7 +208,7 @@ RayCase RandomRay(uint64_t seed, int index) {
   ray.direction = (aim - ray.origin).normalized();
   for (float& c : ray.target.color) c = static_cast<float>(random.Uniform());
   ray.target.class_index =
-      index % 4 == 3 ? kUnlabelled : static_cast<int>(random.Below(kNumClasses));
+      index % 4 == 3 ? Value(kUnlabelled) : static_cast<int>(random.Below(kNumClasses));
   const double u = random.Uniform(), v = random.Uniform();
   ray.quantile_tau[0] = -std::log(1 - std::min(u, v));
   ray.quantile_tau[1] = -std::log(1 - std::max(u, v));

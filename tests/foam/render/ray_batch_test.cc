@@ -35,7 +35,7 @@ class RayBatch : public testing::TestWithParam<std::string> {
       RayCase ray;
       ray.origin = RandomPoint(&random, 0.8).cast<float>().cast<double>();
       ray.direction = RandomDirection(&random).cast<float>().cast<double>();
-      ray.target.class_index = i % 4 == 3 ? kUnlabelled : i % kNumClasses;
+      ray.target.class_index = i % 4 == 3 ? Value(kUnlabelled) : i % kNumClasses;
       cases_.push_back(ray);
       BatchRay& in_batch = rays_.emplace_back();
       in_batch.origin = ray.origin.cast<float>();

@@ -5,6 +5,7 @@
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_record.h"
 #include "foam/render/walk.h"
+#include "foam/util/ids.h"
 #include "foam/util/random.h"
 
 #include <algorithm>
@@ -193,7 +194,7 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
   RayLoss(record.composite, ray.target, p.Classifier(), logits.data());
   const RayGradient<double> gradient =
       RayLossGradient(record.composite, ray.target, p.Classifier(), weights, logits.data());
-  if (ray.target.class_index != kUnlabelled) {
+  if (ray.target.class_index != Value(kUnlabelled)) {
     for (int k = 0; k < p.num_classes; ++k) {
       for (int c = 0; c < kIdentityDim; ++c) {
         out[4][k * kIdentityDim + c] = logits[k] * record.composite.identity[c];

@@ -64,7 +64,7 @@ TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
         const size_t i = size_t(y) * 64 + x;
         squared_error += (render.color[i].cwiseMin(1.f) - truth.color).squaredNorm() / 3;
         right += render.class_index[i] == truth.class_index;
-        balls += truth.class_index < 2 && render.class_index[i] == truth.class_index;
+        balls += truth.class_index < ClassIndex{2} && render.class_index[i] == truth.class_index;
         ++pixels;
       }
     }
@@ -82,8 +82,8 @@ TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
   int count[3] = {0, 0, 0}, inside = 0;
   for (size_t i = 0; i < summary.foam.NumSites(); ++i) {
     if (!labels.solid[i] || summary.statistics.contribution[i] < 0.1f) continue;
-    ++count[labels.class_index[i]];
-    inside += labels.class_index[i] == 0 && summary.foam.positions[i].x() > 0;
+    ++count[Value(labels.class_index[i])];
+    inside += labels.class_index[i] == ClassIndex{0} && summary.foam.positions[i].x() > 0;
   }
   EXPECT_GT(count[0], 10);
   EXPECT_GT(count[1], 10);

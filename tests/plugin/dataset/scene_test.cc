@@ -207,7 +207,7 @@ TEST(Scene, ColourClassAndRayBelongToTheSamePixel) {
         EXPECT_FLOAT_EQ(ray.color.x(), 10 * x / 255.0f);
         EXPECT_FLOAT_EQ(ray.color.y(), 20 * y / 255.0f);
         EXPECT_FLOAT_EQ(ray.color.z(), "abc"[view] / 255.0f);
-        EXPECT_EQ(ray.class_index, x == 0 ? kUnlabelled : y);
+        EXPECT_EQ(ray.class_index, x == 0 ? kUnlabelled : ClassIndex{y});
         EXPECT_EQ(ids.data[y * 8 + x], x == 0 ? 0 : 10 + y);
         EXPECT_EQ(scene.Photo(view).data[3 * (y * 8 + x)], 10 * x);
         // A point on the ray is seen in the middle of the pixel.
@@ -569,7 +569,7 @@ TEST(Scene, ZeroIsAClassOnRequest) {
   EXPECT_EQ(scene.MaskReport(), "3 of 3 photos have a mask, 6 labels, 0 masks unused");
   TrainingRay ray;
   ASSERT_TRUE(scene.Ray(0, 0, 2, &ray));
-  EXPECT_EQ(ray.class_index, 0);
+  EXPECT_EQ(ray.class_index, ClassIndex{0});
 }
 
 TEST(Scene, HoldingOutLeavesSomethingToTrainOn) {

@@ -24,7 +24,7 @@ using testing::IsEmpty;
 
 std::vector<int32_t> ClassesOf(const ClassImage& image, size_t pixels) {
   std::vector<int32_t> classes;
-  for (size_t i = 0; i < pixels; ++i) classes.push_back(image[i]);
+  for (size_t i = 0; i < pixels; ++i) classes.push_back(Value(image[i]));
   return classes;
 }
 
@@ -102,7 +102,7 @@ TEST(MaskClasses, EmptyMasksHaveNoClasses) {
   const LoadedMasks set = Load(temp.path(), {"a.jpg"});
   EXPECT_THAT(set.labels, IsEmpty());
   EXPECT_FALSE(set.classes[0].Empty());
-  EXPECT_THAT(ClassesOf(set.classes[0], 8), testing::Each(kUnlabelled));
+  EXPECT_THAT(ClassesOf(set.classes[0], 8), testing::Each(-1));
 }
 
 TEST(MaskClasses, ManyClassesNeedTwoBytes) {
@@ -116,15 +116,15 @@ TEST(MaskClasses, ManyClassesNeedTwoBytes) {
   const LoadedMasks set = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {20, 15});
   ASSERT_EQ(set.labels.size(), 299u);
   EXPECT_EQ(set.classes[0][0], kUnlabelled);
-  for (int id = 1; id < 300; ++id) EXPECT_EQ(set.classes[0][id], id - 1);
+  for (int id = 1; id < 300; ++id) EXPECT_EQ(set.classes[0][id], ClassIndex{id - 1});
   EXPECT_EQ(ClassImage::BytesPerPixel(255), 1);
   EXPECT_EQ(ClassImage::BytesPerPixel(256), 2);
   // The last class of either width is told from none.
   for (const int classes : {255, 256, 65535}) {
     ClassImage image({2, 1}, classes);
     EXPECT_EQ(image[0], kUnlabelled);
-    image.Set(0, classes - 1);
-    EXPECT_EQ(image[0], classes - 1);
+    image.Set(0, ClassIndex{classes - 1});
+    EXPECT_EQ(image[0], ClassIndex{classes - 1});
     image.Set(0, kUnlabelled);
     EXPECT_EQ(image[0], kUnlabelled);
   }
@@ -165,7 +165,7 @@ TEST(MaskClasses, DevasLongIdsAreNumberedAndKept) {
   const LoadedMasks set = LoadDeva(temp);
   EXPECT_THAT(IdsOf(set), ElementsAre(1, 2));
   EXPECT_THAT(SourceIdsOf(set), ElementsAre(kGreyLongId, kLongId));
-  EXPECT_THAT(ClassesOf(set.classes[0], 2), ElementsAre(1, kUnlabelled));
+  EXPECT_THAT(ClassesOf(set.classes[0], 2), ElementsAre(1, -1));
   EXPECT_THAT(ClassesOf(set.classes[1], 2), ElementsAre(0, 0));
 }
 
@@ -206,8 +206,8 @@ TEST(MaskClasses, AnotherSizeIsReadAtPixelCentres) {
            PNG_COLOR_TYPE_GRAY,
            {1, 1, 1, 2, 2, 2, 3, 4, 3, 5, 6, 5, 1, 1, 1, 2, 2, 2});
   const LoadedMasks down = Load(temp.path(), {"a.jpg"}, LabelZero::kIgnore, {2, 1});
-  EXPECT_EQ(down.labels[down.classes[0][0]].id, LabelId{4});
-  EXPECT_EQ(down.labels[down.classes[0][1]].id, LabelId{6});
+  EXPECT_EQ(down.labels[Value(down.classes[0][0])].id, LabelId{4});
+  EXPECT_EQ(down.labels[Value(down.classes[0][1])].id, LabelId{6});
 }
 
 TEST(MaskClasses, AnotherAspectIsNamedWithBothSizes) {

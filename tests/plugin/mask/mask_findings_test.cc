@@ -26,13 +26,14 @@ std::vector<MaskFinding> Findings(const MaskedPhotos& photos) {
 
 std::vector<int> Ids(const MaskedPhotos& photos, const MaskFinding& finding) {
   std::vector<int> ids;
-  for (const int32_t c : finding.classes) ids.push_back(Value(photos.labels[c].id));
+  for (const ClassIndex c : finding.classes) ids.push_back(Value(photos.labels[Value(c)].id));
   return ids;
 }
 
 int GivenId(const MaskedPhotos& photos, const MaskFinding& finding) {
-  return finding.given_class == kUnlabelled ? -1
-                                            : Value(photos.given.labels[finding.given_class].id);
+  return finding.given_class == kUnlabelled
+             ? -1
+             : Value(photos.given.labels[Value(finding.given_class)].id);
 }
 
 TEST(MaskFindings, RightMasksHaveNone) {

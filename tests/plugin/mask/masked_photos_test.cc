@@ -88,12 +88,14 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   EXPECT_EQ(photos.size_warning, "");
   ASSERT_THAT(photos.given.labels, SizeIs(2));
   const ClassImage a = photos.GivenMask(0), b = photos.GivenMask(1);
-  EXPECT_EQ(a[15], 0);
-  EXPECT_EQ(a[16], 1);
-  EXPECT_EQ(b[31], 0);
-  EXPECT_EQ(b[32], 1);
-  EXPECT_THAT(photos.pixels[0], ElementsAre(Pair(0, 16 * 24), Pair(1, 16 * 24)));
-  EXPECT_THAT(photos.pixels[1], ElementsAre(Pair(0, 32 * 48), Pair(1, 32 * 48)));
+  EXPECT_EQ(a[15], ClassIndex{0});
+  EXPECT_EQ(a[16], ClassIndex{1});
+  EXPECT_EQ(b[31], ClassIndex{0});
+  EXPECT_EQ(b[32], ClassIndex{1});
+  EXPECT_THAT(photos.pixels[0],
+              ElementsAre(Pair(ClassIndex{0}, 16 * 24), Pair(ClassIndex{1}, 16 * 24)));
+  EXPECT_THAT(photos.pixels[1],
+              ElementsAre(Pair(ClassIndex{0}, 32 * 48), Pair(ClassIndex{1}, 32 * 48)));
   // Observations are in pixels of these sizes, in the order of the track.
   ASSERT_THAT(photos.observations, SizeIs(2));
   ASSERT_THAT(photos.observations[0], SizeIs(2));
@@ -106,8 +108,8 @@ TEST(MaskedPhotos, MasksAreKeptAtTheSmallerSize) {
   ASSERT_THAT(photos.shown, SizeIs(2));
   ASSERT_THAT(photos.shown[0], SizeIs(2));
   for (const int k : {0, 1}) {
-    EXPECT_EQ(photos.shown[0][k].given_class, 1 - k);
-    EXPECT_EQ(photos.shown[0][k].corrected_class, 1 - k);
+    EXPECT_EQ(photos.shown[0][k].given_class, ClassIndex{1 - k});
+    EXPECT_EQ(photos.shown[0][k].corrected_class, ClassIndex{1 - k});
     EXPECT_EQ(photos.shown[0][k].given_radius, 1);
     EXPECT_EQ(photos.shown[0][k].corrected_radius, 4);
   }
@@ -130,7 +132,7 @@ TEST(MaskedPhotos, WithoutAModelMasksAreBelieved) {
   EXPECT_EQ(photos.consistency.used, MaskConsistency::kOff);
   EXPECT_THAT(photos.observations, SizeIs(0));
   EXPECT_THAT(photos.labels, SizeIs(2));
-  EXPECT_EQ(photos.GivenMask(0)[40], 1);
+  EXPECT_EQ(photos.GivenMask(0)[40], ClassIndex{1});
   EXPECT_TRUE(photos.GivenMask(1).Empty());
 }
 

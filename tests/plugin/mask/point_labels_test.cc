@@ -23,7 +23,7 @@ class Votes {
     photos.photos.push_back(photo);
     ClassImage image({kSide, kSide}, 3);
     for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) image.Set(y * kSide + x, of(x, y));
+      for (int x = 0; x < kSide; ++x) image.Set(y * kSide + x, ClassIndex{of(x, y)});
     }
     masks.push_back(std::move(image));
     return static_cast<int32_t>(photos.photos.size()) - 1;
@@ -52,7 +52,7 @@ TEST(PointLabels, TheMajorityWins) {
   Votes votes;
   const int32_t a = votes.AddUniform(1), b = votes.AddUniform(2), c = votes.AddUniform(2);
   const PointLabel label = votes.Label({{a, kMiddle}, {b, kMiddle}, {c, kMiddle}});
-  EXPECT_EQ(label.class_index, 2);
+  EXPECT_EQ(label.class_index, ClassIndex{2});
   EXPECT_FLOAT_EQ(label.confidence, 2.f / 3);
 }
 
@@ -61,7 +61,7 @@ TEST(PointLabels, OneVoteNearABorderWeighsLessThanOneFarFromIt) {
   const int32_t halves = votes.AddHalves(), one = votes.AddUniform(1);
   // Pixel 32 touches the border: (0 + 1/2) of (4 + 1/2).
   PointLabel label = votes.Label({{halves, {32.5, 20}}, {one, kMiddle}});
-  EXPECT_EQ(label.class_index, 1);
+  EXPECT_EQ(label.class_index, ClassIndex{1});
   EXPECT_FLOAT_EQ(label.confidence, 1 / (1 + 0.5f / 4.5f));
   // Two pixels in: (2 + 1/2).
   label = votes.Label({{halves, {34.5, 20}}, {one, kMiddle}});
@@ -71,14 +71,14 @@ TEST(PointLabels, OneVoteNearABorderWeighsLessThanOneFarFromIt) {
   EXPECT_FLOAT_EQ(label.confidence, 0.5f);
   // Two votes at the border are outvoted by one that is safe.
   label = votes.Label({{halves, {32.1, 20}}, {halves, {32.1, 40}}, {one, kMiddle}});
-  EXPECT_EQ(label.class_index, 1);
+  EXPECT_EQ(label.class_index, ClassIndex{1});
 }
 
 TEST(PointLabels, ALoneVoteAtABorderStillCounts) {
   Votes votes;
   const int32_t halves = votes.AddHalves();
   const PointLabel label = votes.Label({{halves, {32.1, 20}}});
-  EXPECT_EQ(label.class_index, 2);
+  EXPECT_EQ(label.class_index, ClassIndex{2});
   EXPECT_FLOAT_EQ(label.confidence, 1);
 }
 
@@ -89,14 +89,14 @@ TEST(PointLabels, OfATieTheFirstClassWinsWhateverTheOrder) {
        {PixelObservations{{one, kMiddle}, {two, kMiddle}},
         PixelObservations{{two, kMiddle}, {one, kMiddle}}}) {
     const PointLabel label = votes.Label(observations);
-    EXPECT_EQ(label.class_index, 1);
+    EXPECT_EQ(label.class_index, ClassIndex{1});
     EXPECT_FLOAT_EQ(label.confidence, 0.5f);
   }
 }
 
 TEST(PointLabels, WithoutAMaskThereIsNoLabel) {
   Votes votes;
-  const int32_t nothing = votes.AddUniform(kUnlabelled), two = votes.AddUniform(2);
+  const int32_t nothing = votes.AddUniform(Value(kUnlabelled)), two = votes.AddUniform(2);
   votes.photos.photos.push_back(votes.photos.photos.front());
   votes.masks.emplace_back();
   const int32_t without = 2;
@@ -111,7 +111,7 @@ TEST(PointLabels, WithoutAMaskThereIsNoLabel) {
   }
   // Where a tracker has lost a thing it says nothing of it: one vote is all there are.
   const PointLabel label = votes.Label({{nothing, kMiddle}, {without, kMiddle}, {two, kMiddle}});
-  EXPECT_EQ(label.class_index, 2);
+  EXPECT_EQ(label.class_index, ClassIndex{2});
   EXPECT_EQ(label.confidence, 1);
 }
 
@@ -120,15 +120,15 @@ TEST(PointLabels, RegionsThatTheTracksContradictWeighLess) {
   const int32_t one = votes.AddUniform(1), two = votes.AddUniform(2);
   RegionReport trusted, doubted;
   trusted.view = two;
-  trusted.given_class = 2;
+  trusted.given_class = ClassIndex{2};
   trusted.num_judged = trusted.num_agreeing = 8;  // 9 / 10
   doubted.view = one;
-  doubted.given_class = 1;
+  doubted.given_class = ClassIndex{1};
   doubted.num_judged = 8;
   doubted.num_agreeing = 2;  // 3 / 10
   votes.photos.consistency.regions = {doubted, trusted};
   const PointLabel label = votes.Label({{one, kMiddle}, {two, kMiddle}});
-  EXPECT_EQ(label.class_index, 2);
+  EXPECT_EQ(label.class_index, ClassIndex{2});
   EXPECT_FLOAT_EQ(label.confidence, 0.75f);
 }
 
@@ -144,7 +144,7 @@ TEST(PointLabels, RenamedIdsVoteForWhatTheyAre) {
     ASSERT_NE(labels[i].class_index, kUnlabelled);
     const int band = static_cast<int>(wall.tracks[i].front().pixel.x()) / kBand;
     // Id 50 is in more photos than 8, so it is the label of both.
-    const int id = Value(photos.labels[labels[i].class_index].id);
+    const int id = Value(photos.labels[Value(labels[i].class_index)].id);
     wrong += id != (band == 0 ? 7 : band == 1 ? 50 : 9);
   }
   EXPECT_EQ(wrong, 0);

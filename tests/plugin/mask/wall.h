@@ -78,7 +78,7 @@ class Wall {
       for (int i = 0; i < kWidth * kHeight; ++i) {
         const auto found = all.find(ids[view][i]);
         if (found != all.end()) {
-          image.Set(i, static_cast<int32_t>(std::distance(all.begin(), found)));
+          image.Set(i, static_cast<ClassIndex>(std::distance(all.begin(), found)));
         }
       }
       painted.classes.push_back(std::move(image));
@@ -122,8 +122,8 @@ class Wall {
 
   // The label id of a corrected pixel; -1 where unlabelled.
   int IdAt(int view, int x, int y) const {
-    const int32_t c = masks.classes[view][y * kWidth + x];
-    return c == kUnlabelled ? -1 : Value(masks.labels[c].id);
+    const ClassIndex c = masks.classes[view][y * kWidth + x];
+    return c == kUnlabelled ? -1 : Value(masks.labels[Value(c)].id);
   }
   std::array<int, 3> BandIds(int view) const {
     return {IdAt(view, 20, 30), IdAt(view, 60, 30), IdAt(view, 100, 30)};

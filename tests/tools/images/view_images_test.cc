@@ -32,7 +32,7 @@ TEST(ViewImages, IdsAreTheLabelsAndNotTheClasses) {
   RenderedView view;
   view.width = 3;
   view.height = 1;
-  view.class_index = {1, -1, 0};
+  view.class_index = {ClassIndex{1}, kUnlabelled, ClassIndex{0}};
   std::vector<Label> labels(2);
   labels[0].id = LabelId{7};
   labels[1].id = LabelId{40000};

@@ -8,27 +8,27 @@
 
 namespace semfoam {
 
-// Integers that say which object is meant, each of a type of its own: the compiler refuses one in
-// the place of another. They have the size and the order of the integer that files and messages
-// hold, which Value returns.
+// Distinct types for the three integers that identify an object, so that the compiler refuses one
+// in the place of another. Each has the size and the order of the integer in files and messages,
+// which Value returns.
 
-// What a pixel of a mask holds, after interpretation as grey value, palette index or colour
+// The id of an object in the masks: a pixel's grey value, palette index or colour
 // (plugin/mask/mask_classes.h).
 enum class MaskId : uint32_t {};
-// Masks hold it where they follow no object.
+// The id of pixels without a tracked object.
 inline constexpr MaskId kZeroMaskId{0};
 
-// The id of a label, 1 to 65535, as renders and exports hold it: that of the masks where it has the
-// room, else a new one (Label).
+// The id of a label in renders and exports, 1 to 65535: the id in the masks if all of these fit,
+// else a new one (Label).
 enum class LabelId : int32_t {};
-// The label of what is no object, and of pixels and cells without a label.
+// The id of pixels and cells without an object.
 inline constexpr LabelId kNoObject{0};
 
-// A class of the classifier: a row of its weights, and an index into Model::labels, or into the
-// labels of a set of masks that are not a model yet. Kernels and the loops that cast rays keep it
-// as int32_t.
+// The index of a class of the classifier: a row of its weights and a place in Model::labels, or in
+// the labels of a set of masks before training. Kernels and the loops that cast rays hold it as
+// int32_t.
 enum class ClassIndex : int32_t {};
-// The class of pixels and cells that have none.
+// The class of pixels and cells without a class.
 inline constexpr ClassIndex kUnlabelled{-1};
 
 constexpr uint32_t Value(MaskId id) { return static_cast<uint32_t>(id); }

@@ -14,14 +14,14 @@ namespace {
 
 // What one thread needs for a pixel.
 struct PixelRays {
-  std::vector<float> distances;                    // of the rays that end
-  std::vector<std::pair<int32_t, float>> classes;  // and the confidences of those that see one
+  std::vector<float> distances;                       // of the rays that end
+  std::vector<std::pair<ClassIndex, float>> classes;  // and the confidences of those that see one
 };
 
 // The class with the largest sum of confidences, and that sum.
-std::pair<int32_t, float> LargestClass(std::vector<std::pair<int32_t, float>>* classes) {
+std::pair<ClassIndex, float> LargestClass(std::vector<std::pair<ClassIndex, float>>* classes) {
   std::sort(classes->begin(), classes->end());
-  std::pair<int32_t, float> largest = {-1, -1.f};
+  std::pair<ClassIndex, float> largest = {kUnlabelled, -1.f};
   for (size_t begin = 0, end = 0; begin < classes->size(); begin = end) {
     float sum = 0;
     for (; end < classes->size() && (*classes)[end].first == (*classes)[begin].first; ++end) {
@@ -45,7 +45,7 @@ RenderedView AverageRays(const RenderedView& fine, int samples) {
   view.color.resize(num_pixels);
   view.opacity.resize(num_pixels);
   view.distance.assign(num_pixels, 0.f);
-  view.class_index.assign(num_pixels, -1);
+  view.class_index.assign(num_pixels, kUnlabelled);
   view.confidence.assign(num_pixels, 0.f);
   const int num_rays = samples * samples;
   ParallelForBlocks(view.height, 16, [&](int64_t begin, int64_t end) {
@@ -62,7 +62,7 @@ RenderedView AverageRays(const RenderedView& fine, int samples) {
             color += fine.color[ray];
             opacity += fine.opacity[ray];
             if (fine.distance[ray] > 0) rays.distances.push_back(fine.distance[ray]);
-            if (fine.class_index[ray] >= 0) {
+            if (fine.class_index[ray] != kUnlabelled) {
               rays.classes.emplace_back(fine.class_index[ray], fine.confidence[ray]);
             }
           }

@@ -17,7 +17,7 @@ RenderedView FourRays(const std::vector<float>& distances,
     fine.opacity.push_back(i < 2 ? 1.f : 0.5f);
   }
   fine.distance = distances;
-  fine.class_index = classes;
+  for (const int32_t c : classes) fine.class_index.push_back(ClassIndex{c});
   fine.confidence = confidences;
   return fine;
 }
@@ -29,7 +29,7 @@ TEST(PixelReduction, ColorsAndOpacitiesAreMeans) {
   EXPECT_EQ(view.color[0], Eigen::Vector3f(0.375f, 1.f, 0.f));
   EXPECT_EQ(view.opacity[0], 0.75f);
   EXPECT_EQ(view.distance[0], 0.f);
-  EXPECT_EQ(view.class_index[0], -1);
+  EXPECT_EQ(view.class_index[0], kUnlabelled);
   EXPECT_EQ(view.confidence[0], 0.f);
 }
 
@@ -49,12 +49,12 @@ TEST(PixelReduction, TheClassIsTheMostProbableOne) {
     return AverageRays(FourRays({1, 1, 1, 1}, classes, confidences), 2);
   };
   RenderedView view = reduce({3, 1, 3, 2}, {0.5f, 0.75f, 0.5f, 0.25f});
-  EXPECT_EQ(view.class_index[0], 3);
+  EXPECT_EQ(view.class_index[0], ClassIndex{3});
   EXPECT_EQ(view.confidence[0], 0.25f);  // 1 of 4
   view = reduce({3, 1, -1, -1}, {0.5f, 0.5f, 0.f, 0.f});
-  EXPECT_EQ(view.class_index[0], 1) << "the first of equals";
+  EXPECT_EQ(view.class_index[0], ClassIndex{1}) << "the first of equals";
   EXPECT_EQ(view.confidence[0], 0.25f);
-  EXPECT_EQ(reduce({3, -1, -1, -1}, {1, 0, 0, 0}).class_index[0], -1);
+  EXPECT_EQ(reduce({3, -1, -1, -1}, {1, 0, 0, 0}).class_index[0], kUnlabelled);
 }
 
 TEST(PixelReduction, OneRayAPixelStaysAsItIs) {

@@ -27,9 +27,9 @@ std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
 std::vector<const ObjectInfo*> SelectObjects(const ExportableScene& scene,
                                              const LabelChoice& choice);
 
-// Returns whether a filter selects a cell. It selects the cells of the objects that it has; and, if
-// it excludes some objects but selects no others explicitly, the cells without an object whose own
-// label is not excluded.
+// Returns whether a filter selects a cell. It selects the cells of the objects that it has; and,
+// unless it names objects to select, also the cells without an object whose own label is not
+// excluded.
 bool HasCell(const ExportableScene& scene, const LabelFilter& filter, uint32_t cell);
 
 }  // namespace semfoam

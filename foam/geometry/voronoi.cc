@@ -49,6 +49,18 @@ size_t EdgeIndex(const Delaunay& delaunay, uint32_t from, uint32_t to) {
   return std::lower_bound(begin, end, to) - delaunay.neighbors.begin();
 }
 
+// Copies the area of each edge from its lower cell, a real one, to its higher cell.
+void CopyToHigherCells(const Delaunay& delaunay, std::vector<double>* areas) {
+  ParallelForBlocks(delaunay.num_cells, kBlock, [&](int64_t begin, int64_t end) {
+    for (uint32_t i = begin; i < end; ++i) {
+      for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
+        const uint32_t j = delaunay.neighbors[e];
+        if (j < i && j < delaunay.num_sites) (*areas)[e] = (*areas)[EdgeIndex(delaunay, j, i)];
+      }
+    }
+  });
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> VoronoiVertices(const std::vector<Eigen::Vector3f>& cell_positions,
@@ -119,14 +131,7 @@ std::vector<double> FaceAreas(const std::vector<Eigen::Vector3f>& cell_positions
       for (size_t e = 0; e < edges.size(); ++e) area[e] = std::max(area[e], 0.0);
     }
   });
-  ParallelForBlocks(delaunay.num_cells, kBlock, [&](int64_t begin, int64_t end) {
-    for (uint32_t i = begin; i < end; ++i) {
-      for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
-        const uint32_t j = delaunay.neighbors[e];
-        if (j < i && j < delaunay.num_sites) areas[e] = areas[EdgeIndex(delaunay, j, i)];
-      }
-    }
-  });
+  CopyToHigherCells(delaunay, &areas);
   return areas;
 }
 

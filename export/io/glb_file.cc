@@ -59,7 +59,7 @@ struct Document {
     return static_cast<int>(json["bufferViews"].size()) - 1;
   }
 
-  // The bytes, aligned, as a view.
+  // Appends the bytes, aligned, as a buffer view. Returns its index.
   int AddColumn(const std::string& bytes) {
     Align('\0', binary);
     const uint64_t from = binary->size();
@@ -77,7 +77,7 @@ struct Document {
   }
 };
 
-// A number per row of a property table.
+// Adds a column with one number per row of a property table.
 template <typename T, typename Rows, typename Value>
 int AddNumbers(const Rows& rows, const Value& value, Document* document) {
   std::string bytes;
@@ -110,7 +110,7 @@ Eigen::Vector3d RoundedMiddle(std::span<const GlbObject> objects) {
   return step * (all.center() / step).array().round();
 }
 
-// The node of an object below the one that moves to `middle`.
+// Returns the node of an object below the one that moves to `middle`.
 Json ObjectNode(const GlbObject& object, uint64_t mesh, const Eigen::Vector3d& middle) {
   const std::string name = OneLine(object.info.name);
   return {{"name", name},
@@ -161,7 +161,7 @@ Json AddPrimitive(const GlbObject& object, Document* document) {
           {"extensions", {{"EXT_mesh_features", features}}}};
 }
 
-// The properties of the table of objects, by EXT_structural_metadata.
+// Returns the properties of the table of objects, by EXT_structural_metadata.
 Json TableSchema() {
   const auto number = [](const char* type, const char* description) {
     return Json{{"type", "SCALAR"}, {"componentType", type}, {"description", description}};

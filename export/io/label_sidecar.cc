@@ -27,7 +27,8 @@ Json LabelTable(const std::vector<Label>& labels) {
   return table;
 }
 
-// Bytes of a name that are no UTF-8 become U+FFFD instead of an exception.
+// Returns JSON as text. Bytes of a name that are not UTF-8 are replaced by U+FFFD, without an
+// exception.
 std::string Text(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }

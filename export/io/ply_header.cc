@@ -49,7 +49,7 @@ double Load(const char* bytes) {
   return static_cast<double>(value);
 }
 
-// The header's lines without their ends, and where the data begins.
+// Returns the header's lines without their ends, and where the data begins.
 std::vector<std::string> HeaderLines(const fs::path& path,
                                      const std::string& bytes,
                                      const std::string& wanted,

@@ -95,7 +95,7 @@ void CheckAdjacency(const PlyFile& ply) {
   }
 }
 
-// The sites in the file's frame.
+// Reads the sites, in the file's frame.
 std::vector<Eigen::Vector3d> ReadSites(const PlyFile& ply) {
   std::vector<Eigen::Vector3d> sites(ply.Count("vertex"));
   for (const auto& [axis, name] : {std::pair(0, "x"), {1, "y"}, {2, "z"}}) {
@@ -110,7 +110,7 @@ std::vector<Eigen::Vector3d> ReadSites(const PlyFile& ply) {
   return sites;
 }
 
-// The coefficients of spherical harmonics as Foam::sh has them, [ShStride][sites].
+// Reads the coefficients of the spherical harmonics, [ShStride][sites], in the order of Foam::sh.
 std::vector<std::vector<double>> ReadSh(const PlyFile& ply, int sh_stride) {
   std::vector<std::vector<double>> sh;
   for (const char* name : {"red", "green", "blue"}) {
@@ -123,7 +123,7 @@ std::vector<std::vector<double>> ReadSh(const PlyFile& ply, int sh_stride) {
   return sh;
 }
 
-// The raw density, normalised frame, of a density per unit of the file.
+// Returns the raw density, normalised frame, of a density per unit of the file.
 float NormalizedRawDensity(double density, double scale, uint32_t site, const fs::path& path) {
   const double normalized = density * scale;
   const auto raw = static_cast<float>(RawDensity(std::max(normalized, kLeastDensity)));
@@ -138,7 +138,7 @@ float NormalizedRawDensity(double density, double scale, uint32_t site, const fs
   return raw;
 }
 
-// One line for each property of the file, up to the end of the header.
+// Returns one line for each property of the file, up to the end of the header.
 std::string MakeHeader(uint32_t num_sites, int num_rest, size_t num_adjacent) {
   std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_sites) + "\n";
@@ -159,7 +159,7 @@ std::string MakeHeader(uint32_t num_sites, int num_rest, size_t num_adjacent) {
          "\nproperty uint adjacency\nend_header\n";
 }
 
-// The sites in the COLMAP frame. Throws UserError where floats would move the cells.
+// Returns the sites in the COLMAP frame. Throws UserError where floats would move the cells.
 std::vector<Eigen::Vector3f> FloatSites(const Foam& foam,
                                         const ExportableScene& scene,
                                         const fs::path& path) {

@@ -24,7 +24,8 @@
 namespace semfoam {
 namespace {
 
-// How far the surface is from the cells' one: in the files' unit and of the length of its diagonal.
+// Returns a text with the distance of the surface from the cells' one, in the files' unit and as a
+// share of its diagonal.
 std::string DistanceSummary(const ObjectSurface& surface, const ObjectSurface& cells) {
   const SurfaceDistance there =
       DistanceTo(surface.vertices, surface.triangles, cells.vertices, cells.triangles);

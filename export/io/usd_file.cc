@@ -10,7 +10,7 @@
 namespace semfoam {
 namespace {
 
-// A string of USD's text format, with its quotes.
+// Returns a string of USD's text format, with its quotes.
 std::string Quoted(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : OneLine(text)) {

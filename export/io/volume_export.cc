@@ -195,7 +195,7 @@ class VolumeMaker {
     return std::ssize(cells);
   }
 
-  // One sentence for a volume of hardly any voxel; else nothing.
+  // Returns one sentence for a volume of hardly any voxel; else nothing.
   std::string Warning(const Volume& volume, int64_t voxels) const {
     const double voxel = VoxelSize(volume);
     if (volume.box.isEmpty() && !options_.crop.empty()) return "nothing of it lies in the crop";

@@ -107,7 +107,7 @@ class CavityFinder {
   CavityFinder(const ExportableScene& scene, const std::vector<uint8_t>& has_camera)
       : scene_(scene), has_camera_(has_camera), mark_(scene.delaunay.num_cells, 0) {}
 
-  // The cells of all hidden pockets of the object, which owns `cells` so far.
+  // Returns the cells of all hidden pockets of the object, which owns `cells` so far.
   std::vector<uint32_t> Find(const std::vector<uint32_t>& cells, int32_t object_index) {
     const uint32_t pending = 2 * static_cast<uint32_t>(object_index) + 1;
     const uint32_t open = pending + 1;
@@ -195,7 +195,7 @@ void AddUnseenInsides(const CellStatistics& statistics,
   }
 }
 
-// Whether each cell is matter: solid, and no haze that nearly all rays pass.
+// Returns whether each cell is matter: solid, and no haze that nearly all rays pass.
 std::vector<uint8_t> FindMatter(const CellStatistics& statistics,
                                 float fewest_looks,
                                 const ExportableScene& scene) {

@@ -15,7 +15,7 @@ std::string Trim(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
 }
 
-// The texts between the commas; none of an empty text.
+// Returns the texts between the commas; none of an empty text.
 std::vector<std::string> Parts(const std::string& labels) {
   std::vector<std::string> parts;
   if (labels.empty()) return parts;

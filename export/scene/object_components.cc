@@ -14,7 +14,7 @@ struct Component {
   double volume = 0;
 };
 
-// The connected components of an object's cells, by their lowest cells.
+// Returns the connected components of an object's cells, by their lowest cells.
 std::vector<Component> ComponentsOf(const ExportableScene& scene,
                                     int32_t object_index,
                                     std::vector<uint8_t>* visited) {

@@ -103,7 +103,7 @@ class Builder {
     return triangles;
   }
 
-  // The corners of the faces between the cells, spikes cut off. As `tets`.
+  // Returns the corners of the faces between the cells, spikes cut off. As `tets`.
   std::vector<Vector3d> TrimmedCorners(const std::vector<uint32_t>& tets) const {
     std::vector<Vector3d> corners;
     corners.reserve(tets.size());
@@ -127,8 +127,8 @@ class Builder {
     return corners;
   }
 
-  // The centroids of the Voronoi faces, `cells` with its corners at `corners`; the
-  // point on the edge where a face has no area.
+  // Returns the centroids of the Voronoi faces, `cells` with its corners at `corners`; the point on
+  // the edge where a face has no area.
   std::vector<Vector3d> FaceCentroids(const ObjectSurface& cells,
                                       const std::vector<Vector3d>& corners,
                                       const std::vector<Vector3d>& on_edges) const {

@@ -50,7 +50,7 @@ Lists FacesOfVertices(const Triangles& triangles, size_t num_vertices) {
   return faces;
 }
 
-// The faces that share a vertex with a face, itself included, ascending.
+// Returns the faces that share a vertex with a face, itself included, ascending.
 Lists NeighborsOfFaces(const Triangles& triangles, const Lists& faces_of_vertices) {
   Lists neighbors;
   neighbors.offsets.push_back(0);

@@ -46,7 +46,7 @@ void ClipToBox(const Eigen::AlignedBox3d& box, std::vector<Eigen::Vector3d>* pol
   }
 }
 
-// The triangles of the object's surface as far as they lie in `region`, index space.
+// Returns the triangles of the object's surface as far as they lie in `region`, index space.
 std::vector<Triangle> SurfaceIn(const ExportableScene& scene,
                                 const ObjectSurface& surface,
                                 const VoxelLattice& lattice,
@@ -181,7 +181,8 @@ std::vector<BandBlock> JoinBlocks(std::span<const Near> near, std::span<const Vo
   return joined;
 }
 
-// The voxels of a block of the level set of what is in the object and in the box, index space.
+// Returns the voxels of a block of the level set of what is in the object and in the box, index
+// space.
 std::unique_ptr<Leaf> MakeLeaf(const BandBlock& block,
                                const std::vector<Triangle>& triangles,
                                const Eigen::AlignedBox3d& index_box,

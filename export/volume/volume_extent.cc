@@ -54,8 +54,8 @@ double MedianRadius(const ExportableScene& scene, const std::vector<uint32_t>& c
   return *middle;
 }
 
-// About how much of the box the cells fill, normalised frame: cells reach out of it, but not by
-// more than their own boxes say.
+// Returns about how much of the box the cells fill, normalised frame: cells reach out of it, but
+// not by more than their own boxes say.
 double FilledVolume(const ExportableScene& scene,
                     const std::vector<uint32_t>& cells,
                     const Eigen::AlignedBox3d& box) {
@@ -67,8 +67,8 @@ double FilledVolume(const ExportableScene& scene,
   return std::min(filled, box.volume());
 }
 
-// The scene's lattice, halved until the object is at least max_resolution / 2 voxels long: every
-// voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
+// Returns the scene's lattice, halved until the object is at least max_resolution / 2 voxels long:
+// every voxel of the scene holds 2^3, 4^3, ... of the object's exactly.
 VoxelLattice ObjectLattice(const ExportableScene& scene,
                            const ObjectInfo& object,
                            const Eigen::AlignedBox3d& box,

@@ -29,13 +29,13 @@ constexpr int kBlockBias = 1 << (kBlockBits - 1);
 
 int FloorDivide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-// The lattice of the samples: samples^3 in every voxel, spread evenly over it.
+// Returns the lattice of the samples: samples^3 in every voxel, spread evenly over it.
 VoxelLattice SampleLattice(const VoxelLattice& lattice, int samples) {
   const double step = lattice.voxel_size / samples;
   return {lattice.origin - Eigen::Vector3d::Constant(0.5 * (lattice.voxel_size - step)), step};
 }
 
-// The samples that lie in `box`.
+// Returns the samples that lie in `box`.
 IndexBox SamplesIn(const Eigen::AlignedBox3d& box, const VoxelLattice& lattice, int block_edge) {
   const int64_t max_index = int64_t{kBlockBias} * block_edge;
   IndexBox result;

@@ -47,7 +47,7 @@ struct KnownClasses {
     }
   }
 
-  // The largest logit of `feature`, and its class.
+  // Returns the largest logit of `feature`, and its class.
   double LargestLogit(const Vector& feature, int* class_index = nullptr) const {
     double largest = weights[0].dot(feature) + biases[0];
     if (class_index != nullptr) *class_index = 0;
@@ -97,9 +97,9 @@ Vector LeastUsedDirection(const KnownClasses& known) {
   return direction[largest] > 0 ? direction : Vector(-direction);
 }
 
-// How far the features reach in a direction of unit length. Few that reach far would make the new
-// feature long: those beyond the 99.9 % quantile are brought back to it, in this one direction,
-// where they keep their class.
+// Returns how far the features reach in a direction of unit length. Few that reach far would make
+// the new feature long: those beyond the 99.9 % quantile are brought back to it, in this one
+// direction, where they keep their class.
 double LimitReach(const Vector& direction, KnownClasses* known, Foam* foam) {
   if (known->features.empty()) return 0;
   std::vector<double> reaches(known->features.size());

@@ -51,8 +51,9 @@ class ObjectSpace {
   const Delaunay& delaunay() const { return delaunay_; }
   const Eigen::Vector3f& Position(uint32_t cell) const { return cells_[cell]; }
 
-  // Whether a site at x would be in an object, or cut into one: it lies in the sphere through an
-  // object's cell and three of its neighbours, which is empty in the object's own triangulation.
+  // Returns whether a site at x would be in an object, or cut into one: it lies in the sphere
+  // through an object's cell and three of its neighbours, which is empty in the object's own
+  // triangulation.
   bool IsTaken(const Eigen::Vector3f& x) {
     if (!box_.contains(x)) return false;
     last_ = NearestCell(cells_, delaunay_, x.cast<double>(), last_);
@@ -132,7 +133,7 @@ size_t AddRing(const Model& scene,
   return count;
 }
 
-// The sites of `placed` in `sites`, with `feature`, as rows for `model`.
+// Returns the sites of `placed` in `sites`, with `feature`, as rows for `model`.
 Model RowsFor(const Model& model,
               const ExtractedObjects& placed,
               const std::vector<uint32_t>& sites,

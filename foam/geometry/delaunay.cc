@@ -55,7 +55,7 @@ class CellSet {
     shift_ = 32 - std::countr_zero(size_);
     table_.assign(size_, kNoCell);
   }
-  // False if the cell is there already.
+  // Returns false if the cell is there already.
   bool Add(uint32_t cell) {
     // Fibonacci hashing: the product's high bits.
     size_t slot = cell * 0x9e3779b9u >> shift_;

@@ -101,7 +101,7 @@ Json Header(const Model& model) {
   return header;
 }
 
-// A whole number of the header: get<int>() would make one of 1e300, and of 2^32 as well.
+// Returns a whole number of the header: get<int>() would make one of 1e300, and of 2^32 as well.
 template <typename T>
 T Whole(const Json& json, const std::string& key, int64_t low, int64_t high) {
   const auto number = JsonInteger(json.at(key), low, high);

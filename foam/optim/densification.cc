@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint64_t kDrawPurpose = 0xd3a1, kPlacePurpose = 0xd3a2;
 
-// The k sites with the largest keys ln(u) / weight: a weighted draw without replacement (Efraimidis
-// and Spirakis 2006). Sites of weight 0 are never drawn. Ascending.
+// Returns the k sites with the largest keys ln(u) / weight: a weighted draw without replacement
+// (Efraimidis and Spirakis 2006). Sites of weight 0 are never drawn. Ascending.
 std::vector<uint32_t> DrawWithoutReplacement(const std::vector<float>& weights,
                                              size_t k,
                                              uint64_t seed,

@@ -22,8 +22,8 @@ constexpr size_t kNeighbors = 8;
 constexpr float kFarthestNeighbor = 1.5f, kSpacing = 0.15f;  // of the clear radius
 constexpr float kSameWay = 0.5f;                             // cosine
 
-// The cone that holds the photo's corners, without a radius yet. False if the camera has no rays
-// there.
+// Computes the cone that contains the photo's corners, without a radius. Returns false if the
+// camera has no rays there.
 bool ConeOfView(const TrainingViews& views, int view, ClearCone* cone) {
   const int right = views.Width(view) - 1, bottom = views.Height(view) - 1;
   std::vector<Eigen::Vector3f> corners;
@@ -42,7 +42,8 @@ bool ConeOfView(const TrainingViews& views, int view, ClearCone* cone) {
   return true;
 }
 
-// The coordinate as 21 bits, 0 and 1 being the ends of their range, each followed by two zeros.
+// Returns the coordinate as 21 bits, 0 and 1 being the ends of their range, each followed by two
+// zeros.
 uint64_t SpreadBits(float coordinate) {
   constexpr uint64_t kLargest = (uint64_t{1} << 21) - 1;
   uint64_t bits = std::min(kLargest, static_cast<uint64_t>(coordinate * float{kLargest}));
@@ -77,9 +78,9 @@ class SeedBlocks {
     }
   }
 
-  // The distances from the apex of the seeds in the cone, however far; of an even sample where
-  // those in the blocks that touch it are more than `most`: each then stands for `*weight` seeds.
-  // Returns how many seeds and blocks were held against the cone.
+  // Computes the distances from the apex to the seeds in the cone, ignoring its radius; if the
+  // blocks that touch it have more than `most` seeds, of an even sample, each of which represents
+  // `*weight` seeds. Returns how many seeds and blocks were tested.
   int64_t DistancesIn(const ClearCone& cone,
                       int64_t most,
                       std::vector<float>* distances,
@@ -145,7 +146,7 @@ float ClearRadius(std::vector<float>* distances, size_t weight) {
       nearest - kMarginOfSpread * (median - nearest), kShortest * nearest, kLongest * nearest);
 }
 
-// Returns how many seeds and blocks of them were held against cones.
+// Measures the radii of the cones. Returns how many seeds and blocks of them were tested.
 int64_t MeasureRadii(const SeedBlocks& seeds, std::vector<ClearCone>* cones) {
   if (cones->empty()) return 0;
   const int64_t most = std::max(FreeSpace::kFewestSampledSeeds,
@@ -162,14 +163,15 @@ int64_t MeasureRadii(const SeedBlocks& seeds, std::vector<ClearCone>* cones) {
   return std::accumulate(tests.begin(), tests.end(), int64_t{0});
 }
 
-// Into how many parts the views in between divide the way from one to the other.
+// Returns the number of parts into which the interpolated views divide the way from one to the
+// other.
 int StepsBetween(const ClearCone& from, const ClearCone& to, float spacing) {
   const float step = spacing * std::min(from.radius, to.radius);
   return static_cast<int>(std::ceil((to.apex - from.apex).norm() / step));
 }
 
-// Views between `from` and `to`; those that see too few points go out again. No wider than either,
-// nor clear farther than the farther one.
+// Returns interpolated views between `from` and `to`, no wider than either. The caller measures
+// their radii, limits them to the larger one of the two, and removes views with too few points.
 std::vector<ClearCone> ConesBetween(const ClearCone& from, const ClearCone& to, int steps) {
   std::vector<ClearCone> between;
   for (int step = 1; step < steps; ++step) {
@@ -183,7 +185,7 @@ std::vector<ClearCone> ConesBetween(const ClearCone& from, const ClearCone& to, 
   return between;
 }
 
-// The pairs of neighbours, each once, the lower index first.
+// Returns the pairs of neighbours, each once, the lower index first.
 std::vector<std::pair<size_t, size_t>> NeighborPairs(const std::vector<ClearCone>& cones) {
   std::vector<std::vector<size_t>> neighbors(cones.size());
   ParallelForBlocks(cones.size(), 16, [&](int64_t begin, int64_t end) {
@@ -211,8 +213,8 @@ std::vector<std::pair<size_t, size_t>> NeighborPairs(const std::vector<ClearCone
   return pairs;
 }
 
-// How far apart views in between are, in clear radii: kSpacing, or more where these would be too
-// many.
+// Returns the spacing of interpolated views, in clear radii: kSpacing, or more where there would be
+// too many.
 float SpacingOf(const std::vector<ClearCone>& cones,
                 const std::vector<std::pair<size_t, size_t>>& pairs) {
   for (float spacing = kSpacing;; spacing *= 1.25f) {
@@ -224,7 +226,7 @@ float SpacingOf(const std::vector<ClearCone>& cones,
 
 enum class Overlap { kNone, kPart, kWhole };
 
-// Of a ball with a cone; kPart where that is not certain.
+// Returns the overlap of a ball with a cone; kPart where that is not certain.
 Overlap OverlapWithBall(const ClearCone& cone, const Eigen::Vector3f& center, float ball_radius) {
   const Eigen::Vector3f offset = center - cone.apex;
   const float distance = offset.norm();

@@ -17,7 +17,7 @@ int64_t BlockSize(size_t num_rays) {
   return std::max<int64_t>(64, (num_rays + kMaxBlocks - 1) / kMaxBlocks);
 }
 
-// A block's sums of the classifier's gradients.
+// Returns the bytes of a block's sums of the classifier's gradients.
 int64_t ClassSumBytes(int num_classes) {
   return int64_t{num_classes} * (kIdentityDim + 1) * int64_t{sizeof(float)};
 }

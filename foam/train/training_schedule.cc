@@ -33,7 +33,7 @@ int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
 constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
 constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 24;
 
-// The least stride from `stride` on with no more than `most` rays, but one a view.
+// Returns the least stride from `stride` on with no more than `most` rays, but one a view.
 int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {
   most = std::max<int64_t>(most, views.NumViews());
   while (GridRays(views, held_out, stride) > most) ++stride;

@@ -37,7 +37,7 @@ Registry& TheRegistry() {
   return registry;
 }
 
-// Whether it is kPrefix, a number, a dash, a number.
+// Returns whether it is kPrefix, a number, a dash, a number.
 bool IsScratchName(std::string_view name) {
   if (!name.starts_with(kPrefix)) return false;
   name.remove_prefix(kPrefix.size());

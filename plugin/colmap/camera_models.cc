@@ -117,7 +117,7 @@ auto WithDistortion(int model_id, Visitor&& visitor) {
   }
 }
 
-// The point of the image plane, before focal length and principal point, that shows x_cam.
+// Returns the point of the image plane, before focal length and principal point, that shows x_cam.
 std::optional<Eigen::Vector2d> ToImagePlane(int model_id,
                                             const double* k,
                                             const Eigen::Vector3d& x_cam) {
@@ -152,7 +152,7 @@ std::optional<Eigen::Vector2d> ToImagePlane(int model_id,
   return distorted;
 }
 
-// The unit direction that a point of the image plane shows: the inverse of ToImagePlane.
+// Returns the unit direction that a point of the image plane shows: the inverse of ToImagePlane.
 std::optional<Eigen::Vector3d> FromImagePlane(int model_id,
                                               const double* k,
                                               const Eigen::Vector2d& image,

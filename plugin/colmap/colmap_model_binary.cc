@@ -22,7 +22,8 @@ class Cursor {
 
   uint64_t num_records() const { return num_records_; }
 
-  // How many of the promised records could be in the bytes that are left: what may be reserved.
+  // Returns how many of the promised records could be in the bytes that are left: what may be
+  // reserved.
   uint64_t PlausibleRecords(uint64_t least_record_size) const {
     return std::min(num_records_, Left() / least_record_size);
   }

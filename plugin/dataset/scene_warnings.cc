@@ -27,7 +27,7 @@ constexpr double kLargestError = 4, kSmallestLimit = 2;  // pixels
 constexpr double kLargestErrorOfSide = 0.01;
 constexpr size_t kMostModels = 8;  // that are named
 
-// The number of a model that the mapper wrote; none where the folder has another name.
+// Returns the number of a model that the mapper wrote; none where the folder has another name.
 std::optional<int> NumberOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
   int number = 0;

@@ -37,7 +37,7 @@ class Association {
     Join();
   }
 
-  // The cluster of each node, by one of its nodes.
+  // Returns the cluster of each node, by one of its nodes.
   std::vector<int32_t> Roots() const {
     std::vector<int32_t> roots(root_.size());
     for (size_t i = 0; i < roots.size(); ++i) roots[i] = Root(static_cast<int32_t>(i));

@@ -48,7 +48,7 @@ class IdTable {
   uint16_t last_index_ = 0;
 };
 
-// The pixel of a mask in which the centre of a photo's pixel falls, along one axis:
+// Returns the pixel of a mask in which the centre of a photo's pixel falls, along one axis:
 // floor((i + 1/2) mask / photo).
 int64_t MaskPixel(int64_t i, int mask, int photo) { return (2 * i + 1) * mask / (2 * photo); }
 

@@ -19,7 +19,7 @@ bool IsZero(const std::vector<Label>& labels, ClassIndex class_index) {
   return labels[Value(class_index)].source_id == kZeroMaskId;
 }
 
-// Which ids few photos have: no thing of their own.
+// Returns which ids few photos have, so that they are no objects of their own.
 std::vector<char> RareClasses(const MaskedPhotos& photos) {
   std::vector<int> views(photos.given.labels.size());
   int num_views = 0;

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The names that a photo's mask may have, the most specific first.
+// Returns the names that a photo's mask may have, the most specific first.
 std::vector<std::string> MaskNames(const std::string& photo_name) {
   const fs::path photo = fs::path(photo_name).lexically_normal();
   const std::string folder =

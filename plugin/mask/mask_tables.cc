@@ -25,7 +25,7 @@ using Json = nlohmann::json;
 
 constexpr int64_t kLargestId = 0xffffff;  // three bytes of a colour
 
-// The array that `json` has under `key`.
+// Returns the array that `json` has under `key`.
 const Json& ArrayOf(const fs::path& file, const Json& json, const char* key) {
   if (json.is_object() && json.contains(key) && json[key].is_array()) return json[key];
   throw UserError(file.string(),

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// One line of the decoder's words, for the inside of a sentence.
+// Returns one line of the decoder's words, for the inside of a sentence.
 std::string ReasonInSentence(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();

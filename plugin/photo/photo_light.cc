@@ -14,7 +14,7 @@ namespace {
 constexpr int kSaturated = 254;
 constexpr double kStillWhite = 250.0 / 255;
 
-// The light of each 8-bit display value.
+// Returns the light of each 8-bit display value.
 const std::array<double, 256>& LinearTable() {
   static const std::array<double, 256> table = [] {
     std::array<double, 256> values;

@@ -171,7 +171,7 @@ void Solver::Solve(double scale) {
   CHECK(summary.IsSolutionUsable()) << summary.FullReport();
 }
 
-// The noise's scale of greatest likelihood, the model held: a fixed point.
+// Returns the noise's scale of greatest likelihood, the model held: a fixed point.
 double NoiseScale(const std::vector<LightSample>& samples, const LightFit& fit, double scale) {
   constexpr int kSteps = 10;
   constexpr double kLeastScale = 1e-5;  // photos without any noise
@@ -263,7 +263,7 @@ double Bic(const std::vector<LightSample>& samples, const LightFit& fit) {
   return deviance * remaining / observations + NumParameters(fit) * std::log(kChannels * remaining);
 }
 
-// Root of the mean of `square(view)` over the views that are seen.
+// Returns the root of the mean of `square(view)` over the views with samples.
 template <typename Square>
 double RootMeanSquare(const LightFit& fit, Square square) {
   double sum = 0;

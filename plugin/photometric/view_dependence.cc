@@ -115,7 +115,8 @@ std::vector<PointViews> CollectPoints(const std::vector<LightSample>& samples,
   return points;
 }
 
-// The part of a kernel's variance that shows between a point's photos rather than in its mean.
+// Returns the part of a kernel's variance that shows between a point's photos rather than in its
+// mean.
 double RenderedVariance(const std::vector<PointViews>& points, int degree) {
   double sum = 0;
   for (const PointViews& point : points) {

@@ -56,7 +56,7 @@ std::string RateText(const Subject& subject, double rate) {
   return Text(rate / 1e6, rate < 10e6 ? 3 : 1, std::string(" M ") + subject.unit + "s/s");
 }
 
-// Bytes with three digits or so.
+// Returns bytes as text with about three digits.
 std::string BytesText(double bytes, const std::string& behind = "") {
   if (bytes < 1e4) return Text(bytes, 0, " B" + behind);
   return bytes < 1e6 ? Text(bytes / 1e3, 1, " kB" + behind) : Text(bytes / 1e6, 1, " MB" + behind);

@@ -56,8 +56,8 @@ Foam ShellFoam(int64_t num_sites) {
   return foam;
 }
 
-// A camera at (0.9, 0.7, 0.5) that looks at the sphere's centre, z upwards, focal length 500
-// pixels.
+// Returns a camera at (0.9, 0.7, 0.5) that looks at the sphere's centre, z upwards, focal length
+// 500 pixels.
 CameraRays ShellCamera() {
   CameraRays rays;
   rays.width = 640;

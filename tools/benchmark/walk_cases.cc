@@ -53,7 +53,7 @@ constexpr Variant kVariants[] = {{"walk/scalar", WalkScalar},
                                  {"walk/simd", WalkVectors<1>},
                                  {"walk/interleaved", WalkVectors<kRaysInFlight>}};
 
-// The mean over the steps of every 16th ray.
+// Returns the mean over the steps of every 16th ray.
 double MeanStepBytes(const BenchmarkScene& scene) {
   const WalkGeometry<float>& geometry = scene.renderer.geometry();
   double bytes = 0, steps = 0;

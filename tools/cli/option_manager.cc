@@ -30,7 +30,7 @@ std::string Join(const std::vector<std::string>& parts, const std::string& separ
   return joined;
 }
 
-// The text as one word of a POSIX shell.
+// Returns the text as one word of a POSIX shell.
 std::string ShellQuoted(const std::string& text) {
   const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

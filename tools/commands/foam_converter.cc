@@ -77,7 +77,7 @@ std::string TypeOf(const std::string& output_type, const std::string& output_pat
                   "points for a .ply, or a name that ends in .foam or .txt.");
 }
 
-// A file, or all of a folder with a model.
+// Returns a file, or all of a folder with a model.
 std::vector<fs::path> FilesOf(const std::string& input_path) {
   if (!fs::is_directory(input_path)) return {input_path};
   return ListFiles(FindModelFolder(input_path));

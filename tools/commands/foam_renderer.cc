@@ -57,7 +57,7 @@ std::vector<std::string> ReadNames(const std::string& path) {
   return names;
 }
 
-// The names of the images to render, sorted.
+// Returns the names of the images to render, sorted.
 std::set<std::string> ChosenNames(const std::string& views,
                                   const Model& model,
                                   const std::map<std::string, const Image*>& images) {
@@ -117,7 +117,7 @@ std::vector<View> ChooseViews(const std::string& views,
   return chosen;
 }
 
-// The chosen images of the COLMAP model.
+// Returns the chosen images of the COLMAP model.
 std::vector<View> ChooseViews(const std::string& views,
                               const std::string& foam_path,
                               const std::string& input_path,
@@ -302,7 +302,8 @@ void RequireValid(const OptionManager& options, const RendererOptions& renderer)
   }
 }
 
-// The trajectory that is asked for, made or read. `box`: of the objects that alone are shown.
+// Returns the requested trajectory, made or read. `box` is that of the selected objects, if only
+// these are shown.
 Trajectory FindTrajectory(const RendererOptions& renderer,
                           const Model& model,
                           const std::optional<Eigen::AlignedBox3d>& box) {

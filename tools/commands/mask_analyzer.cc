@@ -38,7 +38,7 @@ fs::path FindImages(const std::string& image_path,
   return fs::is_directory(folder) ? folder : fs::path();
 }
 
-// The ids of the most photos, in their order.
+// Returns the ids of the most photos, in their order.
 std::vector<SheetLegendEntry> Legend(const MaskAnalysis& analysis) {
   std::vector<IdSurvey> ids = analysis.coverage.ids;
   std::stable_sort(ids.begin(), ids.end(), [](const IdSurvey& a, const IdSurvey& b) {

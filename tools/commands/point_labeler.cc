@@ -114,7 +114,7 @@ MaskedPhotos ReadMasks(const Reconstruction& model,
   return photos;
 }
 
-// The labels of the photos, by the names in `labels_file`; warns of names that nothing has.
+// Returns the labels of the photos, by the names in `labels_file`; warns of names that nothing has.
 // `is_given`: the user named that file.
 std::vector<Label> NamedLabelsOf(const MaskedPhotos& photos,
                                  const fs::path& labels_file,

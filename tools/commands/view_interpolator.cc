@@ -102,7 +102,7 @@ bool IsManifest(const fs::path& path) {
   }
 }
 
-// Whether a picture in frames/ is one that a film of this program left there.
+// Returns whether a picture in frames/ is one that a film of this program left there.
 bool IsFrame(const fs::path& path) {
   const std::string stem = path.stem();
   return path.extension() == ".png" && stem.size() >= 6 &&
@@ -110,8 +110,9 @@ bool IsFrame(const fs::path& path) {
          IsOwnImage(path);
 }
 
-// The frames of an earlier film that this one of `num_frames` does not replace. Throws UserError
-// where the folder holds a manifest or pictures of others: they would be lost, or tracked.
+// Returns the frames of an earlier film that this one of `num_frames` does not replace. Throws
+// UserError where the folder holds a manifest or pictures of others: they would be lost, or
+// tracked.
 std::vector<fs::path> FindStaleFrames(const fs::path& output_path, size_t num_frames) {
   const fs::path manifest = output_path / kManifest;
   if (fs::exists(manifest) && !IsManifest(manifest)) {

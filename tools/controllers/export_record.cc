@@ -103,8 +103,8 @@ void Remove(const fs::path& output_path,
   if (!removed.empty()) fs::remove(output_path / "objects", not_empty);
 }
 
-// All files that the scene may have in an output folder, in the order in which labels.json lists
-// them.
+// Returns all files that the scene may have in an output folder, in the order in which labels.json
+// lists them.
 std::vector<WrittenFile> PossibleFiles(const ExportableScene& scene) {
   std::vector<WrittenFile> files;
   for (const ExportName& file : kSceneFiles)

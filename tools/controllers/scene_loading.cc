@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kShareOfFreeMemory = 0.75;
 
-// How many threads may decode at a time, each in `bytes` of `room`.
+// Returns how many threads may decode at a time, each in `bytes` of `room`.
 int MostAtOnce(int64_t room, int64_t bytes) {
   return static_cast<int>(std::clamp<int64_t>(room / std::max<int64_t>(1, bytes), 1, NumThreads()));
 }

@@ -46,7 +46,7 @@ fs::path Numbered(const fs::path& path, int number) {
   return numbered;
 }
 
-// The first of these that does not exist.
+// Returns the first of these that does not exist.
 fs::path Unused(const fs::path& path) {
   int number = 1;
   while (fs::exists(fs::symlink_status(Numbered(path, number)))) ++number;

@@ -26,7 +26,7 @@ constexpr std::array<double TrainingProgress::*, 7> kMeasures = {&TrainingProgre
                                                                  &TrainingProgress::held_out_psnr,
                                                                  &TrainingProgress::held_out_miou};
 
-// False where the line is not one of a training log.
+// Returns false where the line is not one of a training log.
 bool ParseLine(const std::string& line, TrainingProgress* report) {
   const std::vector<std::string> fields = SplitAtCommas(line);
   if (fields.size() != 4 + kMeasures.size()) return false;

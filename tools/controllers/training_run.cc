@@ -80,7 +80,7 @@ struct OptionTexts {
   }
 };
 
-// The options of a training by name.
+// Returns the options of a training by name.
 std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
   OptionTexts texts;
   TrainingOptions training = run.training;
@@ -127,7 +127,8 @@ void FitToBudget(const TrainingScene& scene,
             << " of training follow";
 }
 
-// What shapes the result: options and inputs, by which a checkpoint is known again.
+// Returns the options and the checksums of the inputs that determine the result, by which a
+// checkpoint is recognised.
 CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   CheckpointTexts identity;
   auto& values = identity["options"];
@@ -156,7 +157,7 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
   return texts;
 }
 
-// Trains, with checkpoints. Throws Interruption where a signal has asked for it, after the last.
+// Trains, with checkpoints. After a signal, writes a last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
                       const TrainingOptions& training,
                       const CheckpointTexts& texts,

@@ -53,8 +53,8 @@ Eigen::Vector3d ToVector(const Point& point) { return {point.x(), point.y(), poi
                   "they are complete.");
 }
 
-// The counts in the header of an OFF file, found where CGAL finds them: of vertices, of faces and,
-// but for SKEL, of edges; before them, in nOFF, the number of dimensions.
+// Returns the counts in the header of an OFF file, found where CGAL finds them: of vertices, of
+// faces and, but for SKEL, of edges; before them, in nOFF, the number of dimensions.
 std::vector<int64_t> OffCounts(std::istream& in) {
   constexpr auto kRestOfLine = std::numeric_limits<std::streamsize>::max();
   const auto next = [&] {

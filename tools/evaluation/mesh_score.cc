@@ -57,7 +57,7 @@ NamedFile NamedByStem(const fs::path& path) {
   return file;
 }
 
-// The meshes that an export's labels.json lists; none where there is no such file.
+// Returns the meshes that an export's labels.json lists; none where there is no such file.
 std::vector<NamedFile> FilesOfExport(const fs::path& folder) {
   std::vector<NamedFile> files;
   if (!fs::exists(folder / "labels.json")) return files;
@@ -80,7 +80,7 @@ std::vector<NamedFile> FilesOfExport(const fs::path& folder) {
   return files;
 }
 
-// The files of these formats at a path, one for each stem, by name.
+// Returns the files of these formats at a path, one for each stem, by name.
 std::vector<NamedFile> ListFiles(const fs::path& path,
                                  const std::vector<std::string>& formats,
                                  const char* option) {

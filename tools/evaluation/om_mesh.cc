@@ -92,7 +92,7 @@ class OmReader {
     at_ += count * bytes_each;
   }
 
-  // False at the end.
+  // Returns false at the end.
   bool ReadChunk() {
     const Chunk chunk(Take<uint16_t>());
     if (chunk.entity == kSentinel) return false;

@@ -112,8 +112,8 @@ class Numbers {
   uint64_t record_ = 0;
 };
 
-// The place of the property in the element's records. Throws UserError where it has none, or one of
-// another kind.
+// Returns the place of the property in the element's records. Throws UserError where it has none,
+// or one of another kind.
 size_t Find(const fs::path& path,
             const PlyElement& element,
             std::initializer_list<std::string_view> names,

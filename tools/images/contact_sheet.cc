@@ -28,7 +28,7 @@ constexpr int kWidth = kColumns * (kTileSide + kGap) + kGap;
 constexpr uint8_t kGrey = 200;
 constexpr DrawingColor kAlarm = {0.80, 0.05, 0.05};
 
-// The text, cut to the width of a tile.
+// Returns the text, cut to the width of a tile.
 std::string Fitted(cairo_t* cairo, const std::string& text, double size) {
   std::string fitted = text;
   const std::string dots = "...";

@@ -56,7 +56,7 @@ bool IsShown(const PlotPanel& panel, const PlotPoint& point) {
   return std::isfinite(point.x) && std::isfinite(point.y) && (!panel.log_x || point.x > 0);
 }
 
-// The values' range with some room around it, never empty.
+// Returns the values' range with some room around it, never empty.
 Axis MakeAxis(std::vector<double> values, bool log, double begin, double end) {
   if (values.empty()) values = log ? std::vector<double>{1, 10} : std::vector<double>{0, 1};
   auto [low, high] = std::minmax_element(values.begin(), values.end());

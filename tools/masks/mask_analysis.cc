@@ -26,7 +26,7 @@ std::vector<PhotoRecord> NamedPhotos(const std::vector<fs::path>& files, const f
   return photos;
 }
 
-// The masks stand for their photos.
+// Returns a photo for each mask.
 std::vector<PhotoRecord> PhotosOfMasks(const fs::path& mask_folder) {
   if (!fs::is_directory(mask_folder)) return {};  // PairMasks says so
   std::vector<fs::path> masks = ListFiles(mask_folder);

@@ -52,7 +52,7 @@ std::string Enumerate(const std::vector<Label>& labels, const std::vector<ClassI
   return text;
 }
 
-// How many there are of each, "62 of 640 x 480, 2 of 320 x 240".
+// Returns how many there are of each, "62 of 640 x 480, 2 of 320 x 240".
 std::string Tally(const std::map<std::string, int>& counts) {
   std::string text;
   for (const auto& [what, count] : counts) {

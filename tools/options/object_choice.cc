@@ -50,8 +50,9 @@ const PhotoRecord& FindPhoto(const Model& model,
   return *photo;
 }
 
-// The normal of the plane through points, unit length, of either sign: the direction in which they
-// spread least. The third that lies farthest off the plane through all of them is left out.
+// Returns the normal of the plane through points, unit length, of either sign: the direction in
+// which they spread least. The third that lies farthest off the plane through all of them is left
+// out.
 Eigen::Vector3d PlaneNormal(std::vector<Eigen::Vector3d> points) {
   const auto fit = [&](Eigen::Vector3d* mean) {
     *mean = Eigen::Vector3d::Zero();

@@ -46,7 +46,7 @@ Eigen::Matrix3d Turn(int axis, double degrees) {
   return turn;
 }
 
-// The sites of the objects, in the COLMAP frame.
+// Returns the sites of the objects, in the COLMAP frame.
 std::vector<Eigen::Vector3d> ObjectSites(const ExtractedObjects& objects) {
   std::vector<Eigen::Vector3d> sites;
   for (size_t i = 0; i < objects.object_of_site.size(); ++i) {
@@ -64,7 +64,7 @@ Eigen::Vector3d Middle(const std::vector<Eigen::Vector3d>& sites) {
   return box.center();
 }
 
-// The mean of the photos' upward directions, unit length.
+// Returns the mean of the photos' upward directions, unit length.
 Eigen::Vector3d Up(const Model& model, const fs::path& object_path) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const PhotoRecord& photo : model.photos) {

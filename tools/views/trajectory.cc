@@ -84,7 +84,7 @@ Camera Pinhole(int width, int height, double focal_length) {
   return camera;
 }
 
-// The first photo's field of view, undistorted, its principal point in the middle.
+// Returns the first photo's field of view, undistorted, its principal point in the middle.
 Camera CameraLike(const PhotoRecord& photo, const fs::path& foam_path, int width) {
   const Camera plain = WithoutDistortion(CameraOf(photo, foam_path));
   const double scale = width > 0 ? static_cast<double>(width) / photo.width : 1;
@@ -275,7 +275,7 @@ Pose PoseAt(const std::vector<Keyframe>& keyframes, bool closed, double place) {
   return LookAt(spline(&Keyframe::position), spline(&Keyframe::look_at), spline(&Keyframe::up));
 }
 
-// The poses of the frames on the way along the keyframes.
+// Returns the poses of the frames on the way along the keyframes.
 std::vector<Pose> PosesAlong(const std::vector<Keyframe>& keyframes,
                              bool closed,
                              int num_frames,

@@ -20,8 +20,8 @@ void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 // Adds a last class for cells that will be inserted, and returns the identity feature that they
 // must have. The features of an inserted object come from another training and mean nothing to this
 // classifier, so all its cells get this feature:
-// - every cell of the model keeps its class, and its softmax to about 1e-3, except one in a thousand
-//   cells, those with the longest features: these are shortened, but keep their classes;
+// - every cell of the model keeps its class, and all but one in a thousand keep their softmax to
+//   about 1e-3: the longest features are shortened;
 // - the returned feature belongs to the new class, and so does the identity rendered along a ray if
 //   the feature has more than about half of the weight, for any other cells of the model.
 // The feature lies in the direction that the model's own features and classes use least (the

@@ -12,12 +12,6 @@
 namespace semfoam {
 namespace {
 
-// What one thread needs for a pixel.
-struct PixelRays {
-  std::vector<float> distances;                       // of the rays that end
-  std::vector<std::pair<ClassIndex, float>> classes;  // and the confidences of those that see one
-};
-
 // The class with the largest sum of confidences, and that sum.
 std::pair<ClassIndex, float> LargestClass(std::vector<std::pair<ClassIndex, float>>* classes) {
   std::sort(classes->begin(), classes->end());
@@ -34,26 +28,17 @@ std::pair<ClassIndex, float> LargestClass(std::vector<std::pair<ClassIndex, floa
 
 }  // namespace
 
-RenderedView AverageRays(const RenderedView& fine, int samples) {
+void AverageRays(const RenderedView& fine, int samples, RenderedView* centers) {
+  RenderedView& view = *centers;
   CHECK_GE(samples, 1);
-  CHECK_EQ(fine.width % samples, 0);
-  CHECK_EQ(fine.height % samples, 0);
-  RenderedView view;
-  view.width = fine.width / samples;
-  view.height = fine.height / samples;
-  const size_t num_pixels = size_t(view.width) * view.height;
-  view.color.resize(num_pixels);
-  view.opacity.resize(num_pixels);
-  view.distance.assign(num_pixels, 0.f);
-  view.class_index.assign(num_pixels, kUnlabelled);
-  view.confidence.assign(num_pixels, 0.f);
+  CHECK_EQ(fine.width, samples * view.width);
+  CHECK_EQ(fine.height, samples * view.height);
   const int num_rays = samples * samples;
   ParallelForBlocks(view.height, 16, [&](int64_t begin, int64_t end) {
-    PixelRays rays;
+    std::vector<std::pair<ClassIndex, float>> classes;
     for (int64_t y = begin; y < end; ++y) {
       for (int x = 0; x < view.width; ++x) {
-        rays.distances.clear();
-        rays.classes.clear();
+        classes.clear();
         Eigen::Vector3f color = Eigen::Vector3f::Zero();
         float opacity = 0;
         for (int j = 0; j < samples; ++j) {
@@ -61,29 +46,24 @@ RenderedView AverageRays(const RenderedView& fine, int samples) {
             const size_t ray = size_t(y * samples + j) * fine.width + x * samples + i;
             color += fine.color[ray];
             opacity += fine.opacity[ray];
-            if (fine.distance[ray] > 0) rays.distances.push_back(fine.distance[ray]);
             if (fine.class_index[ray] != kUnlabelled) {
-              rays.classes.emplace_back(fine.class_index[ray], fine.confidence[ray]);
+              classes.emplace_back(fine.class_index[ray], fine.confidence[ray]);
             }
           }
         }
         const size_t pixel = size_t(y) * view.width + x;
         view.color[pixel] = color / static_cast<float>(num_rays);
         view.opacity[pixel] = opacity / static_cast<float>(num_rays);
-        if (2 * std::ssize(rays.distances) >= num_rays) {
-          const auto median = rays.distances.begin() + (std::ssize(rays.distances) - 1) / 2;
-          std::nth_element(rays.distances.begin(), median, rays.distances.end());
-          view.distance[pixel] = *median;
-        }
-        if (2 * std::ssize(rays.classes) >= num_rays) {
-          const auto [class_index, sum] = LargestClass(&rays.classes);
+        view.class_index[pixel] = kUnlabelled;
+        view.confidence[pixel] = 0;
+        if (2 * std::ssize(classes) >= num_rays) {
+          const auto [class_index, sum] = LargestClass(&classes);
           view.class_index[pixel] = class_index;
-          view.confidence[pixel] = sum / static_cast<float>(rays.classes.size());
+          view.confidence[pixel] = sum / static_cast<float>(classes.size());
         }
       }
     }
   });
-  return view;
 }
 
 }  // namespace semfoam

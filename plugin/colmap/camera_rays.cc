@@ -107,9 +107,12 @@ RenderedView RenderCamera(const ViewRenderer& renderer,
   RenderedView view;
   for (int begin = 0; begin < height; begin += rows) {
     const int end = std::min(height, begin + rows);
+    RenderedView band =
+        renderer.Render(MakeRows(camera, cam_from_world, world_from_normalized, begin, end));
     const CameraRays rays =
         MakeRows(fine, cam_from_world, world_from_normalized, begin * samples, end * samples);
-    Append(AverageRays(renderer.Render(rays), samples), &view);
+    AverageRays(renderer.Render(rays), samples, &band);
+    Append(band, &view);
   }
   return view;
 }

@@ -71,8 +71,9 @@ CameraRays MakeCameraRays(const Camera& camera,
 inline constexpr int kDefaultSupersample = 2;
 
 // Renders a view at the camera's size, with `samples` x `samples` rays a pixel, spread evenly over
-// it (AverageRays). 1 = through the pixels' centres, the rays of MakeCameraRays. Needs memory for
-// some million rays beside the view. CHECKs 1 <= samples.
+// it (AverageRays). 1 = through the pixels' centres, the rays of MakeCameraRays. Distances are
+// those of the pixels' centres. Needs memory for some million rays beside the view. CHECKs 1 <=
+// samples.
 RenderedView RenderCamera(const ViewRenderer& renderer,
                           const Camera& camera,
                           const Pose& cam_from_world,

@@ -77,10 +77,10 @@ class Study {
   void Run() {
     const StudyRun base = ChooseBase();
     std::vector<StudyRun> runs;
-    for (const std::string& quality : Qualities()) {
-      StudyRun run{"preset", quality, run_.training, run_.scene.max_image_size};
-      TakeSchedule(OptionsForQuality(quality), run_.kept_options, &run.training);
-      if (quality != base.value) runs.push_back(std::move(run));
+    for (const EnumName<Quality>& quality : kQualityNames) {
+      StudyRun run{"preset", quality.name, run_.training, run_.scene.max_image_size};
+      TakeSchedule(OptionsForQuality(quality.value), run_.kept_options, &run.training);
+      if (quality.name != base.value) runs.push_back(std::move(run));
     }
     for (StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
       runs.push_back(std::move(run));
@@ -106,7 +106,8 @@ class Study {
   // Returns the preset of the user; if none was given and the default would not leave time for the
   // sweeps, shorter options interpolated between the presets (OptionsOnPresetLine).
   StudyRun ChooseBase() const {
-    StudyRun base{"preset", run_.quality, run_.training, run_.scene.max_image_size};
+    StudyRun base{
+        "preset", NameOf(kQualityNames, run_.quality), run_.training, run_.scene.max_image_size};
     if (quality_is_given_) return base;
     const auto seconds = [&] {
       double sum = time_.TrainingSeconds(base.training);

@@ -13,6 +13,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/label_names.h"
+#include "tools/options/enum_option.h"
 #include "tools/options/export_options.h"
 
 #include <cmath>
@@ -37,11 +38,19 @@ Model ReadInput(const std::string& input_path, uint64_t random_seed) {
   return ReadNamedModel(input_path);
 }
 
+enum class OutputType { kAuto, kFoam, kRadiantFoam, kSplats, kPoints, kText };
+constexpr EnumName<OutputType> kOutputTypeNames[] = {{OutputType::kAuto, "auto"},
+                                                     {OutputType::kFoam, "foam"},
+                                                     {OutputType::kRadiantFoam, "radiant_foam"},
+                                                     {OutputType::kSplats, "splats"},
+                                                     {OutputType::kPoints, "points"},
+                                                     {OutputType::kText, "text"}};
+
 // Options of the command line.
 struct ConverterOptions {
   std::string input_path;
   std::string output_path;
-  std::string output_type = "auto";
+  OutputType output_type = OutputType::kAuto;
   LabelChoice choice;
   double splat_scale = 1.1;
 };
@@ -51,10 +60,11 @@ void AddOptions(OptionManager* options, ConverterOptions* converter) {
                              &converter->input_path,
                              "scene.foam, a Radiant Foam .ply, or the folder of a COLMAP model");
   options->AddRequiredOption("output_path", &converter->output_path, "the file to write");
-  options->AddChoiceOption(
+  AddEnumOption(
+      options,
       "output_type",
       &converter->output_type,
-      {"auto", "foam", "radiant_foam", "splats", "points", "text"},
+      kOutputTypeNames,
       "foam: scene.foam; radiant_foam: its PLY, every cell; splats: a Gaussian per visible cell, "
       "for splat viewers; points: a coloured, labelled point per visible cell; text: everything, "
       "to "
@@ -66,12 +76,12 @@ void AddOptions(OptionManager* options, ConverterOptions* converter) {
                             "leaves gaps, larger blurs");
 }
 
-// "auto": what the file's name says.
-std::string TypeOf(const std::string& output_type, const std::string& output_path) {
-  if (output_type != "auto") return output_type;
+// Returns the type to write: kAuto is decided by the file's name.
+OutputType TypeOf(OutputType output_type, const std::string& output_path) {
+  if (output_type != OutputType::kAuto) return output_type;
   const std::string extension = fs::path(output_path).extension().string();
-  if (extension == ".foam") return "foam";
-  if (extension == ".txt") return "text";
+  if (extension == ".foam") return OutputType::kFoam;
+  if (extension == ".txt") return OutputType::kText;
   throw UserError(output_path,
                   ": its name does not say what to write; --output_type radiant_foam, splats or "
                   "points for a .ply, or a name that ends in .foam or .txt.");
@@ -86,8 +96,8 @@ std::vector<fs::path> FilesOf(const std::string& input_path) {
 // Throws UserError where the user gave an option that has no effect on this type of file.
 void RequireEffects(const OptionManager& options,
                     const ConverterOptions& converter,
-                    const std::string& type) {
-  const bool is_of_cells = type == "splats" || type == "points";
+                    OutputType type) {
+  const bool is_of_cells = type == OutputType::kSplats || type == OutputType::kPoints;
   if (!is_of_cells) {
     for (const auto& [name, text] :
          {std::pair("labels", converter.choice.labels),
@@ -96,18 +106,20 @@ void RequireEffects(const OptionManager& options,
       throw UserError("Failed to parse options - --",
                       name,
                       " chooses splats and points; ",
-                      type,
+                      NameOf(kOutputTypeNames, type),
                       " takes the whole foam.");
     }
   }
-  if (type != "splats") {
-    options.RequireEffect({"splat_scale"}, "on " + type + "; leave it out, or write splats");
+  if (type != OutputType::kSplats) {
+    options.RequireEffect(
+        {"splat_scale"},
+        "on " + NameOf(kOutputTypeNames, type) + "; leave it out, or write splats");
   }
 }
 
 // Writes the visible cells as splats or points.
 void WriteCells(const ConverterOptions& converter,
-                const std::string& type,
+                OutputType type,
                 const Model& model,
                 const ExportableScene& scene) {
   const std::string& path = converter.output_path;
@@ -115,29 +127,29 @@ void WriteCells(const ConverterOptions& converter,
   if (cells.empty()) {
     LOG(WARNING) << path << ": no cell is solid and seen by a photo; the file is empty";
   }
-  if (type == "splats") {
+  if (type == OutputType::kSplats) {
     WriteSplats(path, model, scene, cells, converter.splat_scale);
   } else {
     WriteCellPoints(path, scene, cells);
   }
-  LOG(INFO) << path << ": " << cells.size() << " " << type << " of " << model.foam.NumSites()
-            << " cells";
+  LOG(INFO) << path << ": " << cells.size() << " " << NameOf(kOutputTypeNames, type) << " of "
+            << model.foam.NumSites() << " cells";
 }
 
 // Writes the model as this type of file, and says what it holds.
-void WriteOutput(const ConverterOptions& converter, const std::string& type, const Model& model) {
+void WriteOutput(const ConverterOptions& converter, OutputType type, const Model& model) {
   const std::string& path = converter.output_path;
-  if (type == "foam") {
+  if (type == OutputType::kFoam) {
     WriteModel(path, model);
     LOG(INFO) << path << ": " << model.foam.NumSites() << " sites";
     return;
   }
   const ExportableScene scene = MakeExportableScene(model);
-  if (type == "radiant_foam") {
+  if (type == OutputType::kRadiantFoam) {
     WriteRadiantFoamPly(path, model, scene);
     LOG(INFO) << path << ": " << model.foam.NumSites()
               << " sites; Radiant Foam's format has no labels";
-  } else if (type == "text") {
+  } else if (type == OutputType::kText) {
     WriteFoamText(path, model, scene);
     LOG(INFO) << path << ": " << model.foam.NumSites() << " sites";
   } else {
@@ -159,7 +171,7 @@ void RunFoamConverter(int argc, char** argv) {
                     converter.splat_scale,
                     ": 0.1 to 10 would be right.");
   }
-  const std::string type = TypeOf(converter.output_type, converter.output_path);
+  const OutputType type = TypeOf(converter.output_type, converter.output_path);
   RequireEffects(options, converter, type);
   CheckNoInputOverwrite(FilesOf(converter.input_path), {converter.output_path});
   WriteOutput(converter, type, ReadInput(converter.input_path, options.RandomSeed()));

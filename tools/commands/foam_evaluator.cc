@@ -9,6 +9,7 @@
 #include "tools/commands/commands.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
+#include "tools/options/enum_option.h"
 #include "tools/options/pixel_sampling.h"
 #include "tools/support/output_lock.h"
 
@@ -144,6 +145,11 @@ void RequireRoomForMaps(const Model& model,
   RequireOwnImages(maps, "--maps_path");
 }
 
+// When to fit the exposure of the photos.
+enum class ExposureFit { kAuto, kNever, kAlways };
+constexpr EnumName<ExposureFit> kExposureFitNames[] = {
+    {ExposureFit::kAuto, "auto"}, {ExposureFit::kNever, "0"}, {ExposureFit::kAlways, "1"}};
+
 // Options of the command line.
 struct EvaluatorOptions {
   std::string foam_path;
@@ -151,7 +157,7 @@ struct EvaluatorOptions {
   std::string truth_path;
   std::string json_path;
   std::string maps_path;
-  std::string fit_exposure = "auto";
+  ExposureFit fit_exposure = ExposureFit::kAuto;
   int supersample = kDefaultSupersample;
 };
 
@@ -164,10 +170,11 @@ void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
       &evaluator->truth_path,
       "folder of exact masks, <object>/<photo>.png, white where the object is; "
       "by default segmentation_labels/masks/ beside the photos' folder");
-  options->AddChoiceOption(
+  AddEnumOption(
+      options,
       "fit_exposure",
       &evaluator->fit_exposure,
-      {"auto", "0", "1"},
+      kExposureFitNames,
       "colour: fit each photo's exposure on its left half and score the right one; auto = where "
       "the foam was trained with exposure on");
   AddSupersampleOption(options, &evaluator->supersample);
@@ -212,7 +219,8 @@ void RunFoamEvaluator(int argc, char** argv) {
   }
   const Model model = ReadModel(foam_path);
   const bool fits_exposure =
-      fit_exposure == "1" || (fit_exposure == "auto" && model.options.contains("exposure"));
+      fit_exposure == ExposureFit::kAlways ||
+      (fit_exposure == ExposureFit::kAuto && model.options.contains("exposure"));
   OnViewMaps write_maps;
   if (!maps_path.empty()) {
     RequireRoomForMaps(model, foam_path, image_path, maps_path);

@@ -8,6 +8,7 @@
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
 #include "tools/evaluation/mesh_score.h"
+#include "tools/options/enum_option.h"
 
 #include <charconv>
 #include <cmath>
@@ -145,7 +146,7 @@ struct EvaluatorOptions {
   std::string reference_path;
   std::string visible_path;
   std::string tolerances = "0.01,0.02";
-  std::string nearest = "samples";
+  Nearest nearest = Nearest::kSamples;
   std::string json_path;
   ExportTransformOptions frame;
 };
@@ -165,11 +166,12 @@ void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
   options->AddDefaultOption("tolerances",
                             &evaluator->tolerances,
                             "what counts as near, apart by commas, as shares of the diagonal");
-  options->AddChoiceOption("nearest",
-                           &evaluator->nearest,
-                           {"samples", "surface"},
-                           "distances to the nearest of 60000 points of the mesh and 120000 of the "
-                           "reference, as benchmarks do it, or exactly to the triangles");
+  AddEnumOption(options,
+                "nearest",
+                &evaluator->nearest,
+                kNearestNames,
+                "distances to the nearest of 60000 points of the mesh and 120000 of the "
+                "reference, as benchmarks do it, or exactly to the triangles");
   options->AddDefaultOption("transform",
                             &evaluator->frame.transform,
                             "a similarity from the frame of the meshes to that of the references: "
@@ -215,14 +217,13 @@ void RunMeshEvaluator(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   const std::vector<double> tolerances = ParseTolerances(evaluator.tolerances);
   const ExportTransform transform = ParseExportTransform(evaluator.frame);
-  const Nearest nearest = evaluator.nearest == "samples" ? Nearest::kSamples : Nearest::kSurface;
 
   const std::vector<MeshPair> meshes =
       PairMeshes(evaluator.mesh_path, evaluator.reference_path, evaluator.visible_path);
   if (!evaluator.json_path.empty()) RequireRoomForJson(evaluator.json_path, meshes);
   std::vector<ScoredPair> pairs;
   for (const MeshPair& files : meshes) {
-    pairs.push_back(ScorePair(files, transform, tolerances, nearest));
+    pairs.push_back(ScorePair(files, transform, tolerances, evaluator.nearest));
   }
   Print(pairs, tolerances);
   if (!evaluator.json_path.empty()) {

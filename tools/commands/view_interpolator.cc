@@ -15,6 +15,7 @@
 #include "tools/commands/commands.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
+#include "tools/options/enum_option.h"
 #include "tools/support/output_lock.h"
 #include "tools/views/capture_path.h"
 
@@ -272,7 +273,7 @@ struct InterpolatorOptions {
   std::string foam_path;
   std::string image_path;
   std::string output_path;
-  std::string order = "auto";
+  FilmOrder order = FilmOrder::kAuto;
   std::string manifest_path;
   std::string mask_path;
   int between = 3;
@@ -292,12 +293,12 @@ void AddOptions(OptionManager* options, InterpolatorOptions* interpolator) {
   options->AddDefaultOption("between",
                             &interpolator->between,
                             "renders between two photos, 0 to 100; more where these are far apart");
-  options->AddChoiceOption(
-      "order",
-      &interpolator->order,
-      {"auto", "name", "path"},
-      "name: as the photos are called; path: a short way past all of them; auto: by "
-      "name where that is hardly longer");
+  AddEnumOption(options,
+                "order",
+                &interpolator->order,
+                kFilmOrderNames,
+                "name: as the photos are called; path: a short way past all of them; auto: by "
+                "name where that is hardly longer");
   options->AddDefaultOption("manifest_path",
                             &interpolator->manifest_path,
                             "the film's manifest.json, to bring masks back");

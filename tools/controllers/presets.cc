@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/presets.h"
 
-#include <array>
-
-#include <glog/logging.h>
+#include <cstdlib>
 
 namespace semfoam {
 namespace {
 
 struct Preset {
-  const char* quality;
+  Quality quality;
   int64_t num_rays;
   int rays_per_iteration;
   int final_sites;
@@ -17,26 +15,16 @@ struct Preset {
   int densify_events;  // as many as make the sites grow by some 15 % each time, as the papers do
 };
 
-constexpr std::array<Preset, 4> kPresets = {{
-    {"low", 20'000'000, 4096, 80'000, 2, 7},
-    {"medium", 140'000'000, 8192, 250'000, 2, 11},
-    {"high", 400'000'000, 16384, 450'000, 2, 13},
-    {"extreme", 1'200'000'000, 32768, 1'000'000, 3, 15},
-}};
+constexpr Preset kPresets[] = {
+    {Quality::kLow, 20'000'000, 4096, 80'000, 2, 7},
+    {Quality::kMedium, 140'000'000, 8192, 250'000, 2, 11},
+    {Quality::kHigh, 400'000'000, 16384, 450'000, 2, 13},
+    {Quality::kExtreme, 1'200'000'000, 32768, 1'000'000, 3, 15},
+};
 
 }  // namespace
 
-const std::vector<std::string>& Qualities() {
-  static const std::vector<std::string> qualities = [] {
-    std::vector<std::string> names;
-    names.reserve(std::size(kPresets));
-    for (const Preset& preset : kPresets) names.emplace_back(preset.quality);
-    return names;
-  }();
-  return qualities;
-}
-
-TrainingOptions OptionsForQuality(const std::string& quality) {
+TrainingOptions OptionsForQuality(Quality quality) {
   for (const Preset& preset : kPresets) {
     if (quality != preset.quality) continue;
     TrainingOptions options;
@@ -47,7 +35,7 @@ TrainingOptions OptionsForQuality(const std::string& quality) {
     options.densify_events = preset.densify_events;
     return options;
   }
-  LOG(FATAL) << "no preset " << quality;
+  std::abort();  // no value of the enum
 }
 
 }  // namespace semfoam

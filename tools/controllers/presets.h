@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "foam/train/trainer.h"
-
-#include <string>
-#include <vector>
 
 namespace semfoam {
 
-// Returns the names of the presets, from the fastest to the best: low, medium, high, extreme.
-const std::vector<std::string>& Qualities();
+// The presets, from the fastest to the best.
+enum class Quality { kLow, kMedium, kHigh, kExtreme };
+inline constexpr EnumName<Quality> kQualityNames[] = {{Quality::kLow, "low"},
+                                                      {Quality::kMedium, "medium"},
+                                                      {Quality::kHigh, "high"},
+                                                      {Quality::kExtreme, "extreme"}};
 
 // Returns the options of a preset: numbers of rays and sites, never seconds, so that the result
-// does not depend on the speed of the machine. CHECKs that `quality` is one of Qualities().
-TrainingOptions OptionsForQuality(const std::string& quality);
+// does not depend on the speed of the machine.
+TrainingOptions OptionsForQuality(Quality quality);
 
 }  // namespace semfoam

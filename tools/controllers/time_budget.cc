@@ -76,7 +76,9 @@ class FewViews final : public TrainingViews {
 TrainingOptions OptionsOnPresetLine(int64_t num_rays) {
   CHECK_GT(num_rays, 0);
   std::vector<TrainingOptions> presets;
-  for (const std::string& quality : Qualities()) presets.push_back(OptionsForQuality(quality));
+  for (const EnumName<Quality>& quality : kQualityNames) {
+    presets.push_back(OptionsForQuality(quality.value));
+  }
   const auto above = std::find_if(
       presets.begin() + 1, presets.end() - 1, [&](const auto& o) { return o.num_rays > num_rays; });
   const TrainingOptions& a = *std::prev(above);

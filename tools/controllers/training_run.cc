@@ -100,7 +100,7 @@ std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
   for (const char* name : {"exposure", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
   }
-  values["quality"] = run.quality;
+  values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   return values;
@@ -141,7 +141,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
   values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
   values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
-  values["quality"] = run.quality;
+  values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   const SceneChecksums checksums = ChecksumsOf(plan);

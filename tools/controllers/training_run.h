@@ -25,8 +25,8 @@ struct TrainingRun {
   SceneOptions scene;
   // Name of the preset that `training` was made from (OptionsForQuality), to be stored in the
   // model.
-  std::string quality = "medium";
-  TrainingOptions training = OptionsForQuality("medium");
+  Quality quality = Quality::kMedium;
+  TrainingOptions training = OptionsForQuality(Quality::kMedium);
   // Number of seconds for all of TrainAndWrite, > 0: chooses the options that presets set, except
   // `kept_options`, by the speed of this machine. 0: use those of `training`.
   double time_budget = 0;

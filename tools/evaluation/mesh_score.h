@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "tools/evaluation/mesh_distance.h"
 
 #include <cstdint>
@@ -34,6 +35,8 @@ enum class Nearest {
   // The triangles.
   kSurface,
 };
+inline constexpr EnumName<Nearest> kNearestNames[] = {{Nearest::kSamples, "samples"},
+                                                      {Nearest::kSurface, "surface"}};
 
 // Scores a mesh, with both surfaces sampled evenly by area. `visible` are points of the part of the
 // reference that counts for recall and completeness; empty: all of it. `tolerances` > 0.

@@ -17,8 +17,8 @@ int main(int argc, char** argv) try {
   semfoam::CompleteFromWorkspace(argv[1], &options.run);
   options.output_path = argv[2];
   options.run.scene.test_every = 8;
-  options.run.quality = "low";
-  options.run.training = semfoam::OptionsForQuality("low");
+  options.run.quality = semfoam::Quality::kLow;
+  options.run.training = semfoam::OptionsForQuality(options.run.quality);
   options.run.training.num_rays = 300'000;  // a quick look; low has 20 million
   semfoam::SegmentScene(options);
   return 0;

@@ -2,6 +2,7 @@
 #include "tools/options/training_run_options.h"
 
 #include "foam/util/error.h"
+#include "tools/options/enum_option.h"
 
 #include <cerrno>
 
@@ -11,13 +12,14 @@ namespace semfoam {
 namespace {
 
 // Adds --quality and --FoamTraining.*. The preset is taken first; what the user gives by name wins.
-void AddTrainingOptions(OptionManager* options, std::string* quality, TrainingOptions* training) {
+void AddTrainingOptions(OptionManager* options, Quality* quality, TrainingOptions* training) {
   *training = OptionsForQuality(*quality);
-  options->AddChoiceOption("quality",
-                           quality,
-                           Qualities(),
-                           "presets num_rays, final_sites, sh_degree and the like",
-                           [quality, training] { *training = OptionsForQuality(*quality); });
+  AddEnumOption(options,
+                "quality",
+                quality,
+                kQualityNames,
+                "presets num_rays, final_sites, sh_degree and the like",
+                [quality, training] { *training = OptionsForQuality(*quality); });
   const auto add = [options](const std::string& name, auto* value, const std::string& help) {
     options->AddDefaultOption("FoamTraining." + name, value, help);
   };

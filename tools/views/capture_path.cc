@@ -96,15 +96,14 @@ double ViewDistance(const PhotoRecord& a, const PhotoRecord& b, double depth) {
 
 std::vector<size_t> CaptureOrder(const std::vector<PhotoRecord>& photos,
                                  double depth,
-                                 const std::string& order) {
+                                 FilmOrder order) {
   std::vector<size_t> by_name(photos.size());
   std::iota(by_name.begin(), by_name.end(), size_t{0});
-  if (order == "name") return by_name;
-  CHECK(order == "path" || order == "auto") << order;
+  if (order == FilmOrder::kName) return by_name;
   const Distances distance(photos, depth);
   std::vector<size_t> path = NearestFirst(photos.size(), distance);
   Shorten(distance, &path);
-  if (order == "path") return path;
+  if (order == FilmOrder::kPath) return path;
   return distance.Length(by_name) <= kNameIsGoodEnough * distance.Length(path) ? by_name : path;
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "foam/model/model.h"
 #include "plugin/colmap/colmap_model.h"
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -15,14 +15,23 @@ namespace semfoam {
 // views in radians.
 double ViewDistance(const PhotoRecord& a, const PhotoRecord& b, double depth);
 
-// Returns an order of the photos, as indices, in which neighbours look alike. "name": the given
-// order (by name, as for the frames of a film). "path": a short path through all of them, from the
-// first photo always to the nearest remaining one, then shortened by reversing pieces (2-opt) until
-// that has no effect or a hundred passes are done. "auto": by name if that path is at most half as
-// long again, else "path".
+enum class FilmOrder {
+  // kName if that path is at most half as long again as kPath's.
+  kAuto,
+  // The given order: by name, as for the frames of a film.
+  kName,
+  // A short path through all photos, from the first always to the nearest remaining one, then
+  // shortened by reversing stretches of it (2-opt) until that has no effect or a hundred passes are
+  // done.
+  kPath,
+};
+inline constexpr EnumName<FilmOrder> kFilmOrderNames[] = {
+    {FilmOrder::kAuto, "auto"}, {FilmOrder::kName, "name"}, {FilmOrder::kPath, "path"}};
+
+// Returns an order of the photos, as indices, in which neighbours look alike.
 std::vector<size_t> CaptureOrder(const std::vector<PhotoRecord>& photos,
                                  double depth,
-                                 const std::string& order);
+                                 FilmOrder order);
 
 // One frame of the film.
 struct FilmFrame {

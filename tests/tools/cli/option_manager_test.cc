@@ -279,15 +279,15 @@ TEST(OptionManager, GroupValuesReadBackAsTheSameValues) {
 TEST(OptionManagerPresets, GrowFromLowToExtremeAndAreValid) {
   int64_t rays = 0;
   int sites = 0;
-  for (const std::string& quality : Qualities()) {
+  for (const auto& [quality, name] : kQualityNames) {
     const TrainingOptions options = OptionsForQuality(quality);
-    EXPECT_GT(options.num_rays, rays) << quality;
-    EXPECT_GT(options.final_sites, sites) << quality;
-    EXPECT_EQ(options.Check(), "") << quality;
+    EXPECT_GT(options.num_rays, rays) << name;
+    EXPECT_GT(options.final_sites, sites) << name;
+    EXPECT_EQ(options.Check(), "") << name;
     rays = options.num_rays;
     sites = options.final_sites;
   }
-  EXPECT_EQ(Qualities().size(), 4u);
+  EXPECT_EQ(std::size(kQualityNames), 4u);
 }
 
 TEST(OptionManager, AShortNameIsTheSameOption) {

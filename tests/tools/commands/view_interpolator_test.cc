@@ -41,13 +41,13 @@ std::vector<PhotoRecord> Row(const std::vector<double>& places) {
 
 TEST(ViewInterpolatorPath, GoesAShortWay) {
   const std::vector<PhotoRecord> mixed = Row({0, 3, 1, 4, 2});
-  EXPECT_THAT(CaptureOrder(mixed, 1, "name"), ElementsAre(0, 1, 2, 3, 4));
-  EXPECT_THAT(CaptureOrder(mixed, 1, "path"), ElementsAre(0, 2, 4, 1, 3));
-  EXPECT_THAT(CaptureOrder(mixed, 1, "auto"), ElementsAre(0, 2, 4, 1, 3));
+  EXPECT_THAT(CaptureOrder(mixed, 1, FilmOrder::kName), ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(CaptureOrder(mixed, 1, FilmOrder::kPath), ElementsAre(0, 2, 4, 1, 3));
+  EXPECT_THAT(CaptureOrder(mixed, 1, FilmOrder::kAuto), ElementsAre(0, 2, 4, 1, 3));
   // By name it goes back once, and is little longer: that is how they were taken.
   const std::vector<PhotoRecord> film = Row({0, 1, 2, 1.8, 3, 4});
-  EXPECT_THAT(CaptureOrder(film, 1, "auto"), ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_THAT(CaptureOrder(Row({7}), 1, "auto"), ElementsAre(0));
+  EXPECT_THAT(CaptureOrder(film, 1, FilmOrder::kAuto), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(CaptureOrder(Row({7}), 1, FilmOrder::kAuto), ElementsAre(0));
 }
 
 TEST(ViewInterpolatorPath, TurningPiecesAroundHelpsWhereTheNearestMisleads) {
@@ -55,7 +55,7 @@ TEST(ViewInterpolatorPath, TurningPiecesAroundHelpsWhereTheNearestMisleads) {
   std::vector<double> places;
   for (int k = 0; k < 40; ++k) places.push_back(std::sin(12.9898 * k) * 10);
   const std::vector<PhotoRecord> photos = Row(places);
-  const std::vector<size_t> order = CaptureOrder(photos, 1, "path");
+  const std::vector<size_t> order = CaptureOrder(photos, 1, FilmOrder::kPath);
   double length = 0;
   for (size_t k = 1; k < order.size(); ++k)
     length += ViewDistance(photos[order[k - 1]], photos[order[k]], 1);

@@ -19,14 +19,14 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(TimeBudgetPresetLine, GoesThroughThePresets) {
-  for (const std::string& quality : Qualities()) {
+  for (const auto& [quality, name] : kQualityNames) {
     const TrainingOptions preset = OptionsForQuality(quality);
     const TrainingOptions line = OptionsOnPresetLine(preset.num_rays);
-    EXPECT_EQ(line.num_rays, preset.num_rays) << quality;
-    EXPECT_NEAR(line.final_sites, preset.final_sites, 0.01 * preset.final_sites) << quality;
-    EXPECT_NEAR(line.rays_per_iteration, preset.rays_per_iteration, 128) << quality;
-    EXPECT_EQ(line.sh_degree, preset.sh_degree) << quality;
-    EXPECT_EQ(line.densify_events, preset.densify_events) << quality;
+    EXPECT_EQ(line.num_rays, preset.num_rays) << name;
+    EXPECT_NEAR(line.final_sites, preset.final_sites, 0.01 * preset.final_sites) << name;
+    EXPECT_NEAR(line.rays_per_iteration, preset.rays_per_iteration, 128) << name;
+    EXPECT_EQ(line.sh_degree, preset.sh_degree) << name;
+    EXPECT_EQ(line.densify_events, preset.densify_events) << name;
   }
 }
 
@@ -38,7 +38,7 @@ TEST(TimeBudgetPresetLine, GrowsWithTheRaysAndIsValidEverywhere) {
     EXPECT_GE(options.final_sites, sites) << rays;
     sites = options.final_sites;
   }
-  EXPECT_EQ(sites, OptionsForQuality(Qualities().back()).final_sites);
+  EXPECT_EQ(sites, OptionsForQuality(Quality::kExtreme).final_sites);
 }
 
 TEST(TimeBudgetModel, FillsSecondsOnTheLine) {

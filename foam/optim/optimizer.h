@@ -19,9 +19,27 @@ struct LearningRates {
   float density = 0;
   float sh_dc = 0;
   float sh_rest = 0;
+  // Of the change of colour over a cell's radius.
+  float color_gradient = 0;
   float identity = 0;
   float classifier = 0;
 };
+
+// Returns the length by which a site moves at a position rate of 1: its cell's radius within these
+// bounds, so that a small thing seen from afar trains like a large one from near, and the large
+// cells of a background find their places too.
+SEMFOAM_HOST_DEVICE inline float StepLength(float radius) {
+  constexpr float kSmallest = 5e-4f, kLargest = 0.1f;
+  return radius < kSmallest ? kSmallest : radius > kLargest ? kLargest : radius;
+}
+
+// Returns the length over which a colour gradient changes the colour by a step of its rate: the
+// cell's radius, so that no step changes the colour of a large cell's rim by more than that of a
+// small one's.
+SEMFOAM_HOST_DEVICE inline float GradientStepLength(float radius) {
+  constexpr float kSmallest = 5e-4f;
+  return radius < kSmallest ? kSmallest : radius;
+}
 
 // Statistics of all cells for the next densification, accumulated over the training rays since the
 // last one.
@@ -64,12 +82,14 @@ class FoamOptimizer {
   explicit FoamOptimizer(const Foam& foam);
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
-  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] keep their density; sites move by steps
-  // in proportion to their cell's `radius` [N]. Updates `density` [N or more], the activated
+  // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells with
+  // `is_clear` [N] keep their density; sites move by steps in proportion to their cell's `radius`
+  // [N], colour gradients by steps in proportion to its inverse. Updates `density` [N or more], the activated
   // densities. A cell with a gradient that is not finite keeps its parameters; returns the number
   // of such cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
+               const std::vector<Eigen::Vector3f>& sites,
                const std::vector<uint8_t>& is_clear,
                const std::vector<float>& radius,
                const LearningRates& rates,

@@ -8,14 +8,6 @@
 #include <algorithm>
 
 namespace semfoam {
-namespace {
-
-// Sites move in proportion to their cell's radius within these bounds, so that a small thing seen
-// from afar trains like a large one from near, and the large cells of a background find their
-// places too.
-constexpr float kSmallestRadius = 5e-4f, kLargestRadius = 0.1f;
-
-}  // namespace
 
 void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
                                    const FreeSpace& free_space,
@@ -31,7 +23,6 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
   radius_ = CellRadii(cells, delaunay_);
-  for (float& radius : radius_) radius = std::clamp(radius, kSmallestRadius, kLargestRadius);
   delaunay_.tets = {};
   delaunay_.tet_neighbors = {};
   SetTopology(delaunay_, &geometry_);

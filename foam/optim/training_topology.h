@@ -47,7 +47,7 @@ class TrainingTopology {
   const WalkGeometry<float>& geometry() const { return geometry_; }
   // Returns [N] whether the cell lies in free space and must stay transparent.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }
-  // Returns [N] the cell's radius, clamped to [5e-4, 0.1]: a site's steps are proportional to it.
+  // Returns [N] the cell's radius (CellRadii).
   const std::vector<float>& radius() const { return radius_; }
   // Returns the weight of the total variation per directed edge of delaunay()
   // (foam/render/total_variation.h); empty without areas.

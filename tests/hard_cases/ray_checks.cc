@@ -68,7 +68,8 @@ RayGradient<double> Widen(const RayGradient<Real>& gradient) {
 
 template <typename Real>
 CellContribution<double> Widen(const CellContribution<Real>& c) {
-  return {c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>()};
+  return {
+      c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>(), c.centroid};
 }
 
 // The loss of the ray's composite, in the variant's own arithmetic, and its gradient.
@@ -162,10 +163,7 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
       traces[i].quantile_tau[k] = static_cast<float>(rays[i].quantile_tau[k]);
     }
   }
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   UseSimdTarget(simd_target);
   TraceRays(scene.cells.float_geometry, shading, std::numeric_limits<float>::infinity(), traces);
   std::vector<TracedRay> out;
@@ -176,10 +174,7 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
 
 // As the threads of a GPU do it: with their kind of record, in chunks of a pool.
 TracedRay TraceLikeAGpu(const RayScene& scene, const RayCase& ray, uint32_t start) {
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   std::vector<Slot> slots;
   std::vector<uint32_t> previous(1);
   uint32_t num_taken = 0;
@@ -318,6 +313,7 @@ bool AllFinite(const TracedRay& ray) {
   for (const CellContribution<double>& c : ray.contributions) {
     check(c.weight);
     check(c.density);
+    check(c.centroid);
     finite = finite && c.position.allFinite();
   }
   return finite;
@@ -400,10 +396,19 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
     segment.shaded = static_cast<int>(record.shaded.size());
     ShadedSegment<double>& shaded = record.shaded.emplace_back(AddSegment(
         traced.t_in[n], traced.t_out[n], traced.density[n], segment.shaded, &record.composite));
-    ShColor(record.sh_basis,
-            traced.weight[n] > kNegligibleWeight ? num_coefficients : 1,
-            &values.sh[size_t(cell) * 3 * num_coefficients],
-            shaded.color);
+    const double* const sh = &values.sh[size_t(cell) * 3 * num_coefficients];
+    if (traced.weight[n] > kNegligibleWeight) {
+      LinearColor(record.sh_basis,
+                  num_coefficients,
+                  sh,
+                  &values.color_gradient[size_t(cell) * kColorGradientDim],
+                  ray.origin + shaded.centroid * ray.direction - values.positions[cell],
+                  ray.direction,
+                  shaded.color,
+                  shaded.slope);
+    } else {
+      ShColor(record.sh_basis, 1, sh, shaded.color);
+    }
   }
   // Into which segment a quantile falls is a branch: the variant's is followed.
   for (int k = 0; k < kNumQuantiles; ++k) {
@@ -420,7 +425,7 @@ double GradientDeviation(const RayScene& scene, const RayCase& ray, const Traced
   struct Pair {
     CellContribution<double> mine, oracle;
   };
-  const CellContribution<double> nothing{0, 0, 0, 0, Eigen::Vector3d::Zero()};
+  const CellContribution<double> nothing{0, 0, 0, 0, Eigen::Vector3d::Zero(), 0};
   std::map<uint32_t, Pair> pairs;
   for (const CellContribution<double>& c : traced.contributions) {
     pairs.try_emplace(c.cell, Pair{nothing, nothing}).first->second.mine = c;
@@ -436,6 +441,7 @@ double GradientDeviation(const RayScene& scene, const RayCase& ray, const Traced
     };
     include(pair.mine.weight - pair.oracle.weight, scale.weight);
     include(pair.mine.density - pair.oracle.density, scale.density);
+    include(pair.mine.centroid - pair.oracle.centroid, std::abs(pair.oracle.centroid));
     if (scale.ambiguous) continue;
     include((pair.mine.position - pair.oracle.position).lpNorm<Eigen::Infinity>(), scale.position);
   }
@@ -467,10 +473,7 @@ void CheckRenderedRays(const RayScene& scene,
                        const Device& device,
                        HardCaseResult* result) {
   const WalkGeometry<float>& geometry = scene.cells.float_geometry;
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   const ClassifierView<float> classifier = scene.values.Classifier();
   std::vector<RayQuery> queries;
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -696,6 +699,14 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
       here.density += by_depth * length;
       by_t_out += by_depth * shaded.sigma;
       by_t_in += by_depth * shaded.sigma;
+      // The gradient of the colour moves with the centroid: by no more than the face itself, and by
+      // a twelfth of the squared length for a change of the density.
+      double by_centroid = 0;
+      for (int c = 0; c < 3; ++c) by_centroid += std::abs(gradient.color[c] * shaded.slope[c]);
+      by_centroid *= shaded.weight;
+      here.density += by_centroid * length * length / 12;
+      by_t_out += by_centroid;
+      by_t_in += by_centroid;
       for (int k = 0; k < kNumQuantiles; ++k) {
         if (record.composite.quantile_segment[k] != segment.shaded) continue;
         const double by_quantile = std::abs(gradient.quantile_depth[k]);

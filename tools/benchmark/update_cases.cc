@@ -60,6 +60,7 @@ class Updater {
     for (BatchResult& batch : batches_) {
       not_finite += optimizer_.Step(&batch,
                                     tv_gradient_,
+                                    geometry_.positions,
                                     is_clear_,
                                     radius_,
                                     LearningRates{},

@@ -79,6 +79,7 @@ class GpuTraining : public TrainingDevice {
     DownloadSites();
     sites_.DownloadLearned(machine_, state_);
     Fetch(scene_.sh, &state_->foam.sh);
+    Fetch(scene_.color_gradient, &state_->foam.color_gradient);
     Fetch(scene_.identity, &state_->foam.identity);
     std::vector<Eigen::Vector3f> planes(num_sites_);
     machine_.Download(scene_.positions, num_sites_, planes.data());
@@ -217,6 +218,8 @@ class GpuTraining : public TrainingDevice {
     const ParameterRow row = Row();
     const CellContributions contributions = batch_.Contributions();
     const bool has_variation = graph.offsets != nullptr;
+    float* const color_gradient =
+        row.HasColorGradient() ? scene_.color_gradient.data() : nullptr;
     gradients_.Resize(size_t{num_sites_} * row.size);
     not_finite_.Resize(num_sites_);
     squared_error_.Resize(num_sites_);
@@ -225,6 +228,7 @@ class GpuTraining : public TrainingDevice {
     const int64_t num_row_threads = int64_t{num_sites_} * kRowThreads;
     machine_.ForEach(num_row_threads,
                      SumCellGradient{contributions,
+                                     {scene_.positions.data(), color_gradient},
                                      row,
                                      graph,
                                      num_sites_,
@@ -237,7 +241,12 @@ class GpuTraining : public TrainingDevice {
     machine_.ForEach(
         num_row_threads,
         AdamStepOfCell{row,
-                       {rates.identity, rates.position, rates.density, rates.sh_dc, rates.sh_rest},
+                       {rates.identity,
+                        rates.position,
+                        rates.density,
+                        rates.color_gradient,
+                        rates.sh_dc,
+                        rates.sh_rest},
                        state_->foam.ShStride(),
                        has_variation,
                        contributions.begin,
@@ -266,6 +275,7 @@ class GpuTraining : public TrainingDevice {
                                 sites_.positions.data(),
                                 sites_.raw_density.data(),
                                 scene_.density.data(),
+                                color_gradient,
                                 sites_.squared_error.data(),
                                 sites_.contribution.data()});
     return std::llround(Sum(not_finite_));

@@ -31,20 +31,28 @@ struct Appearance {
     }
     for (uint32_t k = 0; k < n * 27; ++k) sh.push_back(0.7f * random.Normal());
     for (uint32_t k = 0; k < n * kIdentityDim; ++k) identity.push_back(random.Normal());
+    for (uint32_t k = 0; k < n * kColorGradientDim; ++k) {
+      color_gradient.push_back(0.2f * random.Normal());
+    }
     density_double.assign(density.begin(), density.end());
     sh_double.assign(sh.begin(), sh.end());
     identity_double.assign(identity.begin(), identity.end());
+    color_gradient_double.assign(color_gradient.begin(), color_gradient.end());
   }
 
   CellShading<float> Float() const {
-    return {kShDegree, density.data(), sh.data(), identity.data()};
+    return {kShDegree, density.data(), sh.data(), identity.data(), color_gradient.data()};
   }
   CellShading<double> Double() const {
-    return {kShDegree, density_double.data(), sh_double.data(), identity_double.data()};
+    return {kShDegree,
+            density_double.data(),
+            sh_double.data(),
+            identity_double.data(),
+            color_gradient_double.data()};
   }
 
-  std::vector<float> density, sh, identity;
-  std::vector<double> density_double, sh_double, identity_double;
+  std::vector<float> density, sh, identity, color_gradient;
+  std::vector<double> density_double, sh_double, identity_double, color_gradient_double;
 };
 
 std::vector<RayTrace> RandomRays(const WalkableCells& cells, int count, uint64_t seed) {
@@ -117,7 +125,7 @@ void ExpectSameComposite(const RayComposite<float>& composite,
 
 // What a ray says to each cell, summed up by cell.
 struct CellSums {
-  double weight = 0, density = 0;
+  double weight = 0, density = 0, centroid = 0;
   uint32_t color_mask = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
@@ -127,6 +135,7 @@ void AddTo(const CellContribution<Real>& c, std::map<uint32_t, CellSums>* cells)
   CellSums& sums = (*cells)[c.cell];
   sums.weight += c.weight;
   sums.density += c.density;
+  sums.centroid += c.centroid;
   sums.color_mask |= c.color_mask;
   sums.position += c.position.template cast<double>();
 }
@@ -170,6 +179,7 @@ void ExpectSameGradient(const WalkableCells& cells,
       ASSERT_EQ(other.color_mask, sums.color_mask);
     }
     ASSERT_NEAR(other.density, sums.density, 2e-5 * density_scale);
+    ASSERT_NEAR(other.centroid, sums.centroid, 1e-6 * (1 + sums.centroid));
     ASSERT_LE((other.position - sums.position).norm(), 2e-4 * position_scale);
   }
   for (const auto& [cell, sums] : got) {

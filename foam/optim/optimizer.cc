@@ -58,17 +58,8 @@ void AddChange(const ParameterRow& row,
     *density = Density(raw);
   }
   if (row.HasColorGradient()) {
-    const float per_length = 1 / GradientStepLength(radius);
-    float* const gradient = &foam->color_gradient[site * kColorGradientDim];
-    static const float kB = getenv("GB") ? atof(getenv("GB")) : 1e9f;
-    static const float kD = getenv("GD") ? atof(getenv("GD")) : 0.f;
-    static const float kR = getenv("GR") ? atof(getenv("GR")) : 1e9f;
-    const float most = kB * per_length;
-    const float slow = radius > kR ? kR / radius : 1;
-    for (int k = 0; k < kColorGradientDim; ++k) {
-      gradient[k] += slow * per_length * change[row.color_gradient + k];
-      gradient[k] = std::clamp(gradient[k] * (1 - kD), -most*slow, most*slow);
-    }
+    StepColorGradient(
+        change + row.color_gradient, radius, &foam->color_gradient[site * kColorGradientDim]);
   }
   const int sh_stride = foam->ShStride();
   AddTo(change + row.sh, sh_stride, &foam->sh[site * sh_stride]);

@@ -33,12 +33,23 @@ SEMFOAM_HOST_DEVICE inline float StepLength(float radius) {
   return radius < kSmallest ? kSmallest : radius > kLargest ? kLargest : radius;
 }
 
-// Returns the length over which a colour gradient changes the colour by a step of its rate: the
-// cell's radius, so that no step changes the colour of a large cell's rim by more than that of a
-// small one's.
-SEMFOAM_HOST_DEVICE inline float GradientStepLength(float radius) {
+// Adds a row of changes to the colour gradient of a cell, in units of its learning rate: a step of 1
+// changes the colour by 1 over the cell's radius, and all steps together by no more than
+// kLargestColorChange. Beyond kLargestTexturedRadius both fall with the radius: photos show so large
+// a cell from few sides, and a gradient would only fit each of them, not what lies between.
+inline constexpr float kLargestColorChange = 0.3f;
+inline constexpr float kLargestTexturedRadius = 0.02f;
+SEMFOAM_HOST_DEVICE inline void StepColorGradient(const float* change,
+                                                  float radius,
+                                                  float* color_gradient) {
   constexpr float kSmallest = 5e-4f;
-  return radius < kSmallest ? kSmallest : radius;
+  float length = radius < kSmallest ? kSmallest : radius;
+  if (length > kLargestTexturedRadius) length *= length / kLargestTexturedRadius;
+  const float per_length = 1 / length, largest = kLargestColorChange * per_length;
+  for (int k = 0; k < kColorGradientDim; ++k) {
+    const float next = color_gradient[k] + per_length * change[k];
+    color_gradient[k] = next < -largest ? -largest : next > largest ? largest : next;
+  }
 }
 
 // Statistics of all cells for the next densification, accumulated over the training rays since the

@@ -42,25 +42,31 @@ inline constexpr int kNumQuantiles = 2;
 // cancel.
 template <typename T>
 SEMFOAM_HOST_DEVICE T CentroidShare(const T& x) {
+  using std::exp;
   using std::expm1;
   if (x < T(0.5)) {
     const T xx = x * x;
-    return T(0.5) - x * (T(1.0 / 12) - xx * (T(1.0 / 720) - xx * (T(1.0 / 30240) -
-                                                                 xx * T(1.0 / 1209600))));
+    T series = T(1.0 / 30240) - xx * (T(1.0 / 1209600) - xx * T(1.0 / 47900160));
+    series = T(1.0 / 12) - xx * (T(1.0 / 720) - xx * series);
+    return T(0.5) - x * series;
   }
-  return T(1) / x - T(1) / expm1(x);
+  // exp(x) would overflow.
+  return T(1) / x - exp(-x) / -expm1(-x);
 }
 
 // Returns h'(x).
 template <typename T>
 SEMFOAM_HOST_DEVICE T CentroidShareDerivative(const T& x) {
+  using std::exp;
   using std::expm1;
   if (x < T(0.5)) {
     const T xx = x * x;
-    return -(T(1.0 / 12) - xx * (T(1.0 / 240) - xx * (T(1.0 / 6048) - xx * T(1.0 / 172800))));
+    T series = T(1.0 / 6048) - xx * (T(1.0 / 172800) - xx * T(1.0 / 5322240));
+    series = T(1.0 / 12) - xx * (T(1.0 / 240) - xx * series);
+    return -series;
   }
-  // exp(x) / (exp(x) - 1)^2 as two factors, neither of which overflows to infinity times zero.
-  return T(1) / expm1(x) * (T(1) / -expm1(-x)) - T(1) / (x * x);
+  const T absorbed = -expm1(-x);
+  return exp(-x) / (absorbed * absorbed) - T(1) / x / x;
 }
 
 // One shaded segment of a ray.

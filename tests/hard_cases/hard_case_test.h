@@ -35,7 +35,7 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
   RayLoss(record.composite, ray.target, values.Classifier(), logits.data());
   const RayGradient<double> by_ray = RayLossGradient(
       record.composite, ray.target, values.Classifier(), kHardCaseWeights, logits.data());
-  const auto scales = GradientScales(geometry, record, by_ray);
+  const auto scales = GradientScales(geometry, values, record, by_ray);
 
   FoamParameters<Jet> jets = Cast<Jet>(values);
   double deviation = 0;

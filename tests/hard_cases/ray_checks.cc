@@ -398,11 +398,13 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
         traced.t_in[n], traced.t_out[n], traced.density[n], segment.shaded, &record.composite));
     const double* const sh = &values.sh[size_t(cell) * 3 * num_coefficients];
     if (traced.weight[n] > kNegligibleWeight) {
+      const Eigen::Vector3d offset =
+          ray.origin + shaded.centroid * ray.direction - values.positions[cell];
       LinearColor(record.sh_basis,
                   num_coefficients,
                   sh,
                   &values.color_gradient[size_t(cell) * kColorGradientDim],
-                  ray.origin + shaded.centroid * ray.direction - values.positions[cell],
+                  offset,
                   ray.direction,
                   shaded.color,
                   shaded.slope);
@@ -421,7 +423,7 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
 double GradientDeviation(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
   const RayRecord<double> record = InDouble(scene, ray, traced);
   const WalkGeometry<double>& geometry = scene.cells.geometry;
-  const auto scales = GradientScales(geometry, record, traced.gradient);
+  const auto scales = GradientScales(geometry, scene.values_in_double, record, traced.gradient);
   struct Pair {
     CellContribution<double> mine, oracle;
   };
@@ -441,7 +443,9 @@ double GradientDeviation(const RayScene& scene, const RayCase& ray, const Traced
     };
     include(pair.mine.weight - pair.oracle.weight, scale.weight);
     include(pair.mine.density - pair.oracle.density, scale.density);
-    include(pair.mine.centroid - pair.oracle.centroid, std::abs(pair.oracle.centroid));
+    // A cell without weight has no centroid that counts.
+    include(pair.mine.weight * (pair.mine.centroid - pair.oracle.centroid),
+            scale.weight * std::abs(pair.oracle.centroid));
     if (scale.ambiguous) continue;
     include((pair.mine.position - pair.oracle.position).lpNorm<Eigen::Infinity>(), scale.position);
   }
@@ -672,13 +676,23 @@ HardCaseResult CheckRays(const RayScene& scene,
 }
 
 std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
+                                                 const FoamParameters<double>& values,
                                                  const RayRecord<double>& record,
                                                  const RayGradient<double>& gradient) {
-  // by_weight <= brightest, for every segment.
+  // by_weight <= brightest, for every segment. A colour is a sum too: of terms as large as its
+  // gradient times the coordinates that its offset from the site is the difference of.
   double brightest = std::abs(gradient.opacity);
   for (int c = 0; c < 3; ++c) {
     double largest = 0;
-    for (const auto& shaded : record.shaded) largest = std::max(largest, shaded.color[c]);
+    for (const RecordedSegment<double>& segment : record.segments) {
+      if (segment.shaded < 0) continue;
+      const ShadedSegment<double>& shaded = record.shaded[segment.shaded];
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> color_gradient(
+          &values.color_gradient[size_t(segment.cell) * kColorGradientDim]);
+      const double reach = record.origin.norm() + std::abs(shaded.centroid) +
+                           geometry.positions[segment.cell].norm();
+      largest = std::max(largest, shaded.color[c] + reach * color_gradient.col(c).norm());
+    }
     brightest += std::abs(gradient.color[c]) * largest;
   }
   std::map<uint32_t, GradientScale> scales;
@@ -704,6 +718,11 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
       double by_centroid = 0;
       for (int c = 0; c < 3; ++c) by_centroid += std::abs(gradient.color[c] * shaded.slope[c]);
       by_centroid *= shaded.weight;
+      // What moving the site does to the offset from it.
+      for (int k = 0; k < kColorGradientDim; ++k) {
+        here.position += std::abs(shaded.weight * gradient.color[k % 3] *
+                                  values.color_gradient[segment.cell * kColorGradientDim + k]);
+      }
       here.density += by_centroid * length * length / 12;
       by_t_out += by_centroid;
       by_t_in += by_centroid;

@@ -134,6 +134,7 @@ struct GradientScale {
   bool ambiguous = false;  // a face of the ray is grazing in one arithmetic and not in the other
 };
 std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
+                                                 const FoamParameters<double>& values,
                                                  const RayRecord<double>& record,
                                                  const RayGradient<double>& gradient);
 

@@ -42,6 +42,7 @@ class GpuTraining : public TrainingDevice {
     num_sites_ = static_cast<uint32_t>(foam.NumSites());
     sites_.Upload(machine_, state_);
     Send(foam.sh, &scene_.sh);
+    Send(foam.color_gradient, &scene_.color_gradient);
     Send(foam.identity, &scene_.identity);
     scene_.Send(machine_, ClassifierOf(foam));
     ActivateDensities();

@@ -291,10 +291,8 @@ struct FinishCell {
     if (distance > kFarRadius) position *= kFarRadius / distance;
     positions[i] = position;
     if (row.HasColorGradient()) {
-      const float per_length = 1 / GradientStepLength(radius[i]);
-      for (int k = 0; k < kColorGradientDim; ++k) {
-        color_gradient[i * kColorGradientDim + k] += per_length * change[row.color_gradient + k];
-      }
+      StepColorGradient(
+          change + row.color_gradient, radius[i], color_gradient + i * kColorGradientDim);
     }
     if (is_clear[i]) return;
     const float raw = raw_density[i] + change[row.density];

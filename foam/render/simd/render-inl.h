@@ -649,7 +649,7 @@ HWY_INLINE void AppendRecords(const RayTrace& ray,
       c.position += Eigen::Vector3f(s.here[0][k], s.here[1][k], s.here[2][k]);
       c.weight = ray.weight[k];
       c.density = s.density[k];
-      if (ray.has_slopes) c.centroid = ray.centroid[k];
+      if (ray.has_slopes && ray.sites[k].density > 0) c.centroid = ray.centroid[k];
       for (int a = 0; a < 3; ++a) c.color_mask |= uint32_t{ray.color[a][k] > 0} << a;
     }
     if (c.weight == 0 && c.density == 0 && c.position.isZero(0)) continue;

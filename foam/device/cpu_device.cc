@@ -127,7 +127,7 @@ class CpuTrainingDevice final : public TrainingDevice {
                                                     tv_gradient_,
                                                     state_.topology.geometry().positions,
                                                     state_.topology.is_clear(),
-                                                    state_.topology.radius(),
+                                                    state_.topology.step_lengths(),
                                                     step.rates,
                                                     &state_.foam,
                                                     &density_,

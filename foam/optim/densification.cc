@@ -140,9 +140,8 @@ void Rearrange(const Rearrangement& plan,
   if (foam->HasColorGradients()) {
     Gather(plan.origin, kColorGradientDim, &foam->color_gradient);
     for (size_t k = 0; k < plan.origin.size(); ++k) {
-      ShiftColor(moved[k],
-                 &foam->color_gradient[k * kColorGradientDim],
-                 &foam->sh[k * foam->ShStride()]);
+      ShiftColor(
+          moved[k], &foam->color_gradient[k * kColorGradientDim], &foam->sh[k * foam->ShStride()]);
     }
   }
   Gather(plan.origin, kIdentityDim, &foam->identity);

@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <glog/logging.h>
@@ -38,18 +39,18 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
   return rate;
 }
 
-// Adds a row of changes to all parameters of a cell of this radius but its identity. Moves the site
-// in units of StepLength, within kFarRadius. Unless `is_clear`, updates `density` from the new raw
+// Adds a row of changes to all parameters of a cell but its identity, in units of its step lengths.
+// Keeps the site within kFarRadius. Unless `is_clear`, updates `density` from the new raw
 // density.
 void AddChange(const ParameterRow& row,
                const float* change,
                int64_t site,
                bool is_clear,
-               float radius,
+               const StepLengths& lengths,
                Foam* foam,
                float* density) {
   Eigen::Vector3f& position = foam->positions[site];
-  position += StepLength(radius) * Eigen::Vector3f(change + row.position);
+  position += lengths.position * Eigen::Vector3f(change + row.position);
   const float distance = position.norm();
   if (distance > kFarRadius) position *= kFarRadius / distance;
   if (!is_clear) {
@@ -58,14 +59,22 @@ void AddChange(const ParameterRow& row,
     *density = Density(raw);
   }
   if (row.HasColorGradient()) {
-    StepColorGradient(
-        change + row.color_gradient, radius, &foam->color_gradient[site * kColorGradientDim]);
+    StepColorGradient(change + row.color_gradient,
+                      lengths.color_gradient,
+                      &foam->color_gradient[site * kColorGradientDim]);
   }
   const int sh_stride = foam->ShStride();
   AddTo(change + row.sh, sh_stride, &foam->sh[site * sh_stride]);
 }
 
 }  // namespace
+
+StepLengths StepLengthsOf(float radius, bool is_open) {
+  constexpr float kSmallest = 5e-4f, kLargestMove = 0.1f, kLargestTextured = 0.02f;
+  const float length = std::max(radius, kSmallest);
+  const float excess = is_open ? std::numeric_limits<float>::infinity() : length / kLargestTextured;
+  return {std::min(length, kLargestMove), length * std::max(1.f, excess)};
+}
 
 const std::vector<AdamCorrection>& AdamCorrections() {
   static const std::vector<AdamCorrection> corrections = [] {
@@ -93,7 +102,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
                             const std::vector<Eigen::Vector3f>& sites,
                             const std::vector<uint8_t>& is_clear,
-                            const std::vector<float>& radius,
+                            const std::vector<StepLengths>& step_lengths,
                             const LearningRates& rates,
                             Foam* foam,
                             std::vector<float>* density,
@@ -102,7 +111,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
   CHECK_EQ(steps_.size(), num_sites);
   CHECK_GE(sites.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
-  CHECK_EQ(radius.size(), num_sites);
+  CHECK_EQ(step_lengths.size(), num_sites);
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
   batch->gradients.Group(num_sites);
@@ -142,7 +151,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (!records.empty()) {
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
-        AddChange(row_, change.data(), i, is_clear[i], radius[i], foam, &(*density)[i]);
+        AddChange(row_, change.data(), i, is_clear[i], step_lengths[i], foam, &(*density)[i]);
       }
       if (foam->HasSemantics()) {
         AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);

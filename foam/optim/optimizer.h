@@ -13,39 +13,42 @@ namespace semfoam {
 
 // Learning rates of one step.
 struct LearningRates {
-  // In units of the cell's radius; 0: frozen.
+  // In units of StepLengths::position; 0: frozen.
   float position = 0;
   // Of the raw density.
   float density = 0;
   float sh_dc = 0;
   float sh_rest = 0;
-  // Of the change of colour over a cell's radius.
+  // In units of StepLengths::color_gradient.
   float color_gradient = 0;
   float identity = 0;
   float classifier = 0;
 };
 
-// Returns the length by which a site moves at a position rate of 1: its cell's radius within these
-// bounds, so that a small thing seen from afar trains like a large one from near, and the large
-// cells of a background find their places too.
-SEMFOAM_HOST_DEVICE inline float StepLength(float radius) {
-  constexpr float kSmallest = 5e-4f, kLargest = 0.1f;
-  return radius < kSmallest ? kSmallest : radius > kLargest ? kLargest : radius;
-}
+// The lengths that a cell's changes of position and of colour gradient are measured in (normalised
+// frame).
+struct StepLengths {
+  // The site moves by this at a position rate of 1.
+  float position = 0;
+  // A step of 1 of the colour gradient changes the colour by 1 over this. Infinity: no gradient.
+  float color_gradient = 0;
+};
 
-// Adds a row of changes to the colour gradient of a cell, in units of its learning rate: a step of 1
-// changes the colour by 1 over the cell's radius, and all steps together by no more than
-// kLargestColorChange. Beyond kLargestTexturedRadius both fall with the radius: photos show so large
-// a cell from few sides, and a gradient would only fit each of them, not what lies between.
+// Returns the step lengths of a cell of this radius (CellRadii): the radius, within bounds, so that
+// a small thing seen from afar trains like a large one from near, and the large cells of a
+// background find their places too. Photos show a very large cell from few sides: a colour gradient
+// would fit each of them and not what lies between, so its steps fall with the radius. A cell next
+// to a guard, `is_open`, has no end within the scene, and a linear colour no bound within the cell.
+StepLengths StepLengthsOf(float radius, bool is_open);
+
+// Largest change of colour by a colour gradient over its step length.
 inline constexpr float kLargestColorChange = 0.3f;
-inline constexpr float kLargestTexturedRadius = 0.02f;
+
+// Adds a row of changes to the colour gradient of a cell, in units of its step length.
 SEMFOAM_HOST_DEVICE inline void StepColorGradient(const float* change,
-                                                  float radius,
+                                                  float step_length,
                                                   float* color_gradient) {
-  constexpr float kSmallest = 5e-4f;
-  float length = radius < kSmallest ? kSmallest : radius;
-  if (length > kLargestTexturedRadius) length *= length / kLargestTexturedRadius;
-  const float per_length = 1 / length, largest = kLargestColorChange * per_length;
+  const float per_length = 1 / step_length, largest = kLargestColorChange * per_length;
   for (int k = 0; k < kColorGradientDim; ++k) {
     const float next = color_gradient[k] + per_length * change[k];
     color_gradient[k] = next < -largest ? -largest : next > largest ? largest : next;
@@ -93,16 +96,15 @@ class FoamOptimizer {
   explicit FoamOptimizer(const Foam& foam);
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
-  // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells with
-  // `is_clear` [N] keep their density; sites move by steps in proportion to their cell's `radius`
-  // [N], colour gradients by steps in proportion to its inverse. Updates `density` [N or more], the activated
-  // densities. A cell with a gradient that is not finite keeps its parameters; returns the number
-  // of such cells.
+  // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
+  // with `is_clear` [N] keep their density. Updates `density` [N or more], the activated densities.
+  // A cell with a gradient that is not finite keeps its parameters; returns the number of such
+  // cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
                const std::vector<Eigen::Vector3f>& sites,
                const std::vector<uint8_t>& is_clear,
-               const std::vector<float>& radius,
+               const std::vector<StepLengths>& step_lengths,
                const LearningRates& rates,
                Foam* foam,
                std::vector<float>* density,

@@ -18,8 +18,8 @@
 // colour of a cell is linear in position, c_n is its value at the centroid of the weight over the
 // segment, which is exact (Radiance Meshes, section 4):
 //   t_n = t_in + (t_out - t_in) h(x_n),  h(x) = 1 / x - 1 / (exp(x) - 1).
-// The backward pass runs over the recorded segments from the far end: with g_n the derivative of the
-// loss by w_n,
+// The backward pass runs over the recorded segments from the far end: with g_n the derivative of
+// the loss by w_n,
 //   dL/dx_n = g_n exp(-tau_n - x_n) - sum over m > n of g_m w_m,
 // a suffix sum; nothing is ever divided by a transmittance, and every segment, the last one too,
 // gets its gradient.

@@ -91,9 +91,9 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   const int64_t parameters = 4 + 3 * NumShCoefficients(options.sh_degree) +
                              (options.HasColorGradients() ? kColorGradientDim : 0) + identity;
   // Every parameter with two moments; the count of its cell's steps, what densification
-  // accumulates, the activated density, the radius, whether it must stay clear, where it was
+  // accumulates, the activated density, the step lengths, whether it must stay clear, where it was
   // triangulated.
-  const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 4 + 1 + 12;
+  const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 8 + 1 + 12;
   // The gradient of the total variation stays; its weights go with the old neighbours, and come
   // with the new ones when CGAL's triangulation is gone, which is larger.
   const double topology_bytes = kTriangulationBytesPerSite + 4 * identity;

@@ -76,8 +76,8 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
       compare(2, 3 * num_coefficients * cell + k, scale.weight);
     }
     // A sum over offsets of centroids, each as exact as the lengths that it is the difference of.
-    const double reach = record.origin.norm() + record.segments.back().t_out +
-                         values.positions[cell].norm();
+    const double reach =
+        record.origin.norm() + record.segments.back().t_out + values.positions[cell].norm();
     for (int k = 0; k < kColorGradientDim; ++k) {
       compare(6, size_t(cell) * kColorGradientDim + k, scale.weight * reach);
     }

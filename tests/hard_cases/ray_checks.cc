@@ -8,7 +8,9 @@
 #include "foam/device/device_factory.h"
 #include "foam/geometry/delaunay.h"
 #include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
 #include "foam/model/spherical_harmonics.h"
+#include "foam/optim/optimizer.h"
 #include "foam/render/ray_tracer.h"
 #include "foam/render/walk.h"
 #include "foam/util/parallel.h"
@@ -581,7 +583,21 @@ RayScene::RayScene(const std::vector<Eigen::Vector3f>& sites,
                    int num_classes)
     : cells(sites),
       values(RandomParameters(cells.positions, sites.size(), sh_degree, num_classes, seed)) {
+  BoundColorGradients();
   Update();
+}
+
+// As training does: cells without an end are of one colour.
+void RayScene::BoundColorGradients() {
+  const std::vector<float> radii = CellRadii(cells.positions, cells.delaunay);
+  constexpr float kNoChange[kColorGradientDim] = {};
+  for (uint32_t i = 0; i < NumSites(); ++i) {
+    const auto neighbors = cells.delaunay.Neighbors(i);
+    const bool is_open = !neighbors.empty() && neighbors.back() >= NumSites();
+    StepColorGradient(kNoChange,
+                      StepLengthsOf(radii[i], is_open).color_gradient,
+                      &values.color_gradient[size_t{i} * kColorGradientDim]);
+  }
 }
 
 void RayScene::MoveSites(const std::vector<Eigen::Vector3f>& sites) {

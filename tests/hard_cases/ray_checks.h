@@ -76,6 +76,8 @@ struct RayScene {
   // The distance of the nearest site by looking at all of them.
   double NearestDistance(const Eigen::Vector3d& x) const;
 
+  void BoundColorGradients();
+
   uint32_t NumSites() const { return cells.delaunay.num_sites; }
 
   WalkableCells cells;

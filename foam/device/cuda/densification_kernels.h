@@ -41,9 +41,8 @@ struct PlaceSite {
   SEMFOAM_HOST_DEVICE void operator()(int64_t k) const {
     if (!is_new[k]) return;
     if (color_gradient != nullptr) {
-      ShiftColor(planned[k] - positions[k],
-                 color_gradient + k * kColorGradientDim,
-                 sh + k * sh_stride);
+      ShiftColor(
+          planned[k] - positions[k], color_gradient + k * kColorGradientDim, sh + k * sh_stride);
     }
     positions[k] = planned[k];
   }

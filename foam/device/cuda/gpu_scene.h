@@ -38,8 +38,8 @@ struct GpuScene {
   Array<uint32_t> first_block;       // as in WalkGeometry
   Array<PlaneBlock<float>> blocks;
   Array<uint32_t> cell_of_block;
-  Array<uint8_t> has_twin;    // [num_cells] scratch of a refresh
-  Array<float> density;       // [num_cells]
+  Array<uint8_t> has_twin;                    // [num_cells] scratch of a refresh
+  Array<float> density;                       // [num_cells]
   Array<float> sh, identity, color_gradient;  // as in CellShading
   Array<float> class_weight, class_bias;
 

@@ -59,7 +59,7 @@ class GpuTraining : public TrainingDevice {
     CHECK_EQ(topology.geometry().num_sites, num_sites_);
     scene_.Send(machine_, topology.geometry());
     Send(topology.is_clear(), &is_clear_);
-    Send(topology.radius(), &radius_);
+    Send(topology.step_lengths(), &step_lengths_);
     has_graph_ = !topology.tv_weights().empty();
     if (!has_graph_) return;
     const Delaunay& delaunay = topology.delaunay();
@@ -219,8 +219,7 @@ class GpuTraining : public TrainingDevice {
     const ParameterRow row = Row();
     const CellContributions contributions = batch_.Contributions();
     const bool has_variation = graph.offsets != nullptr;
-    float* const color_gradient =
-        row.HasColorGradient() ? scene_.color_gradient.data() : nullptr;
+    float* const color_gradient = row.HasColorGradient() ? scene_.color_gradient.data() : nullptr;
     gradients_.Resize(size_t{num_sites_} * row.size);
     not_finite_.Resize(num_sites_);
     squared_error_.Resize(num_sites_);
@@ -239,28 +238,27 @@ class GpuTraining : public TrainingDevice {
                                      not_finite_.data(),
                                      squared_error_.data(),
                                      contribution_.data()});
-    machine_.ForEach(
-        num_row_threads,
-        AdamStepOfCell{row,
-                       {rates.identity,
-                        rates.position,
-                        rates.density,
-                        rates.color_gradient,
-                        rates.sh_dc,
-                        rates.sh_rest},
-                       state_->foam.ShStride(),
-                       has_variation,
-                       contributions.begin,
-                       contributions.end,
-                       not_finite_.data(),
-                       corrections_.data(),
-                       static_cast<uint32_t>(corrections_.size()),
-                       sites_.steps.data(),
-                       gradients_.data(),
-                       sites_.first_moments.data(),
-                       sites_.second_moments.data(),
-                       scene_.sh.data(),
-                       scene_.identity.data()});
+    machine_.ForEach(num_row_threads,
+                     AdamStepOfCell{row,
+                                    {rates.identity,
+                                     rates.position,
+                                     rates.density,
+                                     rates.color_gradient,
+                                     rates.sh_dc,
+                                     rates.sh_rest},
+                                    state_->foam.ShStride(),
+                                    has_variation,
+                                    contributions.begin,
+                                    contributions.end,
+                                    not_finite_.data(),
+                                    corrections_.data(),
+                                    static_cast<uint32_t>(corrections_.size()),
+                                    sites_.steps.data(),
+                                    gradients_.data(),
+                                    sites_.first_moments.data(),
+                                    sites_.second_moments.data(),
+                                    scene_.sh.data(),
+                                    scene_.identity.data()});
     machine_.ForEach(num_sites_,
                      FinishCell{row,
                                 has_variation,
@@ -268,7 +266,7 @@ class GpuTraining : public TrainingDevice {
                                 contributions.end,
                                 not_finite_.data(),
                                 gradients_.data(),
-                                radius_.data(),
+                                step_lengths_.data(),
                                 is_clear_.data(),
                                 squared_error_.data(),
                                 contribution_.data(),
@@ -325,7 +323,7 @@ class GpuTraining : public TrainingDevice {
   GpuScene<Machine> scene_;
   GpuSites<Machine> sites_;
   Array<uint8_t> is_clear_;
-  Array<float> radius_;
+  Array<StepLengths> step_lengths_;
   bool has_graph_ = false;
   Array<uint32_t> offsets_, neighbors_;
   Array<float> tv_weights_;

@@ -264,7 +264,7 @@ struct FinishCell {
   const uint32_t* end;
   const uint8_t* not_finite;
   const float* changes;  // AdamStepOfCell's gradients
-  const float* radius;
+  const StepLengths* step_lengths;
   const uint8_t* is_clear;
   const float* squared_error;  // of this step
   const float* contribution;
@@ -286,13 +286,14 @@ struct FinishCell {
     if (contribution[i] > largest_contribution[i]) largest_contribution[i] = contribution[i];
     const float* const change = changes + i * row.size;
     Eigen::Vector3f position = positions[i];
-    for (int a = 0; a < 3; ++a) position[a] += StepLength(radius[i]) * change[row.position + a];
+    for (int a = 0; a < 3; ++a) position[a] += step_lengths[i].position * change[row.position + a];
     const float distance = position.norm();
     if (distance > kFarRadius) position *= kFarRadius / distance;
     positions[i] = position;
     if (row.HasColorGradient()) {
-      StepColorGradient(
-          change + row.color_gradient, radius[i], color_gradient + i * kColorGradientDim);
+      StepColorGradient(change + row.color_gradient,
+                        step_lengths[i].color_gradient,
+                        color_gradient + i * kColorGradientDim);
     }
     if (is_clear[i]) return;
     const float raw = raw_density[i] + change[row.density];

@@ -265,8 +265,7 @@ HWY_INLINE Floats CentroidShareSimd(Floats x, Floats absorbed) {
   series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 12));
   const Floats thin = hn::NegMulAdd(series, x, hn::Set(f, 0.5f));
   // 1 / (exp(x) - 1) = exp(-x) / absorbed.
-  const Floats thick =
-      hn::Sub(hn::Div(one, x), hn::Div(hn::Sub(one, absorbed), absorbed));
+  const Floats thick = hn::Sub(hn::Div(one, x), hn::Div(hn::Sub(one, absorbed), absorbed));
   return hn::IfThenElse(hn::Lt(x, hn::Set(f, 0.5f)), thin, thick);
 }
 
@@ -279,8 +278,8 @@ HWY_INLINE Floats CentroidShareDerivativeSimd(Floats x, Floats absorbed) {
   series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 6048));
   series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 240));
   series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 12));
-  const Floats thick = hn::Sub(hn::Div(hn::Sub(one, absorbed), hn::Mul(absorbed, absorbed)),
-                               hn::Div(one, xx));
+  const Floats thick =
+      hn::Sub(hn::Div(hn::Sub(one, absorbed), hn::Mul(absorbed, absorbed)), hn::Div(one, xx));
   return hn::IfThenElse(hn::Lt(x, hn::Set(f, 0.5f)), hn::Neg(series), thick);
 }
 
@@ -417,14 +416,14 @@ void TraceRays(const WalkGeometry<float>& geometry,
 
 // Scratch of the backward pass, one per thread.
 struct BackwardScratch {
-  LargePageVector<float> by_weight;  // dL/dw
-  LargePageVector<float> behind;     // sum over the segments behind of w dL/dw, and of quantiles
-  LargePageVector<float> density;    // dL/dsigma
-  LargePageVector<float> by_t;       // dL/dt of the exit face
-  LargePageVector<float> by_t_own;   // the part of it that comes from the segment before the face
+  LargePageVector<float> by_weight;    // dL/dw
+  LargePageVector<float> behind;       // sum over the segments behind of w dL/dw, and of quantiles
+  LargePageVector<float> density;      // dL/dsigma
+  LargePageVector<float> by_t;         // dL/dt of the exit face
+  LargePageVector<float> by_t_own;     // the part of it that comes from the segment before the face
   LargePageVector<float> by_centroid;  // dL/dt of the centroid of the segment's weight
-  LargePageVector<float> here[3];    // by_t dt/d(site of the segment)
-  LargePageVector<float> beyond[3];  // by_t dt/d(site behind the face)
+  LargePageVector<float> here[3];      // by_t dt/d(site of the segment)
+  LargePageVector<float> beyond[3];    // by_t dt/d(site behind the face)
 
   void Reserve(size_t count) {
     if (density.size() >= count) return;
@@ -531,8 +530,7 @@ HWY_INLINE void BackpropagateToCentroids(const RayTrace& ray,
     const Floats by_length =
         hn::MulAdd(optical_depth, derivative, CentroidShareSimd(optical_depth, absorbed));
     const Floats length = hn::Div(optical_depth, density);
-    const Floats by_density =
-        hn::Mul(by_centroid, hn::Mul(hn::Mul(length, length), derivative));
+    const Floats by_density = hn::Mul(by_centroid, hn::Mul(hn::Mul(length, length), derivative));
     const auto has_slope = hn::Ne(by_centroid, zero);
     const auto add = [&](Floats value, float* to) HWY_ATTR {
       hn::StoreU(hn::Add(hn::LoadU(f, to), hn::IfThenElse(has_slope, value, zero)), f, to);

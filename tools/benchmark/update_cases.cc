@@ -36,6 +36,7 @@ class Updater {
     SetTopology(delaunay_, &geometry_);
     density_ = CellDensities(foam_);
     const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+    Refresh(cells, &geometry_);
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
     statistics_.Reset(foam_.NumSites());

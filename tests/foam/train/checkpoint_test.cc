@@ -159,7 +159,7 @@ TEST_F(CheckpointTest, AnotherVersionIsNotDamaged) {
     std::string bytes = file_;
     std::memcpy(&bytes[8], &version, sizeof(version));
     const auto names_version = NamesMistake("not damaged: " + path_.string(),
-                                            {"version " + std::to_string(version), "version 1"},
+                                            {"version " + std::to_string(version), "version 2"},
                                             "format version");
     EXPECT_THAT(Refusal(bytes), names_version);
     EXPECT_THAT(Refusal(bytes.substr(0, 12)), names_version);

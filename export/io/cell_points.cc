@@ -207,9 +207,13 @@ void WriteFoamText(const fs::path& path, const Model& model, const ExportableSce
       "none.\n"
       "# OBJECT: of which it is a part in the exports, 0 = none. SH[]: " +
       std::to_string(NumShCoefficients(foam.sh_degree)) +
-      " coefficients, red green blue of each.\n"
+      " coefficients, red green blue of each.\n" +
+      (foam.HasColorGradients()
+           ? "# GRADIENT[]: of the colour per length along x, y and z, red green blue of each.\n"
+           : "") +
       "# NEIGHBORS[]: how many, then their SITEs.\n"
-      "# SITE X Y Z DENSITY RADIUS VOLUME LABEL CONFIDENCE R G B OBJECT SH[] NEIGHBORS[]\n");
+      "# SITE X Y Z DENSITY RADIUS VOLUME LABEL CONFIDENCE R G B OBJECT SH[] " +
+      (foam.HasColorGradients() ? "GRADIENT[] " : "") + "NEIGHBORS[]\n");
   for (uint32_t site = 0; site < scene.NumSites(); ++site) {
     number(site);
     const Eigen::Vector3d position = frame.Apply(scene.cell_positions[site].cast<double>());
@@ -223,6 +227,10 @@ void WriteFoamText(const fs::path& path, const Model& model, const ExportableSce
     number(Value(scene.ObjectId(site)));
     for (int k = 0; k < foam.ShStride(); ++k) {
       number(foam.sh[static_cast<size_t>(site) * foam.ShStride() + k]);
+    }
+    for (int k = 0; foam.HasColorGradients() && k < kColorGradientDim; ++k) {
+      number(static_cast<float>(
+          foam.color_gradient[static_cast<size_t>(site) * kColorGradientDim + k] / frame.scale));
     }
     const auto neighbors = scene.delaunay.Neighbors(site);
     const auto is_site = [&](uint32_t cell) { return cell < scene.NumSites(); };

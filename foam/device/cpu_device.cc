@@ -125,8 +125,9 @@ class CpuTrainingDevice final : public TrainingDevice {
     }
     result.skipped_updates = state_.optimizer->Step(&batch_,
                                                     tv_gradient_,
+                                                    state_.topology.geometry().positions,
                                                     state_.topology.is_clear(),
-                                                    state_.topology.radius(),
+                                                    state_.topology.step_lengths(),
                                                     step.rates,
                                                     &state_.foam,
                                                     &density_,

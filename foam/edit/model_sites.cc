@@ -22,6 +22,7 @@ void GatherSites(const std::vector<uint32_t>& sites, Model* model) {
   Gather(sites, 1, &foam.positions);
   Gather(sites, 1, &foam.raw_density);
   Gather(sites, foam.ShStride(), &foam.sh);
+  Gather(sites, kColorGradientDim, &foam.color_gradient);
   Gather(sites, kIdentityDim, &foam.identity);
   Gather(sites, 1, &statistics.contribution);
   Gather(sites, 1, &statistics.mean_color);
@@ -45,6 +46,13 @@ Model WithSites(const Model& model, const std::vector<uint32_t>& sites) {
 void AppendSites(const Model& other, Model* model) {
   const size_t n = model->foam.NumSites() + other.foam.NumSites();
   CHECK_EQ(other.foam.sh_degree, model->foam.sh_degree);
+  // Cells of one colour are those of gradient 0.
+  if (model->foam.HasColorGradients() || other.foam.HasColorGradients()) {
+    LargePageVector<float>& gradients = model->foam.color_gradient;
+    gradients.resize(model->foam.NumSites() * kColorGradientDim, 0.f);
+    Append(other.foam.color_gradient, &gradients);
+    gradients.resize(n * kColorGradientDim, 0.f);
+  }
   Append(other.foam.positions, &model->foam.positions);
   Append(other.foam.raw_density, &model->foam.raw_density);
   Append(other.foam.sh, &model->foam.sh);

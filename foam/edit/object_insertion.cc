@@ -7,6 +7,7 @@
 #include "foam/geometry/voronoi.h"
 #include "foam/model/activation.h"
 #include "foam/model/sh_rotation.h"
+#include "foam/model/spherical_harmonics.h"
 #include "foam/optim/optimizer.h"
 #include "foam/util/error.h"
 
@@ -188,6 +189,12 @@ ExtractedObjects PlaceObjects(ExtractedObjects objects,
           std::max<double>(RawDensity(Density<double>(raw) / scale), kTransparentRawDensity));
     }
   }
+  for (size_t k = 0; k < model.foam.color_gradient.size(); k += kColorGradientDim) {
+    // Rows are axes.
+    using Gradient = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+    Eigen::Map<Gradient> gradient(&model.foam.color_gradient[k]);
+    gradient = (placement.rotation * gradient.cast<double>() / scale).cast<float>().eval();
+  }
   if (placement.rotation != Eigen::Matrix3d::Identity()) {
     const ShRotation turn(model.foam.sh_degree, placement.rotation);
     for (size_t i = 0; i < model.foam.NumSites(); ++i) {
@@ -219,6 +226,13 @@ Insertion InsertObjects(const Model& scene,
 
   Model& model = insertion.model;
   model = WithSites(scene, sites.origin);
+  if (model.foam.HasColorGradients()) {
+    for (size_t i = 0; i < sites.positions.size(); ++i) {
+      ShiftColor(sites.positions[i] - model.foam.positions[i],
+                 &model.foam.color_gradient[i * kColorGradientDim],
+                 &model.foam.sh[i * model.foam.ShStride()]);
+    }
+  }
   model.foam.positions = std::move(sites.positions);
   RaiseShDegree(placed.model.foam.sh_degree, &model.foam);
   AppendSites(RowsFor(model, placed, own_ring, IdentityFeature{}), &model);

@@ -14,6 +14,9 @@ namespace semfoam {
 // Length of a cell's identity feature (Semantic Foam, section 3).
 inline constexpr int kIdentityDim = 16;
 
+// Length of a cell's colour gradient: three channels along three axes.
+inline constexpr int kColorGradientDim = 9;
+
 SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
   return (sh_degree + 1) * (sh_degree + 1);
 }
@@ -33,6 +36,9 @@ struct Foam {
   std::vector<float> raw_density;
   // [N][(sh_degree + 1)^2][3] SH coefficients: coefficient-major, channels interleaved.
   LargePageVector<float> sh;
+  // [N][3 axes][3 channels] Derivative of the colour by position: at x, the SH colour of site p
+  // changes by the sum over axes of (x - p)[a] * gradient[a]. Empty: cells of one colour each.
+  LargePageVector<float> color_gradient;
   // [N][kIdentityDim] Identity features, each one cache line.
   LargePageVector<float> identity;
   // [K][kIdentityDim] Weights and [K] biases of the linear layer from identities to classes.
@@ -41,6 +47,7 @@ struct Foam {
 
   size_t NumSites() const { return positions.size(); }
   bool HasSemantics() const { return num_classes > 0; }
+  bool HasColorGradients() const { return !color_gradient.empty(); }
   int ShStride() const { return 3 * NumShCoefficients(sh_degree); }
 };
 

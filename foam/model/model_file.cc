@@ -26,7 +26,9 @@ static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float), "positions are writt
 using Json = nlohmann::json;
 
 constexpr ChecksummedFormat kFormat = {
-    .magic = {'S', 'E', 'M', 'F', 'O', 'A', 'M', '\n'}, .version = 1, .alignment = 64};
+    .magic = {'S', 'E', 'M', 'F', 'O', 'A', 'M', '\n'}, .version = 2, .alignment = 64};
+// Cells of version 1 are of one colour each.
+constexpr uint32_t kOldestVersion = 1;
 constexpr int kMaxClasses = 65536;
 constexpr int kMaxPhotoSide = 1'000'000;
 
@@ -52,6 +54,9 @@ std::vector<ArrayView> Arrays(const Model& model) {
                                    {"raw_density", {n}, Floats(foam.raw_density)},
                                    {"sh", {n, sh, 3}, Floats(foam.sh)}};
   // What a model does not have takes no bytes.
+  if (foam.HasColorGradients()) {
+    arrays.push_back({"color_gradient", {n, 3, 3}, Floats(foam.color_gradient)});
+  }
   if (foam.HasSemantics()) {
     arrays.push_back({"identity", {n, kIdentityDim}, Floats(foam.identity)});
     arrays.push_back({"classifier_weight", {k, kIdentityDim}, Floats(foam.classifier_weight)});
@@ -181,11 +186,13 @@ Content ReadContent(const std::filesystem::path& path) {
       !file.HasMagic()) {
     throw UserError(name, ": this is not a foam model; foam_trainer writes one named scene.foam.");
   }
-  if (file.version() != kFormat.version) {
+  if (file.version() < kOldestVersion || file.version() > kFormat.version) {
     throw UserError(name,
                     ": it has format version ",
                     file.version(),
-                    ", and this program reads version ",
+                    ", and this program reads versions ",
+                    kOldestVersion,
+                    " to ",
                     kFormat.version,
                     "; use the program version that wrote it.");
   }
@@ -253,6 +260,9 @@ void ReadArrays(const Content& content, const Json& header, Model* model) {
   read_vectors("positions", &foam.positions);
   read("raw_density", n, &foam.raw_density);
   read("sh", n * foam.ShStride(), &foam.sh);
+  if (table.contains("color_gradient")) {
+    read("color_gradient", n * kColorGradientDim, &foam.color_gradient);
+  }
   if (foam.HasSemantics()) {
     const size_t k = foam.num_classes;
     read("identity", n * kIdentityDim, &foam.identity);

@@ -55,4 +55,40 @@ SEMFOAM_HOST_DEVICE void ShColor(const T* basis,
   }
 }
 
+// Moves the point at which the SH coefficients hold by `offset`: the colour of a cell with this
+// colour gradient stays the same everywhere.
+SEMFOAM_HOST_DEVICE inline void ShiftColor(const Eigen::Vector3f& offset,
+                                           const float* gradient,
+                                           float* sh) {
+  for (int a = 0; a < 3; ++a) {
+    for (int c = 0; c < 3; ++c) {
+      sh[c] += offset[a] * gradient[3 * a + c] * static_cast<float>(1 / kShDc);
+    }
+  }
+}
+
+// Computes the colour of a cell along a ray as ShColor does, at `offset` from its site (see
+// Foam::color_gradient, of which `gradient` is one row). Writes to `slope` the derivative of the
+// colour by the distance along the unit `direction`, per channel.
+template <typename T, typename Coefficient>
+SEMFOAM_HOST_DEVICE void LinearColor(const T* basis,
+                                     int num_coefficients,
+                                     const Coefficient* sh,
+                                     const Coefficient* gradient,
+                                     const Eigen::Matrix<T, 3, 1>& offset,
+                                     const Eigen::Matrix<T, 3, 1>& direction,
+                                     T* color,
+                                     T* slope) {
+  for (int c = 0; c < 3; ++c) {
+    color[c] = T(0.5);
+    slope[c] = T(0);
+    for (int k = 0; k < num_coefficients; ++k) color[c] += basis[k] * sh[3 * k + c];
+    for (int a = 0; a < 3; ++a) {
+      color[c] += offset[a] * gradient[3 * a + c];
+      slope[c] += direction[a] * gradient[3 * a + c];
+    }
+    if (!(color[c] > T(0))) color[c] = slope[c] = T(0);
+  }
+}
+
 }  // namespace semfoam

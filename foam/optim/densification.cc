@@ -3,6 +3,7 @@
 
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
+#include "foam/model/spherical_harmonics.h"
 #include "foam/util/array_rows.h"
 #include "foam/util/random_vectors.h"
 
@@ -128,11 +129,21 @@ void Rearrange(const Rearrangement& plan,
         foam->raw_density[i], statistics.contribution[i], options.transparent_contribution);
   }
   Gather(plan.origin, 1, &foam->positions);
+  std::vector<Eigen::Vector3f> moved(plan.origin.size(), Eigen::Vector3f::Zero());
   for (size_t k = 0; k < plan.origin.size(); ++k) {
-    if (plan.is_new[k]) foam->positions[k] = plan.positions[k];
+    if (!plan.is_new[k]) continue;
+    moved[k] = plan.positions[k] - foam->positions[k];
+    foam->positions[k] = plan.positions[k];
   }
   Gather(plan.origin, 1, &foam->raw_density);
   Gather(plan.origin, foam->ShStride(), &foam->sh);
+  if (foam->HasColorGradients()) {
+    Gather(plan.origin, kColorGradientDim, &foam->color_gradient);
+    for (size_t k = 0; k < plan.origin.size(); ++k) {
+      ShiftColor(
+          moved[k], &foam->color_gradient[k * kColorGradientDim], &foam->sh[k * foam->ShStride()]);
+    }
+  }
   Gather(plan.origin, kIdentityDim, &foam->identity);
 }
 

@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <glog/logging.h>
@@ -32,23 +33,24 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
   std::fill_n(rate.begin(), row.position, rates.identity);
   std::fill_n(rate.begin() + row.position, 3, rates.position);
   rate[row.density] = rates.density;
+  std::fill(rate.begin() + row.color_gradient, rate.begin() + row.sh, rates.color_gradient);
   std::fill_n(rate.begin() + row.sh, 3, rates.sh_dc);
   std::fill_n(rate.begin() + row.sh + 3, sh_stride - 3, rates.sh_rest);
   return rate;
 }
 
-// Adds a row of changes to all parameters of a cell but its identity. Moves the site in units of
-// the cell's `radius`, within kFarRadius. Unless `is_clear`, updates `density` from the new raw
+// Adds a row of changes to all parameters of a cell but its identity, in units of its step lengths.
+// Keeps the site within kFarRadius. Unless `is_clear`, updates `density` from the new raw
 // density.
 void AddChange(const ParameterRow& row,
                const float* change,
                int64_t site,
                bool is_clear,
-               float radius,
+               const StepLengths& lengths,
                Foam* foam,
                float* density) {
   Eigen::Vector3f& position = foam->positions[site];
-  position += radius * Eigen::Vector3f(change + row.position);
+  position += lengths.position * Eigen::Vector3f(change + row.position);
   const float distance = position.norm();
   if (distance > kFarRadius) position *= kFarRadius / distance;
   if (!is_clear) {
@@ -56,11 +58,23 @@ void AddChange(const ParameterRow& row,
     raw = std::max(raw + change[row.density], kLowestRawDensity);
     *density = Density(raw);
   }
+  if (row.HasColorGradient()) {
+    StepColorGradient(change + row.color_gradient,
+                      lengths.color_gradient,
+                      &foam->color_gradient[site * kColorGradientDim]);
+  }
   const int sh_stride = foam->ShStride();
   AddTo(change + row.sh, sh_stride, &foam->sh[site * sh_stride]);
 }
 
 }  // namespace
+
+StepLengths StepLengthsOf(float radius, bool is_open) {
+  constexpr float kSmallest = 5e-4f, kLargestMove = 0.1f, kLargestTextured = 0.02f;
+  const float length = std::max(radius, kSmallest);
+  const float excess = is_open ? std::numeric_limits<float>::infinity() : length / kLargestTextured;
+  return {std::min(length, kLargestMove), length * std::max(1.f, excess)};
+}
 
 const std::vector<AdamCorrection>& AdamCorrections() {
   static const std::vector<AdamCorrection> corrections = [] {
@@ -76,7 +90,7 @@ const std::vector<AdamCorrection>& AdamCorrections() {
 
 FoamOptimizer::FoamOptimizer(const Foam& foam)
     : sh_degree_(foam.sh_degree),
-      row_(foam.sh_degree, foam.HasSemantics()),
+      row_(foam.sh_degree, foam.HasSemantics(), foam.HasColorGradients()),
       stride_(row_.size),
       first_(foam.NumSites() * stride_, 0.f),
       second_(foam.NumSites() * stride_, 0.f),
@@ -86,16 +100,18 @@ FoamOptimizer::FoamOptimizer(const Foam& foam)
 
 int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
+                            const std::vector<Eigen::Vector3f>& sites,
                             const std::vector<uint8_t>& is_clear,
-                            const std::vector<float>& radius,
+                            const std::vector<StepLengths>& step_lengths,
                             const LearningRates& rates,
                             Foam* foam,
                             std::vector<float>* density,
                             DensificationStatistics* statistics) {
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
   CHECK_EQ(steps_.size(), num_sites);
+  CHECK_GE(sites.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
-  CHECK_EQ(radius.size(), num_sites);
+  CHECK_EQ(step_lengths.size(), num_sites);
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
   batch->gradients.Group(num_sites);
@@ -110,7 +126,13 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       // A step that is the regulariser's alone moves the identity and nothing else.
       const int num_parameters = records.empty() ? kIdentityDim : stride_;
       std::fill_n(gradient.begin(), num_parameters, 0.f);
-      const RecordTotals totals = SumRecords(records, batch->rays.data(), row_, gradient.data());
+      const RecordTotals totals = SumRecords(
+          records,
+          batch->rays.data(),
+          row_,
+          sites[i],
+          row_.HasColorGradient() ? &foam->color_gradient[i * kColorGradientDim] : nullptr,
+          gradient.data());
       gradient[row_.density] *= DensityDerivative(foam->raw_density[i]);
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
@@ -129,7 +151,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (!records.empty()) {
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
-        AddChange(row_, change.data(), i, is_clear[i], radius[i], foam, &(*density)[i]);
+        AddChange(row_, change.data(), i, is_clear[i], step_lengths[i], foam, &(*density)[i]);
       }
       if (foam->HasSemantics()) {
         AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
@@ -186,7 +208,7 @@ void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
 }
 
 void FoamOptimizer::ChangeShDegree(int degree) {
-  const ParameterRow row(degree, row_.position > 0);
+  const ParameterRow row(degree, row_.HasSemantics(), row_.HasColorGradient());
   const int kept = row_.sh + 3 * NumShCoefficients(std::min(sh_degree_, degree));
   first_ = ResizeRows(first_, stride_, kept, row.size);
   second_ = ResizeRows(second_, stride_, kept, row.size);

@@ -13,15 +13,47 @@ namespace semfoam {
 
 // Learning rates of one step.
 struct LearningRates {
-  // In units of the cell's radius; 0: frozen.
+  // In units of StepLengths::position; 0: frozen.
   float position = 0;
   // Of the raw density.
   float density = 0;
   float sh_dc = 0;
   float sh_rest = 0;
+  // In units of StepLengths::color_gradient.
+  float color_gradient = 0;
   float identity = 0;
   float classifier = 0;
 };
+
+// The lengths that a cell's changes of position and of colour gradient are measured in (normalised
+// frame).
+struct StepLengths {
+  // The site moves by this at a position rate of 1.
+  float position = 0;
+  // A step of 1 of the colour gradient changes the colour by 1 over this. Infinity: no gradient.
+  float color_gradient = 0;
+};
+
+// Returns the step lengths of a cell of this radius (CellRadii): the radius, within bounds, so that
+// a small thing seen from afar trains like a large one from near, and the large cells of a
+// background find their places too. Photos show a very large cell from few sides: a colour gradient
+// would fit each of them and not what lies between, so its steps fall with the radius. A cell next
+// to a guard, `is_open`, has no end within the scene, and a linear colour no bound within the cell.
+StepLengths StepLengthsOf(float radius, bool is_open);
+
+// Largest change of colour by a colour gradient over its step length.
+inline constexpr float kLargestColorChange = 0.3f;
+
+// Adds a row of changes to the colour gradient of a cell, in units of its step length.
+SEMFOAM_HOST_DEVICE inline void StepColorGradient(const float* change,
+                                                  float step_length,
+                                                  float* color_gradient) {
+  const float per_length = 1 / step_length, largest = kLargestColorChange * per_length;
+  for (int k = 0; k < kColorGradientDim; ++k) {
+    const float next = color_gradient[k] + per_length * change[k];
+    color_gradient[k] = next < -largest ? -largest : next > largest ? largest : next;
+  }
+}
 
 // Statistics of all cells for the next densification, accumulated over the training rays since the
 // last one.
@@ -64,14 +96,15 @@ class FoamOptimizer {
   explicit FoamOptimizer(const Foam& foam);
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
-  // [N][kIdentityDim], or empty. Cells with `is_clear` [N] keep their density; sites move by steps
-  // in proportion to their cell's `radius` [N]. Updates `density` [N or more], the activated
-  // densities. A cell with a gradient that is not finite keeps its parameters; returns the number
-  // of such cells.
+  // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
+  // with `is_clear` [N] keep their density. Updates `density` [N or more], the activated densities.
+  // A cell with a gradient that is not finite keeps its parameters; returns the number of such
+  // cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
+               const std::vector<Eigen::Vector3f>& sites,
                const std::vector<uint8_t>& is_clear,
-               const std::vector<float>& radius,
+               const std::vector<StepLengths>& step_lengths,
                const LearningRates& rates,
                Foam* foam,
                std::vector<float>* density,

@@ -8,14 +8,6 @@
 #include <algorithm>
 
 namespace semfoam {
-namespace {
-
-// Sites move in proportion to their cell's radius within these bounds, so that a small thing seen
-// from afar trains like a large one from near, and the large cells of a background find their
-// places too.
-constexpr float kSmallestRadius = 5e-4f, kLargestRadius = 0.1f;
-
-}  // namespace
 
 void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
                                    const FreeSpace& free_space,
@@ -30,8 +22,16 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
   }
-  radius_ = CellRadii(cells, delaunay_);
-  for (float& radius : radius_) radius = std::clamp(radius, kSmallestRadius, kLargestRadius);
+  const std::vector<float> radii = CellRadii(cells, delaunay_);
+  step_lengths_.resize(sites.size());
+  ParallelForBlocks(sites.size(), 1024, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const auto neighbors = delaunay_.Neighbors(i);
+      // Guards have the highest indices.
+      const bool is_open = !neighbors.empty() && neighbors.back() >= delaunay_.num_sites;
+      step_lengths_[i] = StepLengthsOf(radii[i], is_open);
+    }
+  });
   delaunay_.tets = {};
   delaunay_.tet_neighbors = {};
   SetTopology(delaunay_, &geometry_);

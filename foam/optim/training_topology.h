@@ -4,6 +4,7 @@
 #include "foam/geometry/delaunay.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/optim/free_space.h"
+#include "foam/optim/optimizer.h"
 #include "foam/render/walk.h"
 
 #include <cstdint>
@@ -47,8 +48,8 @@ class TrainingTopology {
   const WalkGeometry<float>& geometry() const { return geometry_; }
   // Returns [N] whether the cell lies in free space and must stay transparent.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }
-  // Returns [N] the cell's radius, clamped to [5e-4, 0.1]: a site's steps are proportional to it.
-  const std::vector<float>& radius() const { return radius_; }
+  // Returns [N] what a cell's steps are measured in.
+  const std::vector<StepLengths>& step_lengths() const { return step_lengths_; }
   // Returns the weight of the total variation per directed edge of delaunay()
   // (foam/render/total_variation.h); empty without areas.
   const std::vector<float>& tv_weights() const { return tv_weights_; }
@@ -59,7 +60,7 @@ class TrainingTopology {
   Delaunay delaunay_;
   WalkGeometry<float> geometry_;
   std::vector<uint8_t> is_clear_;
-  std::vector<float> radius_;
+  std::vector<StepLengths> step_lengths_;
   std::vector<float> tv_weights_;
   std::vector<Eigen::Vector3f> triangulated_;
 };

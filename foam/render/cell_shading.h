@@ -20,7 +20,8 @@ inline CellShading<float> ShadingOf(const Foam& foam, const std::vector<float>& 
   return {foam.sh_degree,
           density.data(),
           foam.sh.data(),
-          foam.HasSemantics() ? foam.identity.data() : nullptr};
+          foam.HasSemantics() ? foam.identity.data() : nullptr,
+          foam.HasColorGradients() ? foam.color_gradient.data() : nullptr};
 }
 
 // Returns a view of a foam's classifier, which must outlive it.

@@ -14,9 +14,12 @@
 // With optical depth x_n = sigma_n (t_out - t_in) of segment n and tau_n that of all segments
 // before it, the segment's weight is
 //   w_n = exp(-tau_n) (1 - exp(-x_n))                                  (Radiant Foam, equation 2)
-// and colour, identity and opacity of the ray are the sums of w_n c_n, w_n f_n and w_n. The
-// backward pass runs over the recorded segments from the far end: with g_n the derivative of the
-// loss by w_n,
+// and colour, identity and opacity of the ray are the sums of w_n c_n, w_n f_n and w_n. Where the
+// colour of a cell is linear in position, c_n is its value at the centroid of the weight over the
+// segment, which is exact (Radiance Meshes, section 4):
+//   t_n = t_in + (t_out - t_in) h(x_n),  h(x) = 1 / x - 1 / (exp(x) - 1).
+// The backward pass runs over the recorded segments from the far end: with g_n the derivative of
+// the loss by w_n,
 //   dL/dx_n = g_n exp(-tau_n - x_n) - sum over m > n of g_m w_m,
 // a suffix sum; nothing is ever divided by a transmittance, and every segment, the last one too,
 // gets its gradient.
@@ -34,6 +37,38 @@ inline constexpr float kNegligibleWeight = 1e-4f;
 
 inline constexpr int kNumQuantiles = 2;
 
+// Returns h(x): where the centroid of a segment's weight lies, as a share of the segment's length;
+// 1/2 for a thin segment, 0 for an opaque one. x >= 0. Below 1/2 as a series, because the two terms
+// cancel.
+template <typename T>
+SEMFOAM_HOST_DEVICE T CentroidShare(const T& x) {
+  using std::exp;
+  using std::expm1;
+  if (x < T(0.5)) {
+    const T xx = x * x;
+    T series = T(1.0 / 30240) - xx * (T(1.0 / 1209600) - xx * T(1.0 / 47900160));
+    series = T(1.0 / 12) - xx * (T(1.0 / 720) - xx * series);
+    return T(0.5) - x * series;
+  }
+  // exp(x) would overflow.
+  return T(1) / x - exp(-x) / -expm1(-x);
+}
+
+// Returns h'(x).
+template <typename T>
+SEMFOAM_HOST_DEVICE T CentroidShareDerivative(const T& x) {
+  using std::exp;
+  using std::expm1;
+  if (x < T(0.5)) {
+    const T xx = x * x;
+    T series = T(1.0 / 6048) - xx * (T(1.0 / 172800) - xx * T(1.0 / 5322240));
+    series = T(1.0 / 12) - xx * (T(1.0 / 240) - xx * series);
+    return -series;
+  }
+  const T absorbed = -expm1(-x);
+  return exp(-x) / (absorbed * absorbed) - T(1) / x / x;
+}
+
 // One shaded segment of a ray.
 template <typename T>
 struct ShadedSegment {
@@ -43,6 +78,9 @@ struct ShadedSegment {
   T tau_in;         // tau_n
   T weight;         // w_n
   T color[3];       // c_n
+  T centroid;       // t_n
+  // Derivative of c_n by t_n; 0 where a cell is of one colour.
+  T slope[3];
 };
 
 // Quantities accumulated along a ray so far.
@@ -82,6 +120,8 @@ SEMFOAM_HOST_DEVICE ShadedSegment<T> AddSegment(
   segment.optical_depth = sigma * (t_out - t_in);
   segment.tau_in = ray->tau;
   segment.weight = exp(-ray->tau) * -expm1(-segment.optical_depth);
+  segment.centroid = t_in + (t_out - t_in) * CentroidShare(segment.optical_depth);
+  for (int c = 0; c < 3; ++c) segment.slope[c] = T(0);
   const T tau_out = ray->tau + segment.optical_depth;
   for (int k = 0; k < kNumQuantiles; ++k) {
     if (ray->quantile_segment[k] < 0 && ray->quantile_tau[k] < tau_out) {
@@ -151,10 +191,26 @@ class BackwardPass {
     out.sigma += by_optical_depth * delta;
     out.t_out = by_optical_depth * segment.sigma;
     out.t_in -= out.t_out;
+    AddCentroid(segment, delta, &out);
     return out;
   }
 
  private:
+  // Adds what the gradient of the colour changes by moving the centroid.
+  SEMFOAM_HOST_DEVICE void AddCentroid(const ShadedSegment<T>& segment,
+                                       const T& length,
+                                       SegmentGradient<T>* out) const {
+    T by_centroid = T(0);
+    for (int c = 0; c < 3; ++c) by_centroid += gradient_.color[c] * segment.slope[c];
+    by_centroid *= segment.weight;
+    const T& x = segment.optical_depth;
+    const T derivative = CentroidShareDerivative(x);
+    const T by_length = CentroidShare(x) + x * derivative;
+    out->sigma += by_centroid * length * length * derivative;
+    out->t_out += by_centroid * by_length;
+    out->t_in += by_centroid * (T(1) - by_length);
+  }
+
   const RayComposite<T>& ray_;
   const RayGradient<T>& gradient_;
   T suffix_ = T(0);           // sum over the segments behind of g_m w_m

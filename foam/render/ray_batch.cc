@@ -115,7 +115,9 @@ void CastBlock(const Batch& batch,
                LargePageVector<RayOutput>* outputs,
                BlockSums* sums) {
   const int num_coefficients = NumShCoefficients(batch.shading.sh_degree);
-  const ParameterRow row(batch.shading.sh_degree, batch.shading.identity != nullptr);
+  const ParameterRow row(batch.shading.sh_degree,
+                         batch.shading.identity != nullptr,
+                         batch.shading.color_gradient != nullptr);
   const float per_ray = 1.f / batch.rays.size();
   const float* const identity =
       batch.weights.identity_to_density > 0 ? batch.shading.identity : nullptr;
@@ -134,6 +136,8 @@ void CastBlock(const Batch& batch,
     RayGradient<float> gradient =
         DifferentiateLoss(batch, trace.composite, batch.rays[i].target, per_ray, &class_loss, sums);
     (*outputs)[i].Set(row, gradient, trace.sh_basis, num_coefficients);
+    (*outputs)[i].origin = trace.origin;
+    (*outputs)[i].direction = trace.direction;
     for (float& g : gradient.identity) g *= static_cast<float>(batch.weights.identity_to_density);
     BackpropagateRay(
         trace, gradient, batch.geometry.num_sites, static_cast<uint32_t>(i), records, identity);

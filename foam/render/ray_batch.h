@@ -28,19 +28,26 @@ struct BatchRay {
 };
 
 // The order of a cell's parameters in one row, as gradients and moments hold them: identity (only
-// with semantics), position, raw density, SH; then zeros, up to a multiple of four.
+// with semantics), position, raw density, colour gradient (where there is one), SH; then zeros, up
+// to a multiple of four.
 struct ParameterRow {
-  static constexpr int kMaxSize = kIdentityDim + 4 + 3 * kMaxShCoefficients;
+  static constexpr int kMaxSize =
+      (kIdentityDim + 4 + kColorGradientDim + 3 * kMaxShCoefficients + 3) / 4 * 4;
 
-  ParameterRow(int sh_degree, bool has_semantics)
+  ParameterRow(int sh_degree, bool has_semantics, bool has_color_gradient)
       : position(has_semantics ? kIdentityDim : 0),
         density(position + 3),
-        sh(position + 4),
+        color_gradient(position + 4),
+        sh(color_gradient + (has_color_gradient ? kColorGradientDim : 0)),
         size((sh + 3 * NumShCoefficients(sh_degree) + 3) / 4 * 4) {}
+
+  bool HasSemantics() const { return position > 0; }
+  SEMFOAM_HOST_DEVICE bool HasColorGradient() const { return sh > color_gradient; }
 
   // Offsets of the parameters; the identity begins at 0.
   int position;
   int density;
+  int color_gradient;
   int sh;
   // Length of the row.
   int size;
@@ -56,9 +63,11 @@ SEMFOAM_HOST_DEVICE inline void ScaleGradient(float factor, RayGradient<float>* 
 
 // The part of a ray's gradient that all its cells share (see CellContribution): the derivatives of
 // the loss by the identity and the SH coefficients of a cell of weight 1, as a ParameterRow with
-// zeros in place of position and density.
+// zeros in place of position, density and colour gradient; and the ray itself.
 struct RayOutput {
   alignas(64) float parameters[(ParameterRow::kMaxSize + 15) / 16 * 16];
+  Eigen::Vector3f origin;
+  Eigen::Vector3f direction;
 
   // Writes row.size values. `sh_basis` has `num_coefficients` values, of the ray's direction.
   SEMFOAM_HOST_DEVICE void Set(const ParameterRow& row,

@@ -31,6 +31,8 @@ struct CellShading {
   const Real* sh = nullptr;
   // [num_sites][kIdentityDim]; null without semantics.
   const Real* identity = nullptr;
+  // [num_sites][3 axes][3 channels]; null where each cell is of one colour (Foam::color_gradient).
+  const Real* color_gradient = nullptr;
 };
 
 // The part of a ray inside one cell.
@@ -140,10 +142,21 @@ SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& ge
     segment.shaded = record->NumShaded();
     ShadedSegment<Real> shaded = AddSegment(t_in, t_out, sigma, segment.shaded, &composite);
     const bool counts = shaded.weight > Real(kNegligibleWeight);
-    ShColor(record->sh_basis,
-            counts ? num_coefficients : 1,
-            shading.sh + size_t(cell) * 3 * num_coefficients,
-            shaded.color);
+    const Real* const sh = shading.sh + size_t(cell) * 3 * num_coefficients;
+    if (counts && shading.color_gradient != nullptr) {
+      const Eigen::Matrix<Real, 3, 1> offset =
+          record->origin + shaded.centroid * record->direction - geometry.positions[cell];
+      LinearColor(record->sh_basis,
+                  num_coefficients,
+                  sh,
+                  shading.color_gradient + size_t(cell) * kColorGradientDim,
+                  offset,
+                  record->direction,
+                  shaded.color,
+                  shaded.slope);
+    } else {
+      ShColor(record->sh_basis, counts ? num_coefficients : 1, sh, shaded.color);
+    }
     for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * shaded.color[c];
     if (counts && shading.identity != nullptr) {
       const Real* identity = shading.identity + size_t(cell) * kIdentityDim;
@@ -160,7 +173,11 @@ SEMFOAM_HOST_DEVICE void TraceRay(const std::type_identity_t<WalkView<Real>>& ge
 // with vectors that all cells of the ray share, so the weight is enough: dL/dsh[k][c] = weight *
 // gradient.color[c] * sh_basis[k] where bit c of color_mask is set (the channel is not clamped at
 // black), dL/df = weight * gradient.identity. Where the weight is negligible (kNegligibleWeight),
-// the former holds for k = 0 only and the latter is 0.
+// the former holds for k = 0 only and the latter is 0. With the offset of the segment's centroid
+// from the site, o + centroid d - p, the same holds of the colour gradient: dL/dgradient[a][c] =
+// weight * gradient.color[c] * offset[a]. `position` lacks what the site does to the offset,
+// -sum over c of weight * gradient.color[c] * color_gradient[.][c], which is simpler to add once
+// for all rays of a cell.
 template <typename Real>
 struct CellContribution {
   uint32_t cell;
@@ -168,8 +185,10 @@ struct CellContribution {
   Real weight;
   // dL/dsigma, by the activated density.
   Real density;
-  // dL/dposition
+  // dL/dposition, but for the offset's share.
   Eigen::Matrix<Real, 3, 1> position;
+  // Distance of the centroid of the segment's weight from the ray's origin.
+  Real centroid;
 };
 
 // Runs the backward pass and calls emit(CellContribution) for every cell on the ray, guards apart,
@@ -199,10 +218,10 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
   };
 
   // The cell behind the current face: complete once the face has added its share.
-  CellContribution<Real> behind{segment.next, 0, Real(0), Real(0), Vector::Zero()};
+  CellContribution<Real> behind{segment.next, 0, Real(0), Real(0), Vector::Zero(), Real(0)};
   Real by_t_in = 0;  // dL/dt of the current face, as the entry of the cell behind it
   do {
-    CellContribution<Real> here{segment.cell, 0, Real(0), Real(0), Vector::Zero()};
+    CellContribution<Real> here{segment.cell, 0, Real(0), Real(0), Vector::Zero(), Real(0)};
     Real by_t_out = by_t_in;
     by_t_in = 0;
     if (segment.shaded >= 0) {
@@ -215,6 +234,7 @@ SEMFOAM_HOST_DEVICE void BackpropagateRay(const std::type_identity_t<WalkView<Re
       const SegmentGradient<Real> own = pass.Step(segment.shaded, shaded, identity_dot);
       here.weight = shaded.weight;
       here.density = own.sigma;
+      here.centroid = shaded.centroid;
       for (int c = 0; c < 3; ++c) here.color_mask |= uint32_t(shaded.color[c] > 0) << c;
       by_t_out += own.t_out;
       by_t_in = own.t_in;

@@ -70,6 +70,10 @@ struct RayTrace {
   // Transmittance behind the segment.
   LargePageVector<float> transmittance;
   LargePageVector<float> color[3];
+  // Of cells with a colour gradient only, as in ShadedSegment; the slope 0 where it does not count.
+  bool has_slopes = false;
+  LargePageVector<float> centroid;
+  LargePageVector<float> slope[3];
 };
 
 // Returns `count` traces of the calling thread with default inputs; their arrays keep the capacity

@@ -43,10 +43,13 @@ struct RecordTotals {
 };
 
 // Adds the records of one cell to `gradient` [row.size], in their order: dL/dsigma goes to
-// row.density. `rays` are the batch's.
+// row.density. `rays` are the batch's, `site` the position that they met. `color_gradient` is the
+// cell's, or null where `row` has none.
 RecordTotals SumRecords(std::span<const GradientRecord> records,
                         const RayOutput* rays,
                         const ParameterRow& row,
+                        const Eigen::Vector3f& site,
+                        const float* color_gradient,
                         float* gradient);
 
 // Computes TotalVariation (total_variation.h) of the edges of cells [begin, end), each edge from

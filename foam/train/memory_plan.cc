@@ -26,7 +26,7 @@ constexpr int64_t kPlaneBytesPerSite = 450 + 12;
 // four indices a tetrahedron; a point, its place in the order and its position as a cell.
 constexpr double kTriangulationBytesPerSite = kTetsPerSite * (72 + 8 + 32) + 48 + 24 + 8 + 12;
 
-// Records of a ray's gradients: 36 bytes each, as they are written (in arrays that double as they
+// Records of a ray's gradients: 40 bytes each, as they are written (in arrays that double as they
 // grow), in buckets, and by cell. A ray touches some 100 cells of a foam of a million.
 constexpr int64_t kRecordsPerRay = 100;
 constexpr int64_t kBytesPerRay = 4 * kRecordsPerRay * int64_t{sizeof(GradientRecord)} +
@@ -88,11 +88,12 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   MemoryPlan plan;
   plan.sites = Sites(options, num_seeds);
   const int64_t identity = num_classes > 0 ? kIdentityDim : 0;
-  const int64_t parameters = 4 + 3 * NumShCoefficients(options.sh_degree) + identity;
+  const int64_t parameters = 4 + 3 * NumShCoefficients(options.sh_degree) +
+                             (options.HasColorGradients() ? kColorGradientDim : 0) + identity;
   // Every parameter with two moments; the count of its cell's steps, what densification
-  // accumulates, the activated density, the radius, whether it must stay clear, where it was
+  // accumulates, the activated density, the step lengths, whether it must stay clear, where it was
   // triangulated.
-  const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 4 + 1 + 12;
+  const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 8 + 1 + 12;
   // The gradient of the total variation stays; its weights go with the old neighbours, and come
   // with the new ones when CGAL's triangulation is gone, which is larger.
   const double topology_bytes = kTriangulationBytesPerSite + 4 * identity;

@@ -56,6 +56,9 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
   centers.reserve(views_.NumViews());
   for (int view = 0; view < views_.NumViews(); ++view) centers.push_back(views_.Origin(view));
   state_.foam = InitialFoam(seeds, centers, initialization);
+  if (options_.HasColorGradients()) {
+    state_.foam.color_gradient.assign(state_.foam.NumSites() * kColorGradientDim, 0.f);
+  }
   state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
   state_.densification.Reset(state_.foam.NumSites());
   OpenPixelCache();

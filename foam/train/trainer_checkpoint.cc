@@ -30,6 +30,9 @@ void Trainer::SerializeArrays(size_t num_sites, size_t num_reports, Archive* arc
   archive->Array("positions", &state_.foam.positions, num_sites);
   archive->Array("raw_density", &state_.foam.raw_density, num_sites);
   archive->Array("sh", &state_.foam.sh, num_sites * state_.foam.ShStride());
+  archive->Array("color_gradient",
+                 &state_.foam.color_gradient,
+                 options_.HasColorGradients() ? num_sites * kColorGradientDim : 0);
   archive->Array("identity", &state_.foam.identity, identities);
   archive->Array("classifier_weight", &state_.foam.classifier_weight, classes * kIdentityDim);
   archive->Array("classifier_bias", &state_.foam.classifier_bias, classes);

@@ -29,12 +29,13 @@ constexpr double kLeastFlatColorLoss = 1.0 / 8192;
 // Ends the run with one sentence made of `parts`.
 template <typename... Parts>
 [[noreturn]] void Fail(int64_t iteration, const Parts&... parts) {
-  throw UserError("Training is lost at iteration ",
-                  iteration,
-                  ": ",
-                  parts...,
-                  "; lower learning rates (position_rate, density_rate, color_rate, "
-                  "sh_factor, identity_rate, classifier_rate) or weights would be right.");
+  throw UserError(
+      "Training is lost at iteration ",
+      iteration,
+      ": ",
+      parts...,
+      "; lower learning rates (position_rate, density_rate, color_rate, "
+      "sh_factor, color_gradient_rate, identity_rate, classifier_rate) or weights would be right.");
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ std::string TrainingOptions::Check() const {
   bounded("density_rate", density_rate);
   bounded("color_rate", color_rate);
   bounded("sh_factor", sh_factor);
+  bounded("color_gradient_rate", color_gradient_rate);
   bounded("identity_rate", identity_rate);
   bounded("classifier_rate", classifier_rate);
   fraction("final_rate", final_rate);

@@ -50,6 +50,9 @@ struct TrainingOptions {
   double color_rate = 2e-2;
   // Factor of `color_rate` for the SH coefficients of degree 1 and above.
   double sh_factor = 0.1;
+  // Of the colour gradients: change of the display value over a cell's radius. 0: each cell is of
+  // one colour.
+  double color_gradient_rate = 5e-3;
   double identity_rate = 2e-2;
   // Of the classifier; constant over the run.
   double classifier_rate = 5e-3;
@@ -69,6 +72,8 @@ struct TrainingOptions {
   // seconds. This is the only option that makes the result depend on the machine; the same options
   // with 0 here and TrainingSummary::late_rays give the same bytes.
   double seconds = 0;
+
+  bool HasColorGradients() const { return color_gradient_rate > 0; }
 
   // Returns an empty string if all options are in range; else one sentence with the name of the
   // first that is not, at the beginning, and its range.
@@ -94,6 +99,7 @@ struct TrainingOptions {
     archive->Number("density_rate", &density_rate);
     archive->Number("color_rate", &color_rate);
     archive->Number("sh_factor", &sh_factor);
+    archive->Number("color_gradient_rate", &color_gradient_rate);
     archive->Number("identity_rate", &identity_rate);
     archive->Number("classifier_rate", &classifier_rate);
     archive->Number("final_rate", &final_rate);

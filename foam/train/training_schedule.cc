@@ -90,6 +90,7 @@ LearningRates TrainingSchedule::Rates(int64_t iteration) const {
   rates.density = cosine(o.density_rate, kDensityWarmUp, 1);
   rates.sh_dc = cosine(o.color_rate, 0, 1);
   rates.sh_rest = cosine(o.color_rate * o.sh_factor, kShWarmUp, 1);
+  rates.color_gradient = cosine(o.color_gradient_rate, kShWarmUp, 1);
   rates.identity = cosine(o.identity_rate, 0, 1);
   rates.classifier = static_cast<float>(o.classifier_rate);
   return rates;

@@ -63,7 +63,7 @@ TEST(Foams, SceneFoam) {
        {"IN/scene.foam", {}, "not a foam model"}},
       {"a later version",
        Resealed([](auto& b) { b[8] = 9; }),
-       {"IN/scene.foam", {"version 9"}, "reads version 1"}},
+       {"IN/scene.foam", {"version 9"}, "reads versions 1 to 2"}},
       {"a turned bit",
        Replace("scene.foam", "mug", "mud"),
        {"IN/scene.foam", {}, "checksum does not match"}},

@@ -35,7 +35,7 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
   RayLoss(record.composite, ray.target, values.Classifier(), logits.data());
   const RayGradient<double> by_ray = RayLossGradient(
       record.composite, ray.target, values.Classifier(), kHardCaseWeights, logits.data());
-  const auto scales = GradientScales(geometry, record, by_ray);
+  const auto scales = GradientScales(geometry, values, record, by_ray);
 
   FoamParameters<Jet> jets = Cast<Jet>(values);
   double deviation = 0;
@@ -52,7 +52,7 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
   };
 
   const size_t num_coefficients = NumShCoefficients(values.sh_degree);
-  const double parameters_of_cell = 4 + 3 * num_coefficients + kIdentityDim;
+  const double parameters_of_cell = 4 + 3 * num_coefficients + kColorGradientDim + kIdentityDim;
   const size_t num_cells = std::clamp<size_t>(
       kSegmentBudget / parameters_of_cell / (record.segments.size() + 4 * values.num_classes),
       2,
@@ -74,6 +74,12 @@ inline double DeviationFromJet(const RayScene& scene, const RayCase& ray, uint32
     compare(1, cell, scale.density * DensityDerivative(values.raw_density[cell]));
     for (size_t k = 0; k < 3 * num_coefficients; ++k) {
       compare(2, 3 * num_coefficients * cell + k, scale.weight);
+    }
+    // A sum over offsets of centroids, each as exact as the lengths that it is the difference of.
+    const double reach =
+        record.origin.norm() + record.segments.back().t_out + values.positions[cell].norm();
+    for (int k = 0; k < kColorGradientDim; ++k) {
+      compare(6, size_t(cell) * kColorGradientDim + k, scale.weight * reach);
     }
     for (int c = 0; values.num_classes > 0 && c < kIdentityDim; ++c) {
       double by_identity = 0;

@@ -8,7 +8,9 @@
 #include "foam/device/device_factory.h"
 #include "foam/geometry/delaunay.h"
 #include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
 #include "foam/model/spherical_harmonics.h"
+#include "foam/optim/optimizer.h"
 #include "foam/render/ray_tracer.h"
 #include "foam/render/walk.h"
 #include "foam/util/parallel.h"
@@ -68,7 +70,8 @@ RayGradient<double> Widen(const RayGradient<Real>& gradient) {
 
 template <typename Real>
 CellContribution<double> Widen(const CellContribution<Real>& c) {
-  return {c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>()};
+  return {
+      c.cell, c.color_mask, c.weight, c.density, c.position.template cast<double>(), c.centroid};
 }
 
 // The loss of the ray's composite, in the variant's own arithmetic, and its gradient.
@@ -162,10 +165,7 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
       traces[i].quantile_tau[k] = static_cast<float>(rays[i].quantile_tau[k]);
     }
   }
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   UseSimdTarget(simd_target);
   TraceRays(scene.cells.float_geometry, shading, std::numeric_limits<float>::infinity(), traces);
   std::vector<TracedRay> out;
@@ -176,10 +176,7 @@ std::vector<TracedRay> TraceWith(const std::string& simd_target,
 
 // As the threads of a GPU do it: with their kind of record, in chunks of a pool.
 TracedRay TraceLikeAGpu(const RayScene& scene, const RayCase& ray, uint32_t start) {
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   std::vector<Slot> slots;
   std::vector<uint32_t> previous(1);
   uint32_t num_taken = 0;
@@ -318,6 +315,7 @@ bool AllFinite(const TracedRay& ray) {
   for (const CellContribution<double>& c : ray.contributions) {
     check(c.weight);
     check(c.density);
+    check(c.centroid);
     finite = finite && c.position.allFinite();
   }
   return finite;
@@ -400,10 +398,21 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
     segment.shaded = static_cast<int>(record.shaded.size());
     ShadedSegment<double>& shaded = record.shaded.emplace_back(AddSegment(
         traced.t_in[n], traced.t_out[n], traced.density[n], segment.shaded, &record.composite));
-    ShColor(record.sh_basis,
-            traced.weight[n] > kNegligibleWeight ? num_coefficients : 1,
-            &values.sh[size_t(cell) * 3 * num_coefficients],
-            shaded.color);
+    const double* const sh = &values.sh[size_t(cell) * 3 * num_coefficients];
+    if (traced.weight[n] > kNegligibleWeight) {
+      const Eigen::Vector3d offset =
+          ray.origin + shaded.centroid * ray.direction - values.positions[cell];
+      LinearColor(record.sh_basis,
+                  num_coefficients,
+                  sh,
+                  &values.color_gradient[size_t(cell) * kColorGradientDim],
+                  offset,
+                  ray.direction,
+                  shaded.color,
+                  shaded.slope);
+    } else {
+      ShColor(record.sh_basis, 1, sh, shaded.color);
+    }
   }
   // Into which segment a quantile falls is a branch: the variant's is followed.
   for (int k = 0; k < kNumQuantiles; ++k) {
@@ -416,11 +425,11 @@ RayRecord<double> InDouble(const RayScene& scene, const RayCase& ray, const Trac
 double GradientDeviation(const RayScene& scene, const RayCase& ray, const TracedRay& traced) {
   const RayRecord<double> record = InDouble(scene, ray, traced);
   const WalkGeometry<double>& geometry = scene.cells.geometry;
-  const auto scales = GradientScales(geometry, record, traced.gradient);
+  const auto scales = GradientScales(geometry, scene.values_in_double, record, traced.gradient);
   struct Pair {
     CellContribution<double> mine, oracle;
   };
-  const CellContribution<double> nothing{0, 0, 0, 0, Eigen::Vector3d::Zero()};
+  const CellContribution<double> nothing{0, 0, 0, 0, Eigen::Vector3d::Zero(), 0};
   std::map<uint32_t, Pair> pairs;
   for (const CellContribution<double>& c : traced.contributions) {
     pairs.try_emplace(c.cell, Pair{nothing, nothing}).first->second.mine = c;
@@ -436,6 +445,9 @@ double GradientDeviation(const RayScene& scene, const RayCase& ray, const Traced
     };
     include(pair.mine.weight - pair.oracle.weight, scale.weight);
     include(pair.mine.density - pair.oracle.density, scale.density);
+    // A cell without weight has no centroid that counts.
+    include(pair.mine.weight * (pair.mine.centroid - pair.oracle.centroid),
+            scale.weight * std::abs(pair.oracle.centroid));
     if (scale.ambiguous) continue;
     include((pair.mine.position - pair.oracle.position).lpNorm<Eigen::Infinity>(), scale.position);
   }
@@ -467,10 +479,7 @@ void CheckRenderedRays(const RayScene& scene,
                        const Device& device,
                        HardCaseResult* result) {
   const WalkGeometry<float>& geometry = scene.cells.float_geometry;
-  const CellShading<float> shading{scene.values.sh_degree,
-                                   scene.density.data(),
-                                   scene.values.sh.data(),
-                                   scene.values.identity.data()};
+  const CellShading<float> shading = scene.values.Shading(scene.density);
   const ClassifierView<float> classifier = scene.values.Classifier();
   std::vector<RayQuery> queries;
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -574,7 +583,21 @@ RayScene::RayScene(const std::vector<Eigen::Vector3f>& sites,
                    int num_classes)
     : cells(sites),
       values(RandomParameters(cells.positions, sites.size(), sh_degree, num_classes, seed)) {
+  BoundColorGradients();
   Update();
+}
+
+// As training does: cells without an end are of one colour.
+void RayScene::BoundColorGradients() {
+  const std::vector<float> radii = CellRadii(cells.positions, cells.delaunay);
+  constexpr float kNoChange[kColorGradientDim] = {};
+  for (uint32_t i = 0; i < NumSites(); ++i) {
+    const auto neighbors = cells.delaunay.Neighbors(i);
+    const bool is_open = !neighbors.empty() && neighbors.back() >= NumSites();
+    StepColorGradient(kNoChange,
+                      StepLengthsOf(radii[i], is_open).color_gradient,
+                      &values.color_gradient[size_t{i} * kColorGradientDim]);
+  }
 }
 
 void RayScene::MoveSites(const std::vector<Eigen::Vector3f>& sites) {
@@ -669,13 +692,23 @@ HardCaseResult CheckRays(const RayScene& scene,
 }
 
 std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
+                                                 const FoamParameters<double>& values,
                                                  const RayRecord<double>& record,
                                                  const RayGradient<double>& gradient) {
-  // by_weight <= brightest, for every segment.
+  // by_weight <= brightest, for every segment. A colour is a sum too: of terms as large as its
+  // gradient times the coordinates that its offset from the site is the difference of.
   double brightest = std::abs(gradient.opacity);
   for (int c = 0; c < 3; ++c) {
     double largest = 0;
-    for (const auto& shaded : record.shaded) largest = std::max(largest, shaded.color[c]);
+    for (const RecordedSegment<double>& segment : record.segments) {
+      if (segment.shaded < 0) continue;
+      const ShadedSegment<double>& shaded = record.shaded[segment.shaded];
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> color_gradient(
+          &values.color_gradient[size_t(segment.cell) * kColorGradientDim]);
+      const double reach = record.origin.norm() + std::abs(shaded.centroid) +
+                           geometry.positions[segment.cell].norm();
+      largest = std::max(largest, shaded.color[c] + reach * color_gradient.col(c).norm());
+    }
     brightest += std::abs(gradient.color[c]) * largest;
   }
   std::map<uint32_t, GradientScale> scales;
@@ -696,6 +729,19 @@ std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geo
       here.density += by_depth * length;
       by_t_out += by_depth * shaded.sigma;
       by_t_in += by_depth * shaded.sigma;
+      // The gradient of the colour moves with the centroid: by no more than the face itself, and by
+      // a twelfth of the squared length for a change of the density.
+      double by_centroid = 0;
+      for (int c = 0; c < 3; ++c) by_centroid += std::abs(gradient.color[c] * shaded.slope[c]);
+      by_centroid *= shaded.weight;
+      // What moving the site does to the offset from it.
+      for (int k = 0; k < kColorGradientDim; ++k) {
+        here.position += std::abs(shaded.weight * gradient.color[k % 3] *
+                                  values.color_gradient[segment.cell * kColorGradientDim + k]);
+      }
+      here.density += by_centroid * length * length / 12;
+      by_t_out += by_centroid;
+      by_t_in += by_centroid;
       for (int k = 0; k < kNumQuantiles; ++k) {
         if (record.composite.quantile_segment[k] != segment.shaded) continue;
         const double by_quantile = std::abs(gradient.quantile_depth[k]);

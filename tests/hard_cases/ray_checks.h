@@ -76,6 +76,8 @@ struct RayScene {
   // The distance of the nearest site by looking at all of them.
   double NearestDistance(const Eigen::Vector3d& x) const;
 
+  void BoundColorGradients();
+
   uint32_t NumSites() const { return cells.delaunay.num_sites; }
 
   WalkableCells cells;
@@ -134,6 +136,7 @@ struct GradientScale {
   bool ambiguous = false;  // a face of the ray is grazing in one arithmetic and not in the other
 };
 std::map<uint32_t, GradientScale> GradientScales(const WalkGeometry<double>& geometry,
+                                                 const FoamParameters<double>& values,
                                                  const RayRecord<double>& record,
                                                  const RayGradient<double>& gradient);
 

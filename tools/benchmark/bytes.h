@@ -39,7 +39,8 @@ inline size_t StepBytes(const WalkGeometry<float>& geometry, uint32_t cell) {
 
 // Returns the bytes of a cell's colour and identity.
 inline size_t AppearanceBytes(const Foam& foam) {
-  return sizeof(float) * (foam.ShStride() + (foam.HasSemantics() ? kIdentityDim : 0));
+  return sizeof(float) * (foam.ShStride() + (foam.HasColorGradients() ? kColorGradientDim : 0) +
+                          (foam.HasSemantics() ? kIdentityDim : 0));
 }
 
 }  // namespace semfoam

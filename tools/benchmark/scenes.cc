@@ -50,6 +50,7 @@ Foam ShellFoam(int64_t num_sites) {
     for (float& value : *values) value = static_cast<float>(scale * (2 * random.Uniform() - 1));
   };
   fill(num_sites * foam.ShStride(), 0.2, &foam.sh);
+  fill(num_sites * kColorGradientDim, 0.2 / spacing, &foam.color_gradient);
   fill(num_sites * kIdentityDim, 1, &foam.identity);
   fill(kNumClasses * kIdentityDim, 1, &foam.classifier_weight);
   fill(kNumClasses, 1, &foam.classifier_bias);
@@ -145,6 +146,7 @@ Foam WithAppearance(Foam foam, Appearance appearance) {
     std::copy_n(&foam.sh[i * foam.ShStride()], 3, &sh[3 * i]);
   }
   foam.sh = std::move(sh);
+  foam.color_gradient.clear();
   foam.sh_degree = 0;
   foam.num_classes = 0;
   foam.identity.clear();

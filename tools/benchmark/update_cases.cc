@@ -32,10 +32,11 @@ class Updater {
         foam_(scene.foam),
         optimizer_(foam_),
         is_clear_(foam_.NumSites(), 0),
-        radius_(foam_.NumSites(), 0.f) {
+        step_lengths_(foam_.NumSites(), {0, 1}) {
     SetTopology(delaunay_, &geometry_);
     density_ = CellDensities(foam_);
     const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
+    Refresh(cells, &geometry_);
     tv_weights_ = TotalVariationWeights(
         delaunay_, FaceAreas(cells, delaunay_, VoronoiVertices(cells, delaunay_)));
     statistics_.Reset(foam_.NumSites());
@@ -60,8 +61,9 @@ class Updater {
     for (BatchResult& batch : batches_) {
       not_finite += optimizer_.Step(&batch,
                                     tv_gradient_,
+                                    geometry_.positions,
                                     is_clear_,
-                                    radius_,
+                                    step_lengths_,
                                     LearningRates{},
                                     &foam_,
                                     &density_,
@@ -115,7 +117,7 @@ class Updater {
   Foam foam_;
   FoamOptimizer optimizer_;
   const std::vector<uint8_t> is_clear_;
-  const std::vector<float> radius_;
+  const std::vector<StepLengths> step_lengths_;
   std::vector<float> tv_weights_;
   std::vector<float> tv_gradient_;
   DensificationStatistics statistics_;

@@ -148,7 +148,8 @@ void WriteOutput(const ConverterOptions& converter, OutputType type, const Model
   if (type == OutputType::kRadiantFoam) {
     WriteRadiantFoamPly(path, model, scene);
     LOG(INFO) << path << ": " << model.foam.NumSites()
-              << " sites; Radiant Foam's format has no labels";
+              << " sites; Radiant Foam's format has no labels"
+              << (model.foam.HasColorGradients() ? ", and one colour a cell" : "");
   } else if (type == OutputType::kText) {
     WriteFoamText(path, model, scene);
     LOG(INFO) << path << ": " << model.foam.NumSites() << " sites";

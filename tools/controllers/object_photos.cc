@@ -34,7 +34,7 @@ struct Walker {
   Walker(const Foam& foam, const ExportableScene& scene)
       : scene(scene), density(CellDensities(foam)) {
     Refresh(scene.cell_positions, scene.delaunay, &geometry);
-    // Without identities: matter alone counts.
+    // Without identities and gradients of colours: matter alone counts.
     shading = {foam.sh_degree, density.data(), foam.sh.data(), nullptr};
   }
 

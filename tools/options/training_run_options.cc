@@ -48,6 +48,9 @@ void AddTrainingOptions(OptionManager* options, Quality* quality, TrainingOption
   add("density_rate", &training->density_rate, "learning rate of the density");
   add("color_rate", &training->color_rate, "learning rate of the colour");
   add("sh_factor", &training->sh_factor, "higher SH degrees learn at this times color_rate");
+  add("color_gradient_rate",
+      &training->color_gradient_rate,
+      "learning rate of the colour's change within a cell; 0: each cell is of one colour");
   add("identity_rate", &training->identity_rate, "learning rate of the identity features");
   add("classifier_rate", &training->classifier_rate, "learning rate of the classifier, constant");
   add("final_rate", &training->final_rate, "what learning rates fall to, as a share");

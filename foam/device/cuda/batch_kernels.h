@@ -82,6 +82,8 @@ struct CastRay {
     }
     ScaleGradient(per_ray, &gradient);
     outputs[i].Set(row, gradient, record.sh_basis, NumShCoefficients(shading.sh_degree));
+    outputs[i].origin = ray.origin;
+    outputs[i].direction = ray.direction;
     for (float& g : gradient.identity) g *= static_cast<float>(weights.identity_to_density);
 
     ContributionWriter writer(pool, record.end());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/model/activation.h"
+#include "foam/model/spherical_harmonics.h"
 #include "foam/optim/densification.h"
 #include "foam/optim/optimizer.h"
 #include "foam/util/host_device.h"
@@ -25,18 +26,25 @@ struct FadeUnseen {
   }
 };
 
-// Places the sites: old ones keep their current positions. Thread: new site.
-struct PlaceSites {
-  // Rearrangement::origin and is_new.
-  const uint32_t* origin;
+// Moves a child from its parent's place to its own, and its colour with it. Thread: new site.
+struct PlaceSite {
+  // Rearrangement::is_new.
   const uint8_t* is_new;
   // [new N] Rearrangement::positions.
   const Eigen::Vector3f* planned;
-  const Eigen::Vector3f* old_positions;
+  // [new N][kColorGradientDim]; null: none.
+  const float* color_gradient;
+  int sh_stride;
   Eigen::Vector3f* positions;
+  float* sh;
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t k) const {
-    positions[k] = is_new[k] ? planned[k] : old_positions[origin[k]];
+    if (!is_new[k]) return;
+    if (color_gradient != nullptr) {
+      ShiftColor(
+          planned[k] - positions[k], color_gradient + k * kColorGradientDim, sh + k * sh_stride);
+    }
+    positions[k] = planned[k];
   }
 };
 

@@ -38,9 +38,9 @@ struct GpuScene {
   Array<uint32_t> first_block;       // as in WalkGeometry
   Array<PlaneBlock<float>> blocks;
   Array<uint32_t> cell_of_block;
-  Array<uint8_t> has_twin;    // [num_cells] scratch of a refresh
-  Array<float> density;       // [num_cells]
-  Array<float> sh, identity;  // as in CellShading
+  Array<uint8_t> has_twin;                    // [num_cells] scratch of a refresh
+  Array<float> density;                       // [num_cells]
+  Array<float> sh, identity, color_gradient;  // as in CellShading
   Array<float> class_weight, class_bias;
 
   WalkView<float> Geometry(uint32_t num_sites) const {
@@ -51,7 +51,11 @@ struct GpuScene {
             static_cast<uint32_t>(positions.size())};
   }
   CellShading<float> Shading(int sh_degree) const {
-    return {sh_degree, density.data(), sh.data(), identity.size() > 0 ? identity.data() : nullptr};
+    return {sh_degree,
+            density.data(),
+            sh.data(),
+            identity.size() > 0 ? identity.data() : nullptr,
+            color_gradient.size() > 0 ? color_gradient.data() : nullptr};
   }
   ClassifierView<float> Classes(int num_classes) const {
     return {num_classes, class_weight.data(), class_bias.data()};
@@ -84,6 +88,9 @@ struct GpuScene {
     SendTo(machine, std::span(shading.sh, num_sites * num_coefficients), &sh);
     const size_t num_channels = shading.identity != nullptr ? num_sites * kIdentityDim : 0;
     SendTo(machine, std::span(shading.identity, num_channels), &identity);
+    const size_t num_gradients =
+        shading.color_gradient != nullptr ? num_sites * kColorGradientDim : 0;
+    SendTo(machine, std::span(shading.color_gradient, num_gradients), &color_gradient);
     Send(machine, classes);
   }
 };

@@ -49,7 +49,7 @@ struct GpuSites {
     FetchFrom(machine, contribution, &state->densification.contribution);
   }
 
-  // Executes a densification, also of the SH coefficients and identities of `scene`, whose
+  // Executes a densification, also of the colours and identities of `scene`, whose
   // densities and topology the caller must update next. Holds the old and the new version of one
   // array at a time.
   void Rearrange(Machine& machine, const Rearrangement& plan, GpuScene<Machine>* scene) {
@@ -65,17 +65,8 @@ struct GpuSites {
     Array<uint8_t> is_new;
     SendTo(machine, plan.origin, &origin);
     SendTo(machine, plan.is_new, &is_new);
-    {
-      Array<Eigen::Vector3f> planned, placed;
-      SendTo(machine, plan.positions, &planned);
-      placed.Resize(count);
-      machine.ForEach(
-          count,
-          PlaceSites{
-              origin.data(), is_new.data(), planned.data(), positions.data(), placed.data()});
-      using std::swap;
-      swap(positions, placed);
-    }
+    Array<Eigen::Vector3f> planned;
+    SendTo(machine, plan.positions, &planned);
     // Leaves an empty array empty. `is_zero` marks rows to fill with zeros, or is null.
     const auto gather = [&]<typename T>(Array<T>* values, const uint8_t* is_zero) {
       CHECK_EQ(values->size() % old_count, 0u);
@@ -89,7 +80,18 @@ struct GpuSites {
       swap(*values, gathered);
     };
     gather(&raw_density, nullptr);
+    gather(&positions, nullptr);
     gather(&scene->sh, nullptr);
+    gather(&scene->color_gradient, nullptr);
+    const int sh_stride = static_cast<int>(scene->sh.size() / count);
+    machine.ForEach(
+        count,
+        PlaceSite{is_new.data(),
+                  planned.data(),
+                  scene->color_gradient.size() > 0 ? scene->color_gradient.data() : nullptr,
+                  sh_stride,
+                  positions.data(),
+                  scene->sh.data()});
     gather(&scene->identity, nullptr);
     gather(&first_moments, is_new.data());
     gather(&second_moments, is_new.data());

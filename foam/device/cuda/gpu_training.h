@@ -42,6 +42,7 @@ class GpuTraining : public TrainingDevice {
     num_sites_ = static_cast<uint32_t>(foam.NumSites());
     sites_.Upload(machine_, state_);
     Send(foam.sh, &scene_.sh);
+    Send(foam.color_gradient, &scene_.color_gradient);
     Send(foam.identity, &scene_.identity);
     scene_.Send(machine_, ClassifierOf(foam));
     ActivateDensities();
@@ -58,7 +59,7 @@ class GpuTraining : public TrainingDevice {
     CHECK_EQ(topology.geometry().num_sites, num_sites_);
     scene_.Send(machine_, topology.geometry());
     Send(topology.is_clear(), &is_clear_);
-    Send(topology.radius(), &radius_);
+    Send(topology.step_lengths(), &step_lengths_);
     has_graph_ = !topology.tv_weights().empty();
     if (!has_graph_) return;
     const Delaunay& delaunay = topology.delaunay();
@@ -79,6 +80,7 @@ class GpuTraining : public TrainingDevice {
     DownloadSites();
     sites_.DownloadLearned(machine_, state_);
     Fetch(scene_.sh, &state_->foam.sh);
+    Fetch(scene_.color_gradient, &state_->foam.color_gradient);
     Fetch(scene_.identity, &state_->foam.identity);
     std::vector<Eigen::Vector3f> planes(num_sites_);
     machine_.Download(scene_.positions, num_sites_, planes.data());
@@ -217,6 +219,7 @@ class GpuTraining : public TrainingDevice {
     const ParameterRow row = Row();
     const CellContributions contributions = batch_.Contributions();
     const bool has_variation = graph.offsets != nullptr;
+    float* const color_gradient = row.HasColorGradient() ? scene_.color_gradient.data() : nullptr;
     gradients_.Resize(size_t{num_sites_} * row.size);
     not_finite_.Resize(num_sites_);
     squared_error_.Resize(num_sites_);
@@ -225,6 +228,7 @@ class GpuTraining : public TrainingDevice {
     const int64_t num_row_threads = int64_t{num_sites_} * kRowThreads;
     machine_.ForEach(num_row_threads,
                      SumCellGradient{contributions,
+                                     {scene_.positions.data(), color_gradient},
                                      row,
                                      graph,
                                      num_sites_,
@@ -234,23 +238,27 @@ class GpuTraining : public TrainingDevice {
                                      not_finite_.data(),
                                      squared_error_.data(),
                                      contribution_.data()});
-    machine_.ForEach(
-        num_row_threads,
-        AdamStepOfCell{row,
-                       {rates.identity, rates.position, rates.density, rates.sh_dc, rates.sh_rest},
-                       state_->foam.ShStride(),
-                       has_variation,
-                       contributions.begin,
-                       contributions.end,
-                       not_finite_.data(),
-                       corrections_.data(),
-                       static_cast<uint32_t>(corrections_.size()),
-                       sites_.steps.data(),
-                       gradients_.data(),
-                       sites_.first_moments.data(),
-                       sites_.second_moments.data(),
-                       scene_.sh.data(),
-                       scene_.identity.data()});
+    machine_.ForEach(num_row_threads,
+                     AdamStepOfCell{row,
+                                    {rates.identity,
+                                     rates.position,
+                                     rates.density,
+                                     rates.color_gradient,
+                                     rates.sh_dc,
+                                     rates.sh_rest},
+                                    state_->foam.ShStride(),
+                                    has_variation,
+                                    contributions.begin,
+                                    contributions.end,
+                                    not_finite_.data(),
+                                    corrections_.data(),
+                                    static_cast<uint32_t>(corrections_.size()),
+                                    sites_.steps.data(),
+                                    gradients_.data(),
+                                    sites_.first_moments.data(),
+                                    sites_.second_moments.data(),
+                                    scene_.sh.data(),
+                                    scene_.identity.data()});
     machine_.ForEach(num_sites_,
                      FinishCell{row,
                                 has_variation,
@@ -258,7 +266,7 @@ class GpuTraining : public TrainingDevice {
                                 contributions.end,
                                 not_finite_.data(),
                                 gradients_.data(),
-                                radius_.data(),
+                                step_lengths_.data(),
                                 is_clear_.data(),
                                 squared_error_.data(),
                                 contribution_.data(),
@@ -266,6 +274,7 @@ class GpuTraining : public TrainingDevice {
                                 sites_.positions.data(),
                                 sites_.raw_density.data(),
                                 scene_.density.data(),
+                                color_gradient,
                                 sites_.squared_error.data(),
                                 sites_.contribution.data()});
     return std::llround(Sum(not_finite_));
@@ -314,7 +323,7 @@ class GpuTraining : public TrainingDevice {
   GpuScene<Machine> scene_;
   GpuSites<Machine> sites_;
   Array<uint8_t> is_clear_;
-  Array<float> radius_;
+  Array<StepLengths> step_lengths_;
   bool has_graph_ = false;
   Array<uint32_t> offsets_, neighbors_;
   Array<float> tv_weights_;

@@ -14,13 +14,13 @@
 
 namespace semfoam {
 
-// Either a segment of a ray: its cell, flags, and t_out, tau_in, sigma and colour (the last five
-// only if it is shaded). Or a contribution (CellContribution): its cell, its ray and channels, and
-// weight, density and position.
-struct alignas(32) Slot {
+// Either a segment of a ray: its cell, flags, and t_out, tau_in, sigma, colour and slope (all but
+// the first only if it is shaded). Or a contribution (CellContribution): its cell, its ray and
+// channels, and weight, density, position and centroid.
+struct alignas(16) Slot {
   uint32_t cell;
   uint32_t bits;
-  float values[6];
+  float values[10];
 };
 
 inline constexpr uint32_t kSlotsPerChunk = 32;
@@ -69,12 +69,13 @@ class PooledRecord : public RayInProgress<float> {
 
   SEMFOAM_HOST_DEVICE bool Add(const RecordedSegment<float>& segment,
                                const ShadedSegment<float>* appearance) {
-    Slot slot{segment.cell, segment.clamped ? kClamped : 0, {segment.t_out, 0, 0, 0, 0, 0}};
+    Slot slot{segment.cell, segment.clamped ? kClamped : 0, {segment.t_out}};
     if (appearance != nullptr) {
       slot.bits |= kShaded;
       slot.values[1] = appearance->tau_in;
       slot.values[2] = appearance->sigma;
       for (int c = 0; c < 3; ++c) slot.values[3 + c] = appearance->color[c];
+      for (int c = 0; c < 3; ++c) slot.values[6 + c] = appearance->slope[c];
     }
     if (!Push(slot)) return false;
     end_of_segments_ = end_;
@@ -118,7 +119,10 @@ class PooledRecord : public RayInProgress<float> {
       appearance->sigma = here.values[2];
       appearance->optical_depth = appearance->sigma * (segment->t_out - t_in);  // as in AddSegment
       appearance->weight = std::exp(-appearance->tau_in) * -std::expm1(-appearance->optical_depth);
+      appearance->centroid =
+          t_in + (segment->t_out - t_in) * CentroidShare(appearance->optical_depth);
       for (int c = 0; c < 3; ++c) appearance->color[c] = here.values[3 + c];
+      for (int c = 0; c < 3; ++c) appearance->slope[c] = here.values[6 + c];
       return true;
     }
   };
@@ -169,7 +173,7 @@ class ContributionWriter {
     pool_.slots[cursor_.Back(pool_)] = {
         c.cell,
         ray << 3 | c.color_mask,
-        {c.weight, c.density, c.position[0], c.position[1], c.position[2], 0}};
+        {c.weight, c.density, c.position[0], c.position[1], c.position[2], c.centroid}};
     ++num_written_;
   }
   SEMFOAM_HOST_DEVICE uint32_t num_written() const { return num_written_; }
@@ -187,7 +191,8 @@ SEMFOAM_HOST_DEVICE inline CellContribution<float> ContributionIn(const Slot& sl
           slot.bits & 7,
           slot.values[0],
           slot.values[1],
-          Eigen::Vector3f(slot.values[2], slot.values[3], slot.values[4])};
+          Eigen::Vector3f(slot.values[2], slot.values[3], slot.values[4]),
+          slot.values[5]};
 }
 
 }  // namespace semfoam

@@ -41,10 +41,17 @@ struct CellContributions {
   const RayOutput* rays;
 };
 
+// The colour gradients of the cells, around the positions that the rays met; null: none.
+struct CellGradients {
+  const Eigen::Vector3f* sites;
+  const float* color_gradient;  // [num_sites][kColorGradientDim]
+};
+
 // Computes the gradient of a cell's row of parameters: SumRecords, the derivative of the density's
 // activation, and the total variation. Threads: kRowThreads per site.
 struct SumCellGradient {
   CellContributions contributions;
+  CellGradients cells;
   ParameterRow row;
   VariationGraph graph;
   uint32_t num_sites;
@@ -66,7 +73,8 @@ struct SumCellGradient {
     for (uint32_t k = begin; k < end; ++k) {
       const Slot& slot = contributions.slots[contributions.order[k]];
       const CellContribution<float> c = ContributionIn(slot);
-      const float* const shared = contributions.rays[RayOf(slot)].parameters;
+      const RayOutput& ray = contributions.rays[RayOf(slot)];
+      const float* const shared = ray.parameters;
       const bool counts = c.weight > kNegligibleWeight;
       for (int m = 0; m < kMaxPerRowThread; ++m) {
         const int p = thread + m * kRowThreads;
@@ -75,8 +83,13 @@ struct SumCellGradient {
           if (counts) sum[m] += c.weight * shared[p];
         } else if (p < row.density) {
           sum[m] += c.position[p - row.position];
+          if (row.HasColorGradient() && counts) {
+            sum[m] -= ByOffset(cell, p - row.position, c, shared);
+          }
         } else if (p == row.density) {
           sum[m] += c.density;
+        } else if (p < row.sh) {
+          if (counts) sum[m] += ByColorGradient(cell, p - row.color_gradient, c, ray);
         } else if (c.weight != 0 && (counts || p < row.sh + 3) &&
                    (c.color_mask >> ((p - row.sh) % 3) & 1)) {
           sum[m] += c.weight * shared[p];
@@ -105,6 +118,34 @@ struct SumCellGradient {
   }
 
  private:
+  // Returns dL/dcolour of a channel.
+  SEMFOAM_HOST_DEVICE float ByColor(const CellContribution<float>& c,
+                                    const float* shared,
+                                    int channel) const {
+    constexpr float kUnit = static_cast<float>(1 / kShDc);
+    return c.color_mask >> channel & 1 ? kUnit * c.weight * shared[row.sh + channel] : 0.f;
+  }
+  // Returns the derivative by the offset of a segment's centroid from the site along an axis.
+  SEMFOAM_HOST_DEVICE float ByOffset(uint32_t cell,
+                                     int axis,
+                                     const CellContribution<float>& c,
+                                     const float* shared) const {
+    const float* const gradient =
+        cells.color_gradient + int64_t{cell} * kColorGradientDim + 3 * axis;
+    float sum = 0;
+    for (int i = 0; i < 3; ++i) sum += ByColor(c, shared, i) * gradient[i];
+    return sum;
+  }
+  // Returns the derivative by a value of the colour gradient.
+  SEMFOAM_HOST_DEVICE float ByColorGradient(uint32_t cell,
+                                            int index,
+                                            const CellContribution<float>& c,
+                                            const RayOutput& ray) const {
+    const int axis = index / 3;
+    const float offset =
+        ray.origin[axis] + c.centroid * ray.direction[axis] - cells.sites[cell][axis];
+    return ByColor(c, ray.parameters, index % 3) * offset;
+  }
   // Returns the derivative of the total variation by a channel of a cell's identity.
   SEMFOAM_HOST_DEVICE float Variation(uint32_t cell, int channel) const {
     const float own = identity[int64_t{cell} * kIdentityDim + channel];
@@ -157,18 +198,19 @@ struct SumValues {
 
 // Learning rates of the parameters of a row.
 struct RowRates {
-  float identity, position, density, sh_dc, sh_rest;
+  float identity, position, density, color_gradient, sh_dc, sh_rest;
 
   SEMFOAM_HOST_DEVICE float Of(const ParameterRow& row, int p) const {
     if (p < row.position) return identity;
     if (p < row.density) return position;
     if (p == row.density) return density;
+    if (p < row.sh) return color_gradient;
     return p < row.sh + 3 ? sh_dc : sh_rest;
   }
 };
 
-// Takes AdamStep of a cell's row. Updates SH and identity; the changes of position and density
-// replace their gradients, for FinishCell. Threads: kRowThreads per site.
+// Takes AdamStep of a cell's row. Updates SH and identity; the changes of the parameters between
+// them replace their gradients, for FinishCell. Threads: kRowThreads per site.
 struct AdamStepOfCell {
   ParameterRow row;
   RowRates rates;
@@ -213,7 +255,8 @@ struct AdamStepOfCell {
   }
 };
 
-// Finishes the step: updates position, density, count of steps and statistics. Thread: site.
+// Finishes the step: updates position, density, colour gradient, count of steps and statistics.
+// Thread: site.
 struct FinishCell {
   ParameterRow row;
   bool has_variation;
@@ -221,7 +264,7 @@ struct FinishCell {
   const uint32_t* end;
   const uint8_t* not_finite;
   const float* changes;  // AdamStepOfCell's gradients
-  const float* radius;
+  const StepLengths* step_lengths;
   const uint8_t* is_clear;
   const float* squared_error;  // of this step
   const float* contribution;
@@ -230,6 +273,7 @@ struct FinishCell {
   Eigen::Vector3f* positions;
   float* raw_density;
   float* density;
+  float* color_gradient;     // null: none
   float* squared_error_sum;  // DensificationStatistics
   float* largest_contribution;
 
@@ -242,10 +286,15 @@ struct FinishCell {
     if (contribution[i] > largest_contribution[i]) largest_contribution[i] = contribution[i];
     const float* const change = changes + i * row.size;
     Eigen::Vector3f position = positions[i];
-    for (int a = 0; a < 3; ++a) position[a] += radius[i] * change[row.position + a];
+    for (int a = 0; a < 3; ++a) position[a] += step_lengths[i].position * change[row.position + a];
     const float distance = position.norm();
     if (distance > kFarRadius) position *= kFarRadius / distance;
     positions[i] = position;
+    if (row.HasColorGradient()) {
+      StepColorGradient(change + row.color_gradient,
+                        step_lengths[i].color_gradient,
+                        color_gradient + i * kColorGradientDim);
+    }
     if (is_clear[i]) return;
     const float raw = raw_density[i] + change[row.density];
     raw_density[i] = raw > kLowestRawDensity ? raw : kLowestRawDensity;

@@ -124,8 +124,11 @@ HWY_EXPORT(SumRecords);
 RecordTotals SumRecords(std::span<const GradientRecord> records,
                         const RayOutput* rays,
                         const ParameterRow& row,
+                        const Eigen::Vector3f& site,
+                        const float* color_gradient,
                         float* gradient) {
-  return HWY_DYNAMIC_DISPATCH(SumRecords)(records.data(), records.size(), rays, row, gradient);
+  return HWY_DYNAMIC_DISPATCH(SumRecords)(
+      records.data(), records.size(), rays, row, site, color_gradient, gradient);
 }
 
 HWY_EXPORT(TotalVariationOfCells);

@@ -33,6 +33,8 @@ inline void Reserve(size_t count, RayTrace* ray) {
   ray->weight.resize(size);
   ray->transmittance.resize(size);
   for (auto& channel : ray->color) channel.resize(size);
+  ray->centroid.resize(size);
+  for (auto& channel : ray->slope) channel.resize(size);
 }
 
 // Prefetches the data of a cell in two stages: first the arrays indexed by the cell, then the
@@ -63,6 +65,11 @@ HWY_INLINE void PrefetchAppearance(const CellShading<float>& shading,
   __builtin_prefetch(sh + sh_stride - 1, 0, kLocality);
   if (shading.identity != nullptr) {
     __builtin_prefetch(shading.identity + cell * kIdentityDim, 0, kLocality);
+  }
+  if (shading.color_gradient != nullptr) {
+    const float* const gradient = shading.color_gradient + cell * kColorGradientDim;
+    __builtin_prefetch(gradient, 0, kLocality);
+    __builtin_prefetch(gradient + kColorGradientDim - 1, 0, kLocality);
   }
 }
 
@@ -162,8 +169,43 @@ void WalkAndRecord(const WalkGeometry<float>& geometry,
   for (int r = 0; r < kRays; ++r) rays[r].hit_step_limit = states[r].alive;
 }
 
-// Computes ShColor with the three channels in a register. `sh` is [num_coefficients][3], and there
-// is a float behind the first three.
+#if HWY_TARGET != HWY_SCALAR
+// Three channels in a register; the fourth lane is ignored.
+using ChannelTag = hn::CappedTag<float, 4>;
+using Channels = hn::Vec<ChannelTag>;
+
+// Loads the last row of three floats of an array: there may be no float behind it, but there is one
+// before it.
+HWY_INLINE Channels LoadLastRow(const float* row) {
+  return hn::Shuffle0321(hn::LoadU(ChannelTag(), row - 1));
+}
+
+// Computes 0.5 + sum of basis[k] * sh[k]. `sh` is [num_coefficients][3], and there is a float
+// behind the first three. Two sums, because the multiply-adds of one sum depend on each other.
+HWY_INLINE Channels ShSum(const float* basis, int num_coefficients, const float* sh) {
+  const ChannelTag f;
+  auto even = hn::MulAdd(hn::Set(f, basis[0]), hn::LoadU(f, sh), hn::Set(f, 0.5f));
+  if (num_coefficients == 1) return even;
+  const int last = num_coefficients - 1;
+  auto odd = hn::Zero(f);
+  int k = 1;
+  for (; k + 1 < last; k += 2) {
+    odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+    even = hn::MulAdd(hn::Set(f, basis[k + 1]), hn::LoadU(f, sh + 3 * k + 3), even);
+  }
+  if (k < last) odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
+  return hn::Add(hn::MulAdd(hn::Set(f, basis[last]), LoadLastRow(sh + 3 * last), even), odd);
+}
+
+// Writes the first three lanes.
+HWY_INLINE void StoreChannels(Channels channels, float* out) {
+  HWY_ALIGN float lanes[4];
+  hn::Store(channels, ChannelTag(), lanes);
+  std::copy_n(lanes, 3, out);
+}
+#endif
+
+// Computes ShColor with the three channels in a register. Conditions as for ShSum.
 HWY_INLINE void ShColorSimd(const float* basis,
                             int num_coefficients,
                             const float* sh,
@@ -171,31 +213,79 @@ HWY_INLINE void ShColorSimd(const float* basis,
 #if HWY_TARGET == HWY_SCALAR
   ShColor(basis, num_coefficients, sh, color);
 #else
-  // The fourth lane is ignored. Two sums, because the multiply-adds of one sum depend on each
-  // other.
-  const hn::CappedTag<float, 4> f;
-  auto even = hn::MulAdd(hn::Set(f, basis[0]), hn::LoadU(f, sh), hn::Set(f, 0.5f));
-  if (num_coefficients > 1) {
-    const int last = num_coefficients - 1;
-    auto odd = hn::Zero(f);
-    int k = 1;
-    for (; k + 1 < last; k += 2) {
-      odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
-      even = hn::MulAdd(hn::Set(f, basis[k + 1]), hn::LoadU(f, sh + 3 * k + 3), even);
-    }
-    if (k < last) odd = hn::MulAdd(hn::Set(f, basis[k]), hn::LoadU(f, sh + 3 * k), odd);
-    // There may be no float behind the last coefficient, but there is one before it.
-    const auto shifted = hn::Shuffle0321(hn::LoadU(f, sh + 3 * last - 1));
-    even = hn::Add(hn::MulAdd(hn::Set(f, basis[last]), shifted, even), odd);
-  }
-  HWY_ALIGN float sum[4];
-  hn::Store(hn::Max(even, hn::Zero(f)), f, sum);
-  std::copy_n(sum, 3, color);
+  const Channels sum = ShSum(basis, num_coefficients, sh);
+  StoreChannels(hn::Max(sum, hn::Zero(ChannelTag())), color);
 #endif
 }
 
-// Computes the segments' weights, and the transmittance behind each.
-HWY_INLINE void ComputeWeights(RayTrace* ray) {
+// Computes LinearColor with the three channels in a register. Of a single coefficient, `sh` need
+// not have a float behind it.
+HWY_INLINE void LinearColorSimd(const float* basis,
+                                int num_coefficients,
+                                const float* sh,
+                                const float* gradient,
+                                const Eigen::Vector3f& offset,
+                                const Eigen::Vector3f& direction,
+                                float* color,
+                                float* slope) {
+#if HWY_TARGET == HWY_SCALAR
+  LinearColor(basis, num_coefficients, sh, gradient, offset, direction, color, slope);
+#else
+  const ChannelTag f;
+  Channels sum;
+  if (num_coefficients == 1) {
+    HWY_ALIGN float constant[4] = {};
+    for (int c = 0; c < 3; ++c) constant[c] = 0.5f + basis[0] * sh[c];
+    sum = hn::Load(f, constant);
+  } else {
+    sum = ShSum(basis, num_coefficients, sh);
+  }
+  const auto x = hn::LoadU(f, gradient), y = hn::LoadU(f, gradient + 3);
+  const auto z = LoadLastRow(gradient + 6);
+  sum = hn::MulAdd(hn::Set(f, offset[0]), x, sum);
+  sum = hn::MulAdd(hn::Set(f, offset[1]), y, sum);
+  sum = hn::MulAdd(hn::Set(f, offset[2]), z, sum);
+  auto along = hn::Mul(hn::Set(f, direction[0]), x);
+  along = hn::MulAdd(hn::Set(f, direction[1]), y, along);
+  along = hn::MulAdd(hn::Set(f, direction[2]), z, along);
+  const auto zero = hn::Zero(f);
+  StoreChannels(hn::IfThenElseZero(hn::Gt(sum, zero), along), slope);
+  StoreChannels(hn::Max(sum, zero), color);
+#endif
+}
+
+// Computes CentroidShare of an optical depth x, of which `absorbed` is 1 - exp(-x).
+HWY_INLINE Floats CentroidShareSimd(Floats x, Floats absorbed) {
+  const FloatTag f;
+  const Floats one = hn::Set(f, 1.f);
+  const Floats xx = hn::Mul(x, x);
+  Floats series = hn::Set(f, -1.f / 1209600);
+  series = hn::MulAdd(series, xx, hn::Set(f, 1.f / 30240));
+  series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 720));
+  series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 12));
+  const Floats thin = hn::NegMulAdd(series, x, hn::Set(f, 0.5f));
+  // 1 / (exp(x) - 1) = exp(-x) / absorbed.
+  const Floats thick = hn::Sub(hn::Div(one, x), hn::Div(hn::Sub(one, absorbed), absorbed));
+  return hn::IfThenElse(hn::Lt(x, hn::Set(f, 0.5f)), thin, thick);
+}
+
+// Computes CentroidShareDerivative likewise.
+HWY_INLINE Floats CentroidShareDerivativeSimd(Floats x, Floats absorbed) {
+  const FloatTag f;
+  const Floats one = hn::Set(f, 1.f);
+  const Floats xx = hn::Mul(x, x);
+  Floats series = hn::Set(f, 1.f / 172800);
+  series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 6048));
+  series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 240));
+  series = hn::NegMulAdd(series, xx, hn::Set(f, 1.f / 12));
+  const Floats thick =
+      hn::Sub(hn::Div(hn::Sub(one, absorbed), hn::Mul(absorbed, absorbed)), hn::Div(one, xx));
+  return hn::IfThenElse(hn::Lt(x, hn::Set(f, 0.5f)), hn::Neg(series), thick);
+}
+
+// Computes the segments' weights, and the transmittance behind each. `with_centroids`: also the
+// centroids of the weights.
+HWY_INLINE void ComputeWeights(bool with_centroids, RayTrace* ray) {
   const FloatTag f;
   constexpr size_t kStep = hn::MaxLanes(f);
   const size_t n = ray->num_segments;
@@ -208,9 +298,19 @@ HWY_INLINE void ComputeWeights(RayTrace* ray) {
         f, reinterpret_cast<const float*>(&ray->segments[k]), cell, t_out, tau_in, optical_depth);
     const Floats before = hn::Exp(f, hn::Neg(tau_in));
     const Floats through = hn::Exp(f, hn::Neg(hn::Add(tau_in, optical_depth)));
-    hn::StoreU(
-        hn::Neg(hn::Mul(before, hn::Expm1(f, hn::Neg(optical_depth)))), f, ray->weight.data() + k);
+    const Floats absorbed = hn::Neg(hn::Expm1(f, hn::Neg(optical_depth)));
+    hn::StoreU(hn::Mul(before, absorbed), f, ray->weight.data() + k);
     hn::StoreU(through, f, ray->transmittance.data() + k);
+    if (!with_centroids) continue;
+    // The share first, in place of the centroid.
+    hn::StoreU(CentroidShareSimd(optical_depth, absorbed), f, ray->centroid.data() + k);
+  }
+  if (!with_centroids) return;
+  float t_in = 0;
+  for (size_t k = 0; k < n; ++k) {
+    const float t_out = ray->segments[k].t_out;
+    ray->centroid[k] = t_in + (t_out - t_in) * ray->centroid[k];
+    t_in = t_out;
   }
 }
 
@@ -245,6 +345,7 @@ HWY_INLINE void AddAppearance(const CellShading<float>& shading, RayTrace* ray) 
   constexpr size_t kAhead = 4;  // segments, from the second-level cache to the first
   for (size_t k = 0; k < n; ++k) {
     float color[3] = {0, 0, 0};
+    float slope[3] = {0, 0, 0};
     if (k + kAhead < n && ray->weight[k + kAhead] > kNegligibleWeight) {
       PrefetchAppearance<3>(shading, 3 * num_coefficients, ray->segments[k + kAhead].cell);
     }
@@ -253,7 +354,18 @@ HWY_INLINE void AddAppearance(const CellShading<float>& shading, RayTrace* ray) 
       const size_t cell = ray->segments[k].cell;
       const bool counts = weight > kNegligibleWeight;
       const float* const sh = shading.sh + cell * 3 * num_coefficients;
-      if (num_coefficients == 1) {
+      if (counts && shading.color_gradient != nullptr) {
+        const RayTrace::Site& site = ray->sites[k];
+        LinearColorSimd(ray->sh_basis,
+                        num_coefficients,
+                        sh,
+                        shading.color_gradient + cell * kColorGradientDim,
+                        ray->origin + ray->centroid[k] * ray->direction -
+                            Eigen::Vector3f(site.x, site.y, site.z),
+                        ray->direction,
+                        color,
+                        slope);
+      } else if (num_coefficients == 1) {
         ShColor(ray->sh_basis, 1, sh, color);
       } else {
         ShColorSimd(ray->sh_basis, counts ? num_coefficients : 1, sh, color);
@@ -268,6 +380,8 @@ HWY_INLINE void AddAppearance(const CellShading<float>& shading, RayTrace* ray) 
       }
     }
     for (int c = 0; c < 3; ++c) ray->color[c][k] = color[c];
+    if (!ray->has_slopes) continue;
+    for (int c = 0; c < 3; ++c) ray->slope[c][k] = slope[c];
   }
   for (size_t p = 0; p < kIdParts; ++p) {
     hn::StoreU(identity[p], id, composite.identity + p * kIdStep);
@@ -276,7 +390,8 @@ HWY_INLINE void AddAppearance(const CellShading<float>& shading, RayTrace* ray) 
 
 // Computes weights, depth quantiles, colour and identity of a walked ray.
 inline void ShadeRay(const CellShading<float>& shading, RayTrace* ray) {
-  ComputeWeights(ray);
+  ray->has_slopes = shading.color_gradient != nullptr;
+  ComputeWeights(ray->has_slopes, ray);
   ray->composite = {};
   ray->composite.tau = ray->segments[ray->num_segments].tau_in;
   FindQuantiles(ray);
@@ -301,17 +416,20 @@ void TraceRays(const WalkGeometry<float>& geometry,
 
 // Scratch of the backward pass, one per thread.
 struct BackwardScratch {
-  LargePageVector<float> by_weight;  // dL/dw
-  LargePageVector<float> behind;     // sum over the segments behind of w dL/dw, and of quantiles
-  LargePageVector<float> density;    // dL/dsigma
-  LargePageVector<float> by_t;       // dL/dt of the exit face
-  LargePageVector<float> by_t_own;   // the part of it that comes from the segment before the face
-  LargePageVector<float> here[3];    // by_t dt/d(site of the segment)
-  LargePageVector<float> beyond[3];  // by_t dt/d(site behind the face)
+  LargePageVector<float> by_weight;    // dL/dw
+  LargePageVector<float> behind;       // sum over the segments behind of w dL/dw, and of quantiles
+  LargePageVector<float> density;      // dL/dsigma
+  LargePageVector<float> by_t;         // dL/dt of the exit face
+  LargePageVector<float> by_t_own;     // the part of it that comes from the segment before the face
+  LargePageVector<float> by_centroid;  // dL/dt of the centroid of the segment's weight
+  LargePageVector<float> here[3];      // by_t dt/d(site of the segment)
+  LargePageVector<float> beyond[3];    // by_t dt/d(site behind the face)
 
   void Reserve(size_t count) {
     if (density.size() >= count) return;
-    for (auto* array : {&by_weight, &behind, &density, &by_t, &by_t_own}) array->resize(2 * count);
+    for (auto* array : {&by_weight, &behind, &density, &by_t, &by_t_own, &by_centroid}) {
+      array->resize(2 * count);
+    }
     for (auto& array : here) array.resize(2 * count);
     for (auto& array : beyond) array.resize(2 * count);
   }
@@ -381,6 +499,48 @@ HWY_INLINE void SumBehind(size_t num_segments, BackwardScratch* s) {
   }
 }
 
+// Adds what the gradients of the colours do by moving the centroids: to the densities and to
+// by_t_own, so that a segment's exit gains and its entry loses it. Writes dL/dcentroid, by which
+// the entry gains in addition, to by_centroid.
+HWY_INLINE void BackpropagateToCentroids(const RayTrace& ray,
+                                         const RayGradient<float>& gradient,
+                                         BackwardScratch* s) {
+  const FloatTag f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  const size_t n = ray.num_segments;
+  const Floats zero = hn::Zero(f);
+  const Floats red = hn::Set(f, gradient.color[0]);
+  const Floats green = hn::Set(f, gradient.color[1]);
+  const Floats blue = hn::Set(f, gradient.color[2]);
+  for (size_t k = 0; k < n; k += kStep) {
+    Floats x, y, z, density, cell, t_out, tau_in, optical_depth;
+    hn::LoadInterleaved4(f, reinterpret_cast<const float*>(&ray.sites[k]), x, y, z, density);
+    hn::LoadInterleaved4(
+        f, reinterpret_cast<const float*>(&ray.segments[k]), cell, t_out, tau_in, optical_depth);
+    const Floats by_color =
+        hn::MulAdd(red,
+                   hn::LoadU(f, ray.slope[0].data() + k),
+                   hn::MulAdd(green,
+                              hn::LoadU(f, ray.slope[1].data() + k),
+                              hn::Mul(blue, hn::LoadU(f, ray.slope[2].data() + k))));
+    const Floats by_centroid = hn::IfThenElse(
+        hn::Gt(density, zero), hn::Mul(by_color, hn::LoadU(f, ray.weight.data() + k)), zero);
+    const Floats absorbed = hn::Neg(hn::Expm1(f, hn::Neg(optical_depth)));
+    const Floats derivative = CentroidShareDerivativeSimd(optical_depth, absorbed);
+    const Floats by_length =
+        hn::MulAdd(optical_depth, derivative, CentroidShareSimd(optical_depth, absorbed));
+    const Floats length = hn::Div(optical_depth, density);
+    const Floats by_density = hn::Mul(by_centroid, hn::Mul(hn::Mul(length, length), derivative));
+    const auto has_slope = hn::Ne(by_centroid, zero);
+    const auto add = [&](Floats value, float* to) HWY_ATTR {
+      hn::StoreU(hn::Add(hn::LoadU(f, to), hn::IfThenElse(has_slope, value, zero)), f, to);
+    };
+    add(by_density, s->density.data() + k);
+    add(hn::Mul(by_centroid, by_length), s->by_t_own.data() + k);
+    hn::StoreU(by_centroid, f, s->by_centroid.data() + k);
+  }
+}
+
 // Computes dL/dx, and from it the gradients of the densities and of the faces' distances.
 HWY_INLINE void BackpropagateToDensities(const RayTrace& ray,
                                          const RayGradient<float>& gradient,
@@ -401,6 +561,7 @@ HWY_INLINE void BackpropagateToDensities(const RayTrace& ray,
     hn::StoreU(hn::IfThenElse(hn::Gt(density, zero), by_density, zero), f, s->density.data() + k);
     hn::StoreU(hn::Mul(by_depth, density), f, s->by_t_own.data() + k);
   }
+  if (ray.has_slopes) BackpropagateToCentroids(ray, gradient, s);
   for (size_t k = n; k < n + kStep; ++k) s->by_t_own[k] = 0;
   for (size_t k = 0; k < n; k += kStep) {
     hn::StoreU(
@@ -416,6 +577,10 @@ HWY_INLINE void BackpropagateToDensities(const RayTrace& ray,
     const float t_in = k == 0 ? 0.f : ray.segments[k - 1].t_out;
     s->density[k] -= by_quantile * (composite.quantile_depth[q] - t_in) / ray.sites[k].density;
     if (k > 0) s->by_t[k - 1] += by_quantile;
+  }
+  if (ray.has_slopes) {
+    // What the segment behind a face does to its centroid by its entry.
+    for (size_t k = 1; k < n; ++k) s->by_t[k - 1] += s->by_centroid[k];
   }
   // A clamped exit has the entry's distance, so its gradient is added to the entry's.
   for (size_t i = ray.clamped.size(); i-- > 0;) {
@@ -474,7 +639,7 @@ HWY_INLINE void AppendRecords(const RayTrace& ray,
                               std::vector<GradientRecord>* records) {
   const size_t n = ray.num_segments;
   for (size_t k = 0; k <= n; ++k) {
-    GradientRecord record{ray_index, {ray.segments[k].cell, 0, 0, 0, Eigen::Vector3f::Zero()}};
+    GradientRecord record{ray_index, {ray.segments[k].cell, 0, 0, 0, Eigen::Vector3f::Zero(), 0}};
     CellContribution<float>& c = record.contribution;
     if (c.cell >= num_sites) continue;
     if (k > 0) c.position = {s.beyond[0][k - 1], s.beyond[1][k - 1], s.beyond[2][k - 1]};
@@ -482,6 +647,7 @@ HWY_INLINE void AppendRecords(const RayTrace& ray,
       c.position += Eigen::Vector3f(s.here[0][k], s.here[1][k], s.here[2][k]);
       c.weight = ray.weight[k];
       c.density = s.density[k];
+      if (ray.has_slopes && ray.sites[k].density > 0) c.centroid = ray.centroid[k];
       for (int a = 0; a < 3; ++a) c.color_mask |= uint32_t{ray.color[a][k] > 0} << a;
     }
     if (c.weight == 0 && c.density == 0 && c.position.isZero(0)) continue;

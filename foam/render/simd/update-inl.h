@@ -9,6 +9,7 @@
 #define SEMFOAM_SIMD_UPDATE_INL_H_
 #endif
 
+#include "foam/model/spherical_harmonics.h"
 #include "foam/render/update_loops.h"
 
 #include <algorithm>
@@ -75,11 +76,41 @@ void AddTo(const float* change, int count, float* parameters) {
   });
 }
 
+// Sums over the records of a cell, per channel (the fourth lane is unused): dL/dcolour, and
+// dL/dcolour times the offset of the segment's centroid from the site along each axis. In units of
+// kShDc.
+struct ColorGradientSums {
+  alignas(16) float by_color[4] = {};
+  alignas(16) float by_axis[3][4] = {};
+
+  HWY_INLINE void Add(const CellContribution<float>& c,
+                      const RayOutput& ray,
+                      const float* by_color_of_ray,
+                      const Eigen::Vector3f& site) {
+    alignas(16) float by[4] = {};
+    for (int i = 0; i < 3; ++i) {
+      by[i] = c.color_mask >> i & 1 ? c.weight * by_color_of_ray[i] : 0.f;
+    }
+    const Eigen::Vector3f offset = ray.origin + c.centroid * ray.direction - site;
+    ForLanes(4, [&](auto f, int k) HWY_ATTR {
+      const auto b = hn::Load(f, by + k);
+      hn::Store(hn::Add(hn::Load(f, by_color + k), b), f, by_color + k);
+      for (int a = 0; a < 3; ++a) {
+        const auto sum = hn::Load(f, by_axis[a] + k);
+        hn::Store(hn::MulAdd(hn::Set(f, offset[a]), b, sum), f, by_axis[a] + k);
+      }
+    });
+  }
+};
+
 RecordTotals SumRecords(const GradientRecord* records,
                         size_t count,
                         const RayOutput* rays,
                         const ParameterRow& row,
+                        const Eigen::Vector3f& site,
+                        const float* color_gradient,
                         float* gradient) {
+  ColorGradientSums sums;
   RecordTotals totals;
   float density = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
@@ -93,7 +124,9 @@ RecordTotals SumRecords(const GradientRecord* records,
     const float* const by_color = shared + row.sh;
     totals.squared_error += c.weight * (by_color[0] * by_color[0] + by_color[1] * by_color[1] +
                                         by_color[2] * by_color[2]);
-    if (HWY_LIKELY(c.color_mask == 7 && c.weight > kNegligibleWeight)) {
+    const bool counts = c.weight > kNegligibleWeight;
+    if (color_gradient != nullptr && counts) sums.Add(c, rays[records[i].ray], by_color, site);
+    if (HWY_LIKELY(c.color_mask == 7 && counts)) {
       ForLanes(row.size, [&](auto f, int k) HWY_ATTR {
         hn::StoreU(
             hn::MulAdd(hn::Set(f, c.weight), hn::LoadU(f, shared + k), hn::LoadU(f, gradient + k)),
@@ -103,11 +136,19 @@ RecordTotals SumRecords(const GradientRecord* records,
       continue;
     }
     // A channel clamped at black, or a weight too small for more than the mean colour.
-    const bool counts = c.weight > kNegligibleWeight;
     for (int k = 0; counts && k < row.position; ++k) gradient[k] += c.weight * shared[k];
     const int sh_end = counts ? row.size : row.sh + 3;
     for (int k = row.sh; k < sh_end; ++k) {
       if (c.color_mask >> ((k - row.sh) % 3) & 1) gradient[k] += c.weight * shared[k];
+    }
+  }
+  if (color_gradient != nullptr) {
+    constexpr float kUnit = static_cast<float>(1 / kShDc);
+    for (int a = 0; a < 3; ++a) {
+      for (int c = 0; c < 3; ++c) {
+        gradient[row.color_gradient + 3 * a + c] += kUnit * sums.by_axis[a][c];
+        position[a] -= kUnit * sums.by_color[c] * color_gradient[3 * a + c];
+      }
     }
   }
   for (int a = 0; a < 3; ++a) gradient[row.position + a] += position[a];

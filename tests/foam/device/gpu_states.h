@@ -48,6 +48,7 @@ struct Scene {
   int num_classes = 5;
   double identity_to_density = 0.3;
   double tv_weight = 0.1;
+  bool color_gradients = true;
 };
 
 // A foam in the middle of a training: random parameters, moments of earlier steps.
@@ -65,6 +66,9 @@ inline std::unique_ptr<TrainingState> MakeState(const std::vector<Eigen::Vector3
   for (float& raw : foam.raw_density) raw = std::clamp(raw, kLowestRawDensity, 0.5f);
   foam.sh.assign(values.sh.begin(), values.sh.end());
   if (scene.num_classes > 0) foam.identity.assign(values.identity.begin(), values.identity.end());
+  if (scene.color_gradients) {
+    foam.color_gradient.assign(values.color_gradient.begin(), values.color_gradient.end());
+  }
   foam.classifier_weight = values.weight;
   foam.classifier_bias = values.bias;
   state->optimizer = std::make_unique<FoamOptimizer>(foam);
@@ -100,7 +104,7 @@ inline TrainingStep StepFor(const std::vector<BatchRay>& rays, const Scene& scen
           weights,
           6.9f,
           semantics ? scene.tv_weight : 0,
-          {1e-3f, 2e-3f, 3e-3f, 4e-3f, 5e-3f, 6e-3f}};
+          {1e-3f, 2e-3f, 3e-3f, 4e-3f, 5e-3f, 6e-3f, 7e-3f}};
 }
 
 inline std::vector<float> Coordinates(const std::vector<Eigen::Vector3f>& points) {

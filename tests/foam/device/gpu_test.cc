@@ -103,7 +103,13 @@ TEST_P(GpuStep, HasTheGradientsOfTheCores) {
   ExpectNear(column(m, 0, row.position), column(n, 0, row.position), 1e-5, "identity");
   ExpectNear(
       column(m, row.position, row.density), column(n, row.position, row.density), 1e-4, "position");
-  ExpectNear(column(m, row.density, row.sh), column(n, row.density, row.sh), 1e-4, "density");
+  const int density_end = row.density + 1;
+  ExpectNear(
+      column(m, row.density, density_end), column(n, row.density, density_end), 1e-4, "density");
+  ExpectNear(column(m, row.color_gradient, row.sh),
+             column(n, row.color_gradient, row.sh),
+             1e-4,
+             "colour gradient");
   ExpectNear(column(m, row.sh, row.size), column(n, row.sh, row.size), 1e-5, "SH");
   EXPECT_EQ(on_gpu->optimizer->steps(), on_cpu->optimizer->steps());
   ExpectNear(on_gpu->densification.squared_error,
@@ -144,6 +150,10 @@ TEST_P(GpuStep, MovesTheFoamAsTheCoresDo) {
   EXPECT_GT(share_of_same(Coordinates(a.positions), Coordinates(b.positions), 1e-5), 0.99);
   EXPECT_GT(share_of_same(a.raw_density, b.raw_density, 1e-4), 0.99);
   EXPECT_GT(share_of_same(a.sh, b.sh, 1e-4), 0.99);
+  EXPECT_EQ(a.HasColorGradients(), scene().color_gradients);
+  if (a.HasColorGradients()) {
+    EXPECT_GT(share_of_same(a.color_gradient, b.color_gradient, 1e-4), 0.99);
+  }
   EXPECT_GT(a.identity.empty() ? 1 : share_of_same(a.identity, b.identity, 1e-4), 0.99);
   EXPECT_NE(Coordinates(a.positions), Coordinates(sites)) << "nothing has moved";
 }
@@ -155,6 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                                                           Scene{0, 5, 0, 0.1},
                                                           Scene{3, 0, 0, 0},
                                                           Scene{1, 1, 1, 0},
+                                                          Scene{2, 5, 0.3, 0.1, false},
                                                           Scene{2, 700, 0, 0.1})));
 class GpuBasics : public GpuTest {};
 

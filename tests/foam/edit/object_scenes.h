@@ -49,6 +49,9 @@ inline Model ModelOf(const std::vector<Eigen::Vector3f>& sites,
     for (int c = 3; c < foam.ShStride(); ++c) {
       foam.sh.push_back(0.2f * std::sin(5 * sites[i].sum() + static_cast<float>(c)));
     }
+    for (int c = 0; c < kColorGradientDim; ++c) {
+      foam.color_gradient.push_back(std::sin(7 * sites[i].sum() + static_cast<float>(c)));
+    }
     for (int d = 0; d < (num_classes > 0 ? kIdentityDim : 0); ++d) {
       foam.identity.push_back(d == std::max(k, 0) ? 3 + 0.5f * std::sin(sites[i].x()) : 0.f);
     }

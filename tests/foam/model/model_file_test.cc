@@ -45,6 +45,7 @@ class ModelFile : public testing::Test {
     fill(5, &foam.raw_density);
     fill(5 * foam.ShStride(), &foam.sh);
     if (semantics) {
+      fill(5 * kColorGradientDim, &foam.color_gradient);
       fill(5 * kIdentityDim, &foam.identity);
       fill(2 * kIdentityDim, &foam.classifier_weight);
       fill(2, &foam.classifier_bias);
@@ -96,6 +97,7 @@ TEST_F(ModelFile, ComesBackAsItWas) {
     EXPECT_EQ(back.foam.positions, model.foam.positions);
     EXPECT_EQ(back.foam.raw_density, model.foam.raw_density);
     EXPECT_EQ(back.foam.sh, model.foam.sh);
+    EXPECT_EQ(back.foam.color_gradient, model.foam.color_gradient);
     EXPECT_EQ(back.foam.identity, model.foam.identity);
     EXPECT_EQ(back.foam.classifier_weight, model.foam.classifier_weight);
     EXPECT_EQ(back.foam.classifier_bias, model.foam.classifier_bias);
@@ -121,6 +123,24 @@ TEST_F(ModelFile, ComesBackAsItWas) {
               model.photos[0].cam_from_world_translation);
     EXPECT_TRUE(back.photos[0].held_out);
     EXPECT_EQ(back.options, model.options);
+  }
+}
+
+// Version 1 is version 2 without colour gradients.
+TEST_F(ModelFile, OfVersionOneIsRead) {
+  const Model model = SmallModel(false);
+  WriteModel(path_, model);
+  std::string bytes = Bytes();
+  ASSERT_EQ(bytes[8], 2);
+  bytes[8] = 1;
+  SetBytesWithChecksum(bytes);
+  const Model back = ReadModel(path_);
+  EXPECT_EQ(back.foam.sh, model.foam.sh);
+  EXPECT_FALSE(back.foam.HasColorGradients());
+  for (const char unknown : {0, 3}) {
+    bytes[8] = unknown;
+    SetBytesWithChecksum(bytes);
+    EXPECT_THROW(ReadModel(path_), UserError) << int{unknown};
   }
 }
 

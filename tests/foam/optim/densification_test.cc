@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/densification.h"
 
+#include "foam/model/spherical_harmonics.h"
+#include "foam/render/ray_record.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -78,6 +81,43 @@ TEST(Densification, AddsChildrenOfErroneousCellsAndMovesParametersAlong) {
     EXPECT_NE(after.positions[k], before.positions[how.origin[k]]);
   }
   EXPECT_EQ(*std::max_element(copies.begin(), copies.end()), 2) << "drawn without replacement";
+}
+
+// A child shows at every place what its parent shows there.
+TEST(Densification, ChildrenTakeOverTheColourAtTheirPlace) {
+  const WalkableCells cells(RandomSites(400, 1));
+  Foam before = MarkedFoam(400);
+  CounterRandom random(3, 0x61, 0);
+  for (float& c : before.sh) c = static_cast<float>(random.Normal());
+  for (size_t k = 0; k < before.NumSites() * kColorGradientDim; ++k) {
+    before.color_gradient.push_back(static_cast<float>(random.Normal()));
+  }
+  DensificationStatistics statistics;
+  statistics.Reset(400);
+  std::fill(statistics.contribution.begin(), statistics.contribution.end(), 0.5f);
+  std::fill(statistics.squared_error.begin(), statistics.squared_error.end(), 1.f);
+  DensificationOptions options;
+  options.num_to_add = 100;
+  Foam after = before;
+  const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, 0, &after);
+  ASSERT_GT(how.num_added, 50u);
+  const Eigen::Vector3f direction = RandomDirection(&random).cast<float>(), x(0.1f, -0.2f, 0.3f);
+  float basis[kMaxShCoefficients];
+  ShBasis(1, direction, basis);
+  // Neither colour is clamped at black, so that the sums are compared.
+  const auto sum_at_x = [&](const Foam& foam, size_t i) {
+    const float* const sh = &foam.sh[i * foam.ShStride()];
+    const float* const gradient = &foam.color_gradient[i * kColorGradientDim];
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (int c = 0; c < 3; ++c) {
+      for (int k = 0; k < 4; ++k) sum[c] += basis[k] * sh[3 * k + c];
+      for (int a = 0; a < 3; ++a) sum[c] += (x - foam.positions[i])[a] * gradient[3 * a + c];
+    }
+    return sum;
+  };
+  for (size_t k = 0; k < after.NumSites(); ++k) {
+    ASSERT_LT((sum_at_x(after, k) - sum_at_x(before, how.origin[k])).norm(), 1e-5f) << k;
+  }
 }
 
 TEST(Densification, PlacesChildrenTowardsTheFarthestNeighbourThatIsSeen) {

@@ -54,7 +54,7 @@ class RayBatch : public testing::TestWithParam<std::string> {
     const std::vector<float> density = parameters_.Densities();
     BatchResult result;
     CastBatch(cells_.float_geometry,
-              {kShDegree, density.data(), parameters_.sh.data(), parameters_.identity.data()},
+              parameters_.Shading(density),
               parameters_.Classifier(),
               weights,
               std::numeric_limits<float>::infinity(),
@@ -64,16 +64,28 @@ class RayBatch : public testing::TestWithParam<std::string> {
     return result;
   }
 
+  // The gradient of a cell, as a ParameterRow.
+  std::vector<float> CellGradient(const BatchResult& result, uint32_t cell) const {
+    std::vector<float> sum(kRow.size, 0.f);
+    SumRecords(result.gradients.Of(cell),
+               result.rays.data(),
+               kRow,
+               parameters_.positions[cell],
+               &parameters_.color_gradient[cell * kColorGradientDim],
+               sum.data());
+    return sum;
+  }
+
   std::vector<float> IdentityGradient(const BatchResult& result) const {
-    const ParameterRow row(kShDegree, true);
     std::vector<float> gradient;
     for (uint32_t cell = 0; cell < kNumSites; ++cell) {
-      std::vector<float> sum(row.size, 0.f);
-      SumRecords(result.gradients.Of(cell), result.rays.data(), row, sum.data());
-      gradient.insert(gradient.end(), sum.begin(), sum.begin() + kIdentityDim);
+      const std::vector<float> row = CellGradient(result, cell);
+      gradient.insert(gradient.end(), row.begin(), row.begin() + kIdentityDim);
     }
     return gradient;
   }
+
+  const ParameterRow kRow{kShDegree, true, true};
 
   WalkableCells cells_;
   FoamParameters<float> parameters_;
@@ -105,6 +117,37 @@ TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
   }
 }
 
+TEST_P(RayBatch, TrainsColorsAsTheReferenceDoes) {
+  const FoamParameters<double> p = Cast<double>(parameters_);
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9};
+  std::vector<double> sh(p.sh.size()), color_gradient(p.color_gradient.size());
+  for (int i = 0; i < kNumRays; ++i) {
+    const RayRecord<double> record =
+        TraceCase(cells_.geometry, p, p.Densities(), cases_[i], rays_[i].start_cell);
+    const auto gradient = HandWrittenGradient(cells_.geometry, record, cases_[i], p, weights);
+    for (size_t k = 0; k < sh.size(); ++k) sh[k] += gradient[2][k] / kNumRays;
+    for (size_t k = 0; k < color_gradient.size(); ++k) {
+      color_gradient[k] += gradient[6][k] / kNumRays;
+    }
+  }
+  double gradient_scale = 0;
+  for (const double g : color_gradient) gradient_scale = std::max(gradient_scale, std::abs(g));
+  const BatchResult result = CastRays(weights);
+  const size_t sh_stride = sh.size() / kNumSites;
+  for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+    const std::vector<float> got = CellGradient(result, cell);
+    for (size_t k = 0; k < sh_stride; ++k) {
+      ASSERT_NEAR(got[kRow.sh + k], sh[cell * sh_stride + k], 5e-6) << cell << " " << k;
+    }
+    for (int k = 0; k < kColorGradientDim; ++k) {
+      ASSERT_NEAR(got[kRow.color_gradient + k],
+                  color_gradient[cell * kColorGradientDim + k],
+                  1e-5 * gradient_scale)
+          << cell << " " << k;
+    }
+  }
+}
+
 TEST_P(RayBatch, DoesNotDependOnTheThreads) {
   const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.25};
   const auto cast = [&](int threads) {
@@ -122,7 +165,6 @@ TEST_P(RayBatch, DoesNotDependOnTheThreads) {
 // Only where it is asked to, the identity term says something to densities and positions: what the
 // reference says.
 TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
-  const ParameterRow row(kShDegree, true);
   const FoamParameters<double> p = Cast<double>(parameters_);
   std::vector<std::vector<float>> density_gradients;
   for (const double to_density : {0.0, 0.25, 1.0}) {
@@ -142,14 +184,13 @@ TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
     for (const double g : raw_density) density_scale = std::max(density_scale, std::abs(g));
     const BatchResult result = CastRays(weights);
     for (uint32_t cell = 0; cell < kNumSites; ++cell) {
-      std::vector<float> sum(row.size, 0.f);
-      SumRecords(result.gradients.Of(cell), result.rays.data(), row, sum.data());
-      const double by_raw = sum[row.density] * DensityDerivative(p.raw_density[cell]);
+      const std::vector<float> sum = CellGradient(result, cell);
+      const double by_raw = sum[kRow.density] * DensityDerivative(p.raw_density[cell]);
       ASSERT_NEAR(by_raw, raw_density[cell], 1e-4 * density_scale) << cell;
       for (int a = 0; a < 3; ++a) {
-        ASSERT_NEAR(sum[row.position + a], position[3 * cell + a], 1e-4 * position_scale) << cell;
+        ASSERT_NEAR(sum[kRow.position + a], position[3 * cell + a], 1e-4 * position_scale) << cell;
       }
-      density_gradient.push_back(sum[row.density]);
+      density_gradient.push_back(sum[kRow.density]);
     }
   }
   EXPECT_NE(density_gradients[0], density_gradients[1]);

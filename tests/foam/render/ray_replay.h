@@ -30,6 +30,7 @@ struct FoamParameters {
   std::vector<T> sh;                              // [num_sites][(sh_degree + 1)^2][3]
   std::vector<T> identity;                        // [num_sites][kIdentityDim]
   std::vector<T> weight, bias;                    // the classifier's
+  std::vector<T> color_gradient;                  // [num_sites][3 axes][3 channels]
 
   // The k-th parameter of a kind; kinds in the order of kParameterKinds.
   T* Find(int kind, size_t k) {
@@ -44,8 +45,10 @@ struct FoamParameters {
         return &identity[k];
       case 4:
         return &weight[k];
-      default:
+      case 5:
         return &bias[k];
+      default:
+        return &color_gradient[k];
     }
   }
 
@@ -57,11 +60,21 @@ struct FoamParameters {
   }
 
   ClassifierView<T> Classifier() const { return {num_classes, weight.data(), bias.data()}; }
+
+  // `density` is [num_cells], activated.
+  CellShading<T> Shading(const std::vector<T>& density) const {
+    return {sh_degree, density.data(), sh.data(), identity.data(), color_gradient.data()};
+  }
 };
 
-inline constexpr int kNumParameterKinds = 6;
-inline constexpr const char* kParameterKinds[kNumParameterKinds] = {
-    "position", "raw density", "SH", "identity", "classifier weight", "classifier bias"};
+inline constexpr int kNumParameterKinds = 7;
+inline constexpr const char* kParameterKinds[kNumParameterKinds] = {"position",
+                                                                    "raw density",
+                                                                    "SH",
+                                                                    "identity",
+                                                                    "classifier weight",
+                                                                    "classifier bias",
+                                                                    "colour gradient"};
 
 template <typename T, typename From>
 FoamParameters<T> Cast(const FoamParameters<From>& p) {
@@ -78,6 +91,7 @@ FoamParameters<T> Cast(const FoamParameters<From>& p) {
   cast(p.identity, &out.identity);
   cast(p.weight, &out.weight);
   cast(p.bias, &out.bias);
+  cast(p.color_gradient, &out.color_gradient);
   return out;
 }
 
@@ -106,6 +120,9 @@ FoamParameters<T> RandomParameters(const std::vector<Eigen::Matrix<T, 3, 1>>& ce
   fill(num_sites * kIdentityDim, &p.identity);
   fill(size_t(num_classes) * kIdentityDim, &p.weight);
   fill(num_classes, &p.bias);
+  for (size_t k = 0; k < num_sites * kColorGradientDim; ++k) {
+    p.color_gradient.push_back(T(0.2 * random.Normal()));
+  }
   return p;
 }
 
@@ -128,8 +145,7 @@ RayRecord<Real> TraceCase(const WalkGeometry<Real>& geometry,
   for (int k = 0; k < kNumQuantiles; ++k) {
     record.composite.quantile_tau[k] = Real(ray.quantile_tau[k]);
   }
-  const CellShading<Real> shading{p.sh_degree, density.data(), p.sh.data(), p.identity.data()};
-  TraceRay(geometry, shading, start, std::numeric_limits<Real>::infinity(), &record);
+  TraceRay(geometry, p.Shading(density), start, std::numeric_limits<Real>::infinity(), &record);
   return record;
 }
 
@@ -159,10 +175,21 @@ T ReplayLoss(const RayRecord<double>& record,
       const ShadedSegment<T> shaded = AddSegment(t_in, t_out, sigma, segment.shaded, &composite);
       const bool counts = record.shaded[segment.shaded].weight > kNegligibleWeight;
       T color[3];
-      ShColor(basis,
-              counts ? num_coefficients : 1,
-              &p.sh[size_t(segment.cell) * 3 * num_coefficients],
-              color);
+      const T* const sh = &p.sh[size_t(segment.cell) * 3 * num_coefficients];
+      if (counts && !p.color_gradient.empty()) {
+        const Eigen::Matrix<T, 3, 1> offset = r + shaded.centroid * direction;
+        T slope[3];
+        LinearColor(basis,
+                    num_coefficients,
+                    sh,
+                    &p.color_gradient[size_t(segment.cell) * kColorGradientDim],
+                    offset,
+                    direction,
+                    color,
+                    slope);
+      } else {
+        ShColor(basis, counts ? num_coefficients : 1, sh, color);
+      }
       for (int c = 0; c < 3; ++c) composite.color[c] += shaded.weight * color[c];
       for (int c = 0; counts && p.num_classes > 0 && c < kIdentityDim; ++c) {
         // As far as the identity loss is not to bend geometry, its weight is a constant.
@@ -189,7 +216,8 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
                                           std::vector<double>(p.sh.size()),
                                           std::vector<double>(p.identity.size()),
                                           std::vector<double>(p.weight.size()),
-                                          std::vector<double>(p.bias.size())};
+                                          std::vector<double>(p.bias.size()),
+                                          std::vector<double>(p.color_gradient.size())};
   std::vector<double> logits(p.num_classes);
   RayLoss(record.composite, ray.target, p.Classifier(), logits.data());
   const RayGradient<double> gradient =
@@ -212,6 +240,17 @@ inline std::vector<std::vector<double>> HandWrittenGradient(const WalkGeometry<d
         if (!(c.color_mask >> a & 1)) continue;
         out[2][(size_t(c.cell) * num_coefficients + k) * 3 + a] +=
             c.weight * gradient.color[a] * record.sh_basis[k];
+      }
+    }
+    if (counts && !p.color_gradient.empty()) {
+      const Eigen::Vector3d offset =
+          record.origin + c.centroid * record.direction - p.positions[c.cell];
+      for (int a = 0; a < kColorGradientDim; ++a) {
+        if (!(c.color_mask >> (a % 3) & 1)) continue;
+        const size_t k = size_t(c.cell) * kColorGradientDim + a;
+        const double by_color = c.weight * gradient.color[a % 3];
+        out[6][k] += by_color * offset[a / 3];
+        out[0][3 * c.cell + a / 3] -= by_color * p.color_gradient[k];
       }
     }
     for (int a = 0; counts && p.num_classes > 0 && a < kIdentityDim; ++a) {

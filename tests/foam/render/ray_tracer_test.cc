@@ -21,7 +21,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // What the cells of a scene look like, in float and in double.
 struct Appearance {
-  explicit Appearance(const WalkableCells& cells) {
+  explicit Appearance(const WalkableCells& cells, double gradient_scale = 0.2) {
     CounterRandom random(5, 0x71, 0);
     const uint32_t n = cells.delaunay.num_sites;
     for (uint32_t i = 0; i < cells.delaunay.num_cells; ++i) {
@@ -31,20 +31,28 @@ struct Appearance {
     }
     for (uint32_t k = 0; k < n * 27; ++k) sh.push_back(0.7f * random.Normal());
     for (uint32_t k = 0; k < n * kIdentityDim; ++k) identity.push_back(random.Normal());
+    for (uint32_t k = 0; k < n * kColorGradientDim; ++k) {
+      color_gradient.push_back(static_cast<float>(gradient_scale * random.Normal()));
+    }
     density_double.assign(density.begin(), density.end());
     sh_double.assign(sh.begin(), sh.end());
     identity_double.assign(identity.begin(), identity.end());
+    color_gradient_double.assign(color_gradient.begin(), color_gradient.end());
   }
 
   CellShading<float> Float() const {
-    return {kShDegree, density.data(), sh.data(), identity.data()};
+    return {kShDegree, density.data(), sh.data(), identity.data(), color_gradient.data()};
   }
   CellShading<double> Double() const {
-    return {kShDegree, density_double.data(), sh_double.data(), identity_double.data()};
+    return {kShDegree,
+            density_double.data(),
+            sh_double.data(),
+            identity_double.data(),
+            color_gradient_double.data()};
   }
 
-  std::vector<float> density, sh, identity;
-  std::vector<double> density_double, sh_double, identity_double;
+  std::vector<float> density, sh, identity, color_gradient;
+  std::vector<double> density_double, sh_double, identity_double, color_gradient_double;
 };
 
 std::vector<RayTrace> RandomRays(const WalkableCells& cells, int count, uint64_t seed) {
@@ -117,7 +125,7 @@ void ExpectSameComposite(const RayComposite<float>& composite,
 
 // What a ray says to each cell, summed up by cell.
 struct CellSums {
-  double weight = 0, density = 0;
+  double weight = 0, density = 0, centroid = 0;
   uint32_t color_mask = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
@@ -127,6 +135,7 @@ void AddTo(const CellContribution<Real>& c, std::map<uint32_t, CellSums>* cells)
   CellSums& sums = (*cells)[c.cell];
   sums.weight += c.weight;
   sums.density += c.density;
+  sums.centroid += c.centroid;
   sums.color_mask |= c.color_mask;
   sums.position += c.position.template cast<double>();
 }
@@ -157,7 +166,7 @@ void ExpectSameGradient(const WalkableCells& cells,
   }
   // Relative to the largest of the ray: sums of terms that cancel carry the rounding of the
   // largest, and of the incoming gradient where all of them are small.
-  double density_scale = 1e-4, position_scale = 1e-4;
+  double density_scale = 1e-4, position_scale = 1e-3;
   for (const auto& [cell, sums] : expected) {
     density_scale = std::max(density_scale, std::abs(sums.density));
     position_scale = std::max(position_scale, sums.position.norm());
@@ -168,9 +177,10 @@ void ExpectSameGradient(const WalkableCells& cells,
     ASSERT_NEAR(other.weight, sums.weight, 1e-6);
     if (sums.weight > 1e-6) {
       ASSERT_EQ(other.color_mask, sums.color_mask);
+      ASSERT_NEAR(other.centroid, sums.centroid, 1e-6 * (1 + sums.centroid));
     }
     ASSERT_NEAR(other.density, sums.density, 2e-5 * density_scale);
-    ASSERT_LE((other.position - sums.position).norm(), 2e-4 * position_scale);
+    ASSERT_LE((other.position - sums.position).norm(), 5e-4 * position_scale);
   }
   for (const auto& [cell, sums] : got) {
     if (expected.count(cell) != 0) continue;
@@ -186,8 +196,9 @@ class RayTracer : public testing::TestWithParam<std::string> {
   void ExpectTracesAreRight(const WalkableCells& cells,
                             const WalkGeometry<float>& geometry,
                             int num_rays,
-                            uint64_t seed) {
-    const Appearance appearance(cells);
+                            uint64_t seed,
+                            double gradient_scale = 0.2) {
+    const Appearance appearance(cells, gradient_scale);
     for (const float cutoff_tau : {kInfinity, 7.f}) {
       std::vector<RayTrace> rays = RandomRays(cells, num_rays, seed);
       TraceRays(geometry, appearance.Float(), cutoff_tau, rays);
@@ -236,7 +247,9 @@ TEST_P(RayTracer, AgreesWithTheReferenceOnTwinsAndFewSites) {
       sites.push_back(i % 2 == 0 ? p : Eigen::Vector3f(std::nextafter(p.x(), 2.f), p.y(), p.z()));
     }
     const WalkableCells cells(sites);
-    ExpectTracesAreRight(cells, cells.float_geometry, 43, 33);
+    // Faces between twins multiply the rounding of dL/dt by the inverse of their distance. Where
+    // colours have gradients, hard_cases/sites_test knows that scale.
+    ExpectTracesAreRight(cells, cells.float_geometry, 43, 33, /*gradient_scale=*/0);
   }
 }
 

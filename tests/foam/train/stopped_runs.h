@@ -164,6 +164,7 @@ inline std::vector<std::string> StateArrays() {
   return {"positions",
           "raw_density",
           "sh",
+          "color_gradient",
           "identity",
           "classifier_weight",
           "contribution",

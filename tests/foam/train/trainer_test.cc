@@ -181,7 +181,7 @@ TEST(Trainer, TrainsColourOnlyWithoutClassesAndWithoutPoints) {
 TEST(Trainer, RaisesTheShDegreeOnlyWhereColourChangesWithDirection) {
   TrainingOptions options = SmallRun();
   // While cells are few and not yet in place, some change with direction makes up for that.
-  options.num_rays = 800'000;
+  options.num_rays = 1'600'000;
   options.sh_degree = 3;
   const auto degree = [&](float gloss) {
     const SyntheticViews views(16, 64, 48, gloss);

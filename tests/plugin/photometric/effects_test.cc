@@ -218,24 +218,26 @@ TEST(Effects, SameOnAnyNumberOfThreads) {
 TEST(Effects, WhatIsOffIsNotInTheFoam) {
   const SyntheticViews views(8, 40, 30);
   const std::vector<SeedPoint> seeds = views.Seeds(500);
-  const auto train = [&](int num_classes, int sh_degree) {
+  const auto train = [&](int num_classes, int sh_degree, double color_gradient_rate) {
     TrainingOptions options;
+    options.color_gradient_rate = color_gradient_rate;
     options.num_rays = 50'000;
     options.rays_per_iteration = 2048;
     options.final_sites = 800;
     options.sh_degree = sh_degree;
     return TrainFoam(views, seeds, num_classes, options, [](const TrainingProgress&) {}).foam;
   };
-  const Foam off = train(0, 0), on = train(3, 3);
+  const Foam off = train(0, 0, 0), on = train(3, 3, 5e-3);
   const auto floats_per_site = [](const Foam& foam) {
-    return (foam.sh.size() + foam.identity.size()) / foam.NumSites();
+    return (foam.sh.size() + foam.color_gradient.size() + foam.identity.size()) / foam.NumSites();
   };
   EXPECT_EQ(floats_per_site(off), 3);
-  EXPECT_EQ(floats_per_site(on), 3 * 16 + kIdentityDim);
+  EXPECT_EQ(floats_per_site(on), 3 * 16 + kColorGradientDim + kIdentityDim);
   EXPECT_THAT(off.classifier_weight, IsEmpty());
-  // Nor in what a step reads and writes of each cell: its place, density and colour, padded.
+  // Nor in what a step reads and writes of each cell: its place, density and colour (and
+  // their change in the cell, and the identity: 77 numbers), padded.
   EXPECT_EQ(FoamOptimizer(off).row().size, 8);
-  EXPECT_EQ(FoamOptimizer(on).row().size, kIdentityDim + 4 + 3 * 16);
+  EXPECT_EQ(FoamOptimizer(on).row().size, 80);
 }
 
 TEST(Effects, ScenesWithoutTracksAreToldSo) {

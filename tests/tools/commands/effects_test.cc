@@ -51,8 +51,9 @@ Trained Train(const std::vector<std::string>& more) {
 }
 
 // Position, density, colour, contribution and mean colour, identity.
-uint64_t BytesPerSite(int sh_degree, bool semantics) {
-  return 12 + 4 + 12 * (sh_degree + 1) * (sh_degree + 1) + 4 + 12 + (semantics ? 64 : 0);
+uint64_t BytesPerSite(int sh_degree, bool color_gradients, bool semantics) {
+  return 12 + 4 + 12 * (sh_degree + 1) * (sh_degree + 1) + (color_gradients ? 36 : 0) + 4 + 12 +
+         (semantics ? 64 : 0);
 }
 
 TEST(Effects, AnalyzerPrintsTheTableAndWritesTheFile) {
@@ -86,7 +87,12 @@ TEST(Effects, AnalyzerPrintsTheTableAndWritesTheFile) {
 TEST(Effects, WhatIsOffTakesNoBytes) {
   const Trained most = Train(
       {"--FoamTraining.sh_degree", "3", "--Effects.sh_degree", "on", "--Effects.exposure", "on"});
-  const Trained least = Train({"--FoamTraining.sh_degree", "0", "--Effects.semantics", "off"});
+  const Trained least = Train({"--FoamTraining.sh_degree",
+                               "0",
+                               "--FoamTraining.color_gradient_rate",
+                               "0",
+                               "--Effects.semantics",
+                               "off"});
   EXPECT_EQ(most.model.foam.sh_degree, 3);
   EXPECT_TRUE(most.model.foam.HasSemantics());
   EXPECT_EQ(most.model.options.at("exposure"), "1");
@@ -102,11 +108,13 @@ TEST(Effects, WhatIsOffTakesNoBytes) {
   EXPECT_TRUE(foam.identity.empty());
   EXPECT_TRUE(foam.classifier_weight.empty());
   EXPECT_EQ(foam.sh.size(), 3 * foam.NumSites());
+  EXPECT_TRUE(foam.color_gradient.empty());
+  EXPECT_TRUE(most.model.foam.HasColorGradients());
 
   // To the last byte a site; beside the sites lie the head, the classifier and the photos.
   constexpr uint64_t kBeside = 64'000;
-  const uint64_t most_bytes = most.model.foam.NumSites() * BytesPerSite(3, true);
-  const uint64_t least_bytes = foam.NumSites() * BytesPerSite(0, false);
+  const uint64_t most_bytes = most.model.foam.NumSites() * BytesPerSite(3, true, true);
+  const uint64_t least_bytes = foam.NumSites() * BytesPerSite(0, false, false);
   EXPECT_GE(most.bytes, most_bytes);
   EXPECT_LT(most.bytes, most_bytes + kBeside);
   EXPECT_GE(least.bytes, least_bytes);

@@ -144,8 +144,10 @@ TrainingSummary Trainer::Finish(const Device& device) {
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
-  summary_.statistics = MeasureCells(
-      summary_.foam, ViewRenderer(summary_.foam, device), views_, StatisticsStride(views_));
+  summary_.statistics = MeasureCells(summary_.foam,
+                                     ViewRenderer(summary_.foam, device),
+                                     views_,
+                                     StatisticsStride(views_, options_.num_rays));
   return std::move(summary_);
 }
 

@@ -120,7 +120,7 @@ std::vector<BatchRay> TrainingPixels::ProbeRays(const std::vector<uint32_t>& sta
 }
 
 std::vector<ViewPixel> TrainingPixels::HeldOutPixels() const {
-  const int stride = EvaluationStride(views_);
+  const int stride = EvaluationStride(views_, options_.num_rays);
   std::vector<ViewPixel> pixels;
   for (const int view : SelectViews(views_, /*held_out=*/true)) {
     for (int y = 0; y < views_.Height(view); y += stride) {

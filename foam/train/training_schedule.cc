@@ -29,9 +29,20 @@ int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
   return rays;
 }
 
-// The least and, as a number of rays, the most of what EvaluationStride and StatisticsStride give.
+// The least of what EvaluationStride and StatisticsStride give.
 constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
-constexpr int64_t kMostEvaluationRays = int64_t{1} << 20, kMostStatisticsRays = int64_t{1} << 24;
+
+// Returns the most rays of one evaluation: all evaluations together cast a twentieth of the rays of
+// a short run. 2^14 rays estimate the mean squared error to some percent.
+int64_t MostEvaluationRays(int64_t num_rays) {
+  return std::clamp(num_rays / (20 * kNumEvaluations), int64_t{1} << 14, int64_t{1} << 20);
+}
+
+// Returns the most rays for the cells' statistics. An eighth of the rays of a short run meets each
+// of its cells in some pixels.
+int64_t MostStatisticsRays(int64_t num_rays) {
+  return std::clamp(num_rays / 8, int64_t{1} << 18, int64_t{1} << 24);
+}
 
 // Returns the least stride from `stride` on with no more than `most` rays, but one a view.
 int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {
@@ -42,20 +53,21 @@ int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t mo
 
 }  // namespace
 
-int EvaluationStride(const TrainingViews& views) {
-  return GridStride(views, /*held_out=*/true, kLeastEvaluationStride, kMostEvaluationRays);
+int EvaluationStride(const TrainingViews& views, int64_t num_rays) {
+  return GridStride(views, /*held_out=*/true, kLeastEvaluationStride, MostEvaluationRays(num_rays));
 }
 
-int StatisticsStride(const TrainingViews& views) {
-  return GridStride(views, /*held_out=*/false, kLeastStatisticsStride, kMostStatisticsRays);
+int StatisticsStride(const TrainingViews& views, int64_t num_rays) {
+  return GridStride(
+      views, /*held_out=*/false, kLeastStatisticsStride, MostStatisticsRays(num_rays));
 }
 
-int64_t EvaluationRays(const TrainingViews& views) {
-  return kNumEvaluations * GridRays(views, /*held_out=*/true, EvaluationStride(views));
+int64_t EvaluationRays(const TrainingViews& views, int64_t num_rays) {
+  return kNumEvaluations * GridRays(views, /*held_out=*/true, EvaluationStride(views, num_rays));
 }
 
-int64_t StatisticsRays(const TrainingViews& views) {
-  return GridRays(views, /*held_out=*/false, StatisticsStride(views));
+int64_t StatisticsRays(const TrainingViews& views, int64_t num_rays) {
+  return GridRays(views, /*held_out=*/false, StatisticsStride(views, num_rays));
 }
 
 TrainingSchedule::TrainingSchedule(const TrainingOptions& options)
@@ -108,10 +120,13 @@ void TrainingSchedule::FitToSeconds(const TrainingViews& views,
   const double pace = std::max(seconds - seconds_evaluating - pace_begin_, 1e-9) /
                       double(measured);  // an iteration
   // Looking at rays costs less than learning from them; evaluations have shown how much.
-  const double looked_at = double(EvaluationRays(views)) * RunFraction(iteration);
+  const double looked_at =
+      double(EvaluationRays(views, options_.num_rays)) * RunFraction(iteration);
   const double look = looked_at > 0 ? seconds_evaluating / looked_at
                                     : kLookedAtShare * pace / options_.rays_per_iteration;
-  const double to_look_at = double(EvaluationRays(views) + StatisticsRays(views)) - looked_at;
+  const double to_look_at =
+      double(EvaluationRays(views, options_.num_rays) + StatisticsRays(views, options_.num_rays)) -
+      looked_at;
   const double affordable = (options_.seconds - seconds - look * to_look_at) / pace;
   // Some end there must be, to settle in; and a pace mistaken by far must not last for ever.
   const auto late = static_cast<int64_t>(std::clamp(affordable, 0.1 * planned, 10 * planned));

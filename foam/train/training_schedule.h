@@ -9,18 +9,19 @@
 
 namespace semfoam {
 
-// Returns the number of rays that TrainFoam casts without training on them: during the run for the
-// held-out quality, and after it for the cells' statistics.
-int64_t EvaluationRays(const TrainingViews& views);
-int64_t StatisticsRays(const TrainingViews& views);
+// Returns the number of rays that TrainFoam casts without training on them in a run of `num_rays`
+// rays: during the run for the held-out quality, and after it for the cells' statistics.
+int64_t EvaluationRays(const TrainingViews& views, int64_t num_rays);
+int64_t StatisticsRays(const TrainingViews& views, int64_t num_rays);
 
 // Number of evaluations of the held-out views over the run.
 inline constexpr int kNumEvaluations = 20;
 
 // Returns the distance in pixels between two of those rays, in x and y: a few, and more for large
-// photos, which have more pixels than the evaluation needs.
-int EvaluationStride(const TrainingViews& views);
-int StatisticsStride(const TrainingViews& views);
+// photos, which have more pixels than the evaluation needs, and in short runs, so that looking
+// takes a small part of their time.
+int EvaluationStride(const TrainingViews& views, int64_t num_rays);
+int StatisticsStride(const TrainingViews& views, int64_t num_rays);
 
 // Computes the number of iterations of a run, and the time of each as a fraction of the run, which
 // determines the learning rates and when single events happen.

@@ -105,9 +105,9 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
                                      const std::vector<SeedPoint>& seeds,
                                      int num_classes,
                                      const Device& device,
-                                     double seconds) {
+                                     double seconds)
+    : views_(views) {
   const FewViews few(views);
-  forward_rays_ = StatisticsRays(few);
   for (int64_t rays = kPilotRays;;) {
     const TrainingOptions options = OptionsOnPresetLine(rays);
     const auto begin = std::chrono::steady_clock::now();
@@ -118,12 +118,12 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
     // Of few small views the rays cost less than what goes with them; a ray that is looked at costs
     // less than one that is learned from.
     looking_ = std::min(
-        learning_, (taken.count() - summary.last.seconds) / double(StatisticsRays(few)) / growth);
+        learning_,
+        (taken.count() - summary.last.seconds) / double(StatisticsRays(few, rays)) / growth);
     const int64_t more = RaysOnPresetLine(seconds);
     if (rays != kPilotRays || more < 2 * kPilotRays) break;
     rays = more;
   }
-  forward_rays_ = EvaluationRays(views) + StatisticsRays(views);
   for (int view = 0; num_classes > 0 && view < views.NumViews(); ++view) {
     const double width = views.Width(view), height = views.Height(view);
     const double reduced = std::min(1.0, kObjectSamplesAlongEdge / std::max(width, height));
@@ -134,7 +134,9 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
 double TrainingTimeModel::TrainingSeconds(const TrainingOptions& options) const {
   const double early = options.late_rays > 0 ? options.densify_until : 1;
   const double rays = early * double(options.num_rays) + double(options.late_rays);
-  return (learning_ * rays + looking_ * double(forward_rays_)) *
+  const int64_t looked_at =
+      EvaluationRays(views_, options.num_rays) + StatisticsRays(views_, options.num_rays);
+  return (learning_ * rays + looking_ * double(looked_at)) *
          std::pow(options.final_sites, kSitesPower);
 }
 

@@ -22,7 +22,7 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays);
 // load of the machine; far from the interpolated presets an error of a factor of 1.5 is normal.
 class TrainingTimeModel {
  public:
-  // Throws what TrainFoam throws.
+  // Throws what TrainFoam throws. `views` must outlive this object.
   TrainingTimeModel(const TrainingViews& views,
                     const std::vector<SeedPoint>& seeds,
                     int num_classes,
@@ -40,7 +40,7 @@ class TrainingTimeModel {
   int64_t RaysOnPresetLine(double seconds) const;
 
  private:
-  int64_t forward_rays_;
+  const TrainingViews& views_;
   // Number of rays that find the photos of the objects.
   double object_rays_ = 0;
   // Seconds per ray, in a foam that grows to one site.

@@ -138,6 +138,7 @@ TEST_F(SeedPath, IsPartOfARunThatGoesOn) {
 TEST_F(SeedPath, IsNotWrittenOver) {
   const TempFolder folder;
   const fs::path cloud = folder / "out/objects/7_mug.ply";
+  fs::create_directories(cloud.parent_path());
   WriteFile(cloud, CloudOfTabletop(1));
   for (const char* command : {"foam_trainer", "automatic_segmenter"}) {
     std::vector<std::string> arguments = {command,

@@ -116,7 +116,7 @@ void FitToBudget(const TrainingScene& scene,
   const double before = SecondsSince(begin);
   const TrainingTimeModel model(
       scene, scene.Seeds(), scene.NumClasses(), run->device, kPilotShare * run->time_budget);
-  const double left = run->time_budget - SecondsSince(begin);
+  const double left = run->time_budget - SecondsSince(begin) - model.SeedingSeconds();
   TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
                run->kept_options,
                &run->training);

@@ -89,6 +89,45 @@ inline std::string SmallPlyMesh(const std::string& format, uint32_t corners = 3)
   return ply;
 }
 
+// A cloud of three points, red, green and blue, as OpenMVS writes it, with lists of the photos that
+// see each, and a face; `number` is the type of the coordinates, `count` stands in the header.
+inline std::string SmallCloud(const std::string& format,
+                              const std::string& number = "float",
+                              const std::string& count = "3") {
+  std::string ply = "ply\nformat " + format + " 1.0\nelement vertex " + count + "\n";
+  for (const char* name : {"x", "y", "z"}) ply += "property " + number + " " + name + "\n";
+  for (const char* name : {"red", "green", "blue"}) {
+    ply += std::string("property uchar ") + name + "\n";
+  }
+  ply +=
+      "property list uchar uint view_indices\nproperty list uchar float view_weights\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const bool is_text = format == "ascii";
+  const auto append = [&](const auto& value) {
+    if (is_text) {
+      ply += std::to_string(value) + " ";
+      return;
+    }
+    AppendBinary(value, &ply);
+    if (format == "binary_big_endian") std::reverse(ply.end() - sizeof(value), ply.end());
+  };
+  const double places[3][3] = {{0, 0, 0}, {1, 0, 0.25}, {0, 1, -0.5}};
+  for (uint8_t i = 0; i < 3; ++i) {
+    for (const double x : places[i]) {
+      number == "float" ? append(static_cast<float>(x)) : append(x);
+    }
+    for (int c = 0; c < 3; ++c) append(static_cast<uint8_t>(c == i ? 255 : 0));
+    append(i);
+    for (uint32_t k = 0; k < i; ++k) append(k);
+    append(i);
+    for (uint32_t k = 0; k < i; ++k) append(0.5f);
+    if (is_text) ply.back() = '\n';
+  }
+  append(uint8_t{3});
+  for (const int32_t corner : {0, 1, 2}) append(corner);
+  return ply;
+}
+
 // The triangle as an .om file of version 2.2, as OpenMesh 9 writes it, with a property for each
 // vertex; the counts are the header's.
 inline std::string SmallOmMesh(uint32_t vertices = 3, uint32_t faces = 1, uint32_t edges = 3) {

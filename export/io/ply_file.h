@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "export/io/ply_header.h"
+#include "foam/util/ply_header.h"
 
 #include <cstdint>
 #include <filesystem>

@@ -93,11 +93,13 @@ class TrainingViews {
   virtual bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const;
 };
 
-// A coloured SfM point in the normalised frame, to start the foam from.
+// A coloured point in the normalised frame, to start the foam from.
 struct SeedPoint {
   Eigen::Vector3f position;
   // Display values, 0..1.
   Eigen::Vector3f color;
+  // Whether it is of a dense point cloud; false: an SfM point. SfM points come first in a list.
+  bool is_dense = false;
 };
 
 }  // namespace semfoam

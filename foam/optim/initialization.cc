@@ -5,6 +5,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/activation.h"
 #include "foam/model/spherical_harmonics.h"
+#include "foam/optim/point_thinning.h"
 #include "foam/util/random_vectors.h"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 constexpr uint64_t kThinPurpose = 0x1a1, kScatterPurpose = 0x1a2, kFarPurpose = 0x1a3,
                    kIdentityPurpose = 0x1a4, kClassifierPurpose = 0x1a5;
 
-// SfM points begin half opaque or so across a cell of radius 0.01, empty space as a thin haze that
+// Points begin half opaque or so across a cell of radius 0.01, empty space as a thin haze that
 // colour can still turn to matter.
 constexpr double kSeedDensity = 3;
 constexpr double kScatteredDensity = 0.002;
@@ -61,6 +62,13 @@ std::vector<uint32_t> DrawSeeds(size_t count, size_t most, uint64_t seed) {
   return kept;
 }
 
+// Returns the number of SfM points, which come first.
+size_t NumSfmPoints(const std::vector<SeedPoint>& seeds) {
+  return static_cast<size_t>(
+      std::find_if(seeds.begin(), seeds.end(), [](const SeedPoint& s) { return s.is_dense; }) -
+      seeds.begin());
+}
+
 // Returns the sites at the points, and in the space around the points and cameras.
 std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
                                const std::vector<Eigen::Vector3d>& camera_centers,
@@ -68,11 +76,15 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
   const Eigen::Vector3f grey = Eigen::Vector3f::Constant(0.5f);
   std::vector<Site> sites;
   std::vector<Eigen::Vector3f> extent;
-  for (const uint32_t i : DrawSeeds(seeds.size(), options.max_seed_sites, options.seed)) {
-    if (!(seeds[i].position.norm() <= kFarRadius)) continue;
-    sites.push_back({seeds[i].position, seeds[i].color, kSeedDensity});
-    extent.push_back(seeds[i].position);
-  }
+  const size_t num_sfm = NumSfmPoints(seeds);
+  const auto add = [&](const SeedPoint& seed) {
+    if (!(seed.position.norm() <= kFarRadius)) return;
+    sites.push_back({seed.position, seed.color, kSeedDensity});
+    // A dense cloud may reach far into the background, of which SfM has few points.
+    if (!seed.is_dense || num_sfm == 0) extent.push_back(seed.position);
+  };
+  for (const uint32_t i : DrawSeeds(num_sfm, options.max_seed_sites, options.seed)) add(seeds[i]);
+  for (size_t i = num_sfm; i < seeds.size(); ++i) add(seeds[i]);
   for (const Eigen::Vector3d& center : camera_centers) extent.push_back(center.cast<float>());
   if (extent.empty()) extent.push_back(Eigen::Vector3f::Zero());
 
@@ -121,6 +133,22 @@ void InitializeSemantics(uint64_t seed, Foam* foam) {
 }
 
 }  // namespace
+
+std::vector<SeedPoint> ThinDenseSeeds(std::vector<SeedPoint> seeds,
+                                      const InitializationOptions& options) {
+  const size_t num_sfm = NumSfmPoints(seeds);
+  if (num_sfm == seeds.size()) return seeds;
+  std::vector<Eigen::Vector3f> taken;
+  for (const uint32_t i : DrawSeeds(num_sfm, options.max_seed_sites, options.seed)) {
+    taken.push_back(seeds[i].position);
+  }
+  const std::vector<SeedPoint> dense(seeds.begin() + static_cast<int64_t>(num_sfm), seeds.end());
+  seeds.resize(num_sfm);
+  const size_t most = options.max_point_sites - std::min(options.max_point_sites, taken.size());
+  const std::vector<SeedPoint> thinned = ThinPoints(dense, taken, most);
+  seeds.insert(seeds.end(), thinned.begin(), thinned.end());
+  return seeds;
+}
 
 Foam InitialFoam(const std::vector<SeedPoint>& seeds,
                  const std::vector<Eigen::Vector3d>& camera_centers,

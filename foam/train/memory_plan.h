@@ -38,8 +38,8 @@ struct MemoryPlan {
 inline constexpr int kUsualClasses = 256;
 
 // Plans the memory of a training. `num_classes` is 0 without masks; `num_seeds` is the number of
-// SfM points to start from; `photo_bytes` is the memory of photos and masks. `options` must have
-// passed their Check.
+// SfM points to start from (sites at points of a dense cloud are never more than the final ones);
+// `photo_bytes` is the memory of photos and masks. `options` must have passed their Check.
 MemoryPlan PlanMemory(const TrainingOptions& options,
                       int num_classes,
                       int64_t num_seeds,

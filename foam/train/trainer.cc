@@ -21,6 +21,18 @@ namespace {
 // many times the weight.
 constexpr int64_t kTvInterval = 4;
 
+InitializationOptions InitializationOf(const TrainingOptions& options, int num_classes) {
+  InitializationOptions initialization;
+  initialization.max_seed_sites = std::min(options.initial_sites, options.final_sites);
+  initialization.max_point_sites = PointSites(options);
+  initialization.num_scattered = ScatteredSites(options);
+  initialization.num_far = FarSites(options);
+  initialization.sh_degree = 0;  // raised later
+  initialization.num_classes = num_classes;
+  initialization.seed = options.random_seed;
+  return initialization;
+}
+
 }  // namespace
 
 Trainer::Trainer(const TrainingViews& views,
@@ -45,17 +57,10 @@ Trainer::Trainer(const TrainingViews& views,
 }
 
 void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
-  InitializationOptions initialization;
-  initialization.max_seed_sites = std::min(options_.initial_sites, options_.final_sites);
-  initialization.num_scattered = ScatteredSites(options_);
-  initialization.num_far = FarSites(options_);
-  initialization.sh_degree = 0;  // raised later
-  initialization.num_classes = num_classes;
-  initialization.seed = options_.random_seed;
   std::vector<Eigen::Vector3d> centers;
   centers.reserve(views_.NumViews());
   for (int view = 0; view < views_.NumViews(); ++view) centers.push_back(views_.Origin(view));
-  state_.foam = InitialFoam(seeds, centers, initialization);
+  state_.foam = InitialFoam(seeds, centers, InitializationOf(options_, num_classes));
   if (options_.HasColorGradients()) {
     state_.foam.color_gradient.assign(state_.foam.NumSites() * kColorGradientDim, 0.f);
   }
@@ -171,15 +176,20 @@ std::string TrainingSummary::BriefReport() const {
   return text.str();
 }
 
+std::vector<SeedPoint> StartingSeeds(std::vector<SeedPoint> seeds, const TrainingOptions& options) {
+  return ThinDenseSeeds(std::move(seeds), InitializationOf(options, /*num_classes=*/0));
+}
+
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,
                           const TrainingOptions& options,
                           TrainingHooks hooks) {
   if (const std::string reason = options.Check(); !reason.empty()) throw UserError(reason);
-  Trainer trainer(views, seeds, options, hooks);
+  const std::vector<SeedPoint> starting_seeds = StartingSeeds(seeds, options);
+  Trainer trainer(views, starting_seeds, options, hooks);
   if (hooks.resume_from == nullptr) {
-    trainer.Begin(seeds, num_classes);
+    trainer.Begin(starting_seeds, num_classes);
   } else {
     trainer.Resume(num_classes, std::move(hooks.resume_from));
   }

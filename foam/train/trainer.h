@@ -107,6 +107,12 @@ struct TrainingHooks {
 // TrainFoam checks this itself; callers can check it before they load photos.
 void RequireSameDevice(const Checkpoint& checkpoint, DeviceKind device);
 
+// Returns the seeds from which a run with these options starts: all SfM points, and of a dense
+// cloud (SeedPoint::is_dense) so many, thinned by voxels, that no more than PointSites(options)
+// sites are at points. TrainFoam starts from these, whether it is called with `seeds` or with the
+// result.
+std::vector<SeedPoint> StartingSeeds(std::vector<SeedPoint> seeds, const TrainingOptions& options);
+
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. The
 // result depends on (views, seeds, num_classes, options) and the kind of device alone, not on the
 // number of threads. Throws UserError where the views have no pixel to train on, the options are

@@ -112,7 +112,11 @@ struct TrainingOptions {
   }
 };
 
-// Return the numbers of sites besides the SfM points at the start: those scattered in the space
+// Returns the maximum number of sites at points at the start where there is a dense cloud: half of
+// the final ones, so that densification still decides on the other half.
+inline int PointSites(const TrainingOptions& options) { return options.final_sites / 2; }
+
+// Return the numbers of sites besides the points at the start: those scattered in the space
 // around the points, and those of the far background.
 inline int ScatteredSites(const TrainingOptions& options) { return options.final_sites / 10; }
 inline int FarSites(const TrainingOptions& options) { return options.final_sites / 40; }

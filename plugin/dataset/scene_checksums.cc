@@ -85,6 +85,20 @@ std::string ChecksumOfFiles(const std::vector<fs::path>& files) {
   return checksum.Text();
 }
 
+void AddSeeds(const std::vector<SeedPoint>& seeds, Checksum* checksum) {
+  checksum->Add(seeds.size());
+  for (const SeedPoint& seed : seeds) {
+    checksum->AddVector(seed.position);
+    checksum->AddVector(seed.color);
+  }
+}
+
+std::string ChecksumOfCloud(const ScenePlan& plan) {
+  Checksum checksum;
+  AddSeeds(plan.seed_cloud.points, &checksum);
+  return checksum.Text();
+}
+
 std::string ChecksumOfModel(const ScenePlan& plan) {
   Checksum checksum;
   checksum.Add(plan.photos.size());
@@ -98,11 +112,7 @@ std::string ChecksumOfModel(const ScenePlan& plan) {
     checksum.AddVector(photo.cam_from_world_translation);
     checksum.Add(photo.held_out);
   }
-  checksum.Add(plan.seeds.size());
-  for (const SeedPoint& seed : plan.seeds) {
-    checksum.AddVector(seed.position);
-    checksum.AddVector(seed.color);
-  }
+  AddSeeds(plan.seeds, &checksum);
   for (const PixelObservations& observations : plan.seed_tracks)
     checksum.AddObservations(observations);
   checksum.Add(plan.tracks.size());
@@ -121,7 +131,10 @@ std::string ChecksumOfModel(const ScenePlan& plan) {
 SceneChecksums ChecksumsOf(const ScenePlan& plan) {
   std::vector<fs::path> masks = plan.masks.masks;
   masks.push_back(plan.labels_file);
-  return {ChecksumOfModel(plan), ChecksumOfFiles(plan.files), ChecksumOfFiles(masks)};
+  return {ChecksumOfModel(plan),
+          ChecksumOfCloud(plan),
+          ChecksumOfFiles(plan.files),
+          ChecksumOfFiles(masks)};
 }
 
 }  // namespace semfoam

@@ -13,6 +13,8 @@ namespace semfoam {
 struct SceneChecksums {
   // Cameras, poses, points and their tracks, names and held-out photos.
   std::string model;
+  // Points of the dense cloud, merged by voxels; the same text wherever there is none.
+  std::string seed_cloud;
   // Files of the photos, in the views' order.
   std::string photos;
   // Files of their masks, and of the labels' names.

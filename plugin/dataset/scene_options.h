@@ -19,6 +19,8 @@ struct SceneOptions {
   std::filesystem::path image_path;
   // A COLMAP model, or a folder that FindModelFolder knows.
   std::filesystem::path input_path;
+  // A dense point cloud in the frame of the model (ReadSeedCloud); empty: none.
+  std::filesystem::path seed_path;
   // Folder of the masks; empty: what FindMaskFolder finds in workspace_path, then beside
   // image_path, if anything.
   std::filesystem::path mask_path;

@@ -65,6 +65,9 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
   plan.lenses = LensOfPhotos(model, plan.photos);
   PlanSeeds(std::move(model), &plan);
+  if (!options.seed_path.empty()) {
+    plan.seed_cloud = ReadSeedCloud(options.seed_path, plan.world_from_normalized);
+  }
   plan.table_views = ChooseTables(plan.photos);
   return plan;
 }

@@ -4,6 +4,7 @@
 #include "foam/data/training_views.h"
 #include "foam/geometry/similarity.h"
 #include "foam/model/model.h"
+#include "plugin/colmap/seed_cloud.h"
 #include "plugin/colmap/tracks.h"
 #include "plugin/dataset/scene_options.h"
 #include "plugin/mask/mask_pairing.h"
@@ -41,8 +42,10 @@ struct ScenePlan {
   LabelZero label_zero = LabelZero::kAuto;
   MaskConsistency mask_consistency = MaskConsistency::kAuto;
   Similarity world_from_normalized;
-  // The points that training starts from (MakeSeeds).
+  // The SfM points that training starts from (MakeSeeds).
   std::vector<SeedPoint> seeds;
+  // The dense point cloud that it starts from, too; empty without SceneOptions::seed_path.
+  SeedCloud seed_cloud;
   // [seeds] Pixels at which training photos observe them; empty unless masks are corrected by them.
   std::vector<PixelObservations> seed_tracks;
   // Number of points in the model; larger than seeds.size() where some are no seeds.
@@ -74,7 +77,8 @@ struct ScenePlan {
 // Throws UserError, one sentence naming the file: whatever ReadReconstruction and PairMasks throw;
 // no registered image; a registered image without a photo, or whose photo is no image or has
 // another aspect than its camera; a mask or label path that is given but missing; a mask path
-// without a mask; a label path without masks; what ReadPhotoHeader and ReadMaskHeader throw of the
+// without a mask; a label path without masks; what ReadSeedCloud throws of the
+// dense cloud; what ReadPhotoHeader and ReadMaskHeader throw of the
 // photos and masks. Throws FieldError where test_every holds out everything or is negative.
 ScenePlan PlanScene(const SceneOptions& options);
 

@@ -34,6 +34,10 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   PlaceCameras();
+  if (plan_.seed_cloud.points.empty()) return;
+  seeds_ = plan_.seeds;
+  seeds_.insert(seeds_.end(), plan_.seed_cloud.points.begin(), plan_.seed_cloud.points.end());
+  plan_.seed_cloud.points = {};
 }
 
 void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {

@@ -75,7 +75,10 @@ class TrainingScene final : public TrainingViews {
   const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
   const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
-  const std::vector<SeedPoint>& Seeds() const { return plan_.seeds; }
+  // Returns the SfM points, followed by those of the dense cloud, if there is one.
+  const std::vector<SeedPoint>& Seeds() const { return seeds_.empty() ? plan_.seeds : seeds_; }
+  // Returns ScenePlan::seed_cloud without its points, which are among Seeds().
+  const SeedCloud& Cloud() const { return plan_.seed_cloud; }
 
   // Returns one label for each class; none without masks, or when they are empty.
   const std::vector<Label>& Labels() const { return labels_; }
@@ -134,6 +137,8 @@ class TrainingScene final : public TrainingViews {
   PixelValue ValueAt(const Image8& photo, const ClassImage& classes, int x, int y) const;
 
   ScenePlan plan_;
+  // Empty: there is no dense cloud.
+  std::vector<SeedPoint> seeds_;
   std::vector<View> views_;
   std::vector<PhotoSurvey> surveys_;
   bool holds_pixels_ = true;

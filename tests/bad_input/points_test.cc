@@ -2,6 +2,7 @@
 //
 // Bad PLY of Radiant Foam, meshes and lists of points.
 #include "export/io/radiant_foam_ply.h"
+#include "plugin/colmap/seed_cloud.h"
 #include "tools/evaluation/mesh_distance.h"
 
 #include <cstring>
@@ -310,6 +311,88 @@ TEST(Points, PointsInPly) {
        {"IN/a.ply", {}, "no list of points"}},
   };
   ExpectMistakes(points, WriteRadiantFoam, [](const fs::path& f) { ReadPlyPoints(f / "a.ply"); });
+}
+
+TEST(Points, SeedClouds) {
+  const auto change = [](const std::string& from, const std::string& to) {
+    return Replace("a.ply", from, to);
+  };
+  const auto points = [](const std::string& numbers) {
+    return Put("a.ply",
+               "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double "
+               "y\nproperty double z\nend_header\n" +
+                   numbers);
+  };
+  const std::vector<BadInput> cases = {
+      {"missing", Remove("a.ply"), {"IN/a.ply", {}, "no such file"}},
+      {"a folder", MakeFolder("a.ply"), {"IN/a.ply", {}, "is a folder"}},
+      {"a pipe", MakePipe("a.ply"), {"IN/a.ply", {}, "is a pipe"}},
+      {"a device", MakeDevice("a.ply"), {"IN/a.ply", {}, "is a device"}},
+      {"empty", Put("a.ply", ""), {"IN/a.ply", {"'ply'"}, "is no PLY file"}},
+      {"a photo", Put("a.ply", "\xff\xd8\xff"), {"IN/a.ply", {"'ply'"}, "is no PLY file"}},
+      {"cut header", CutTo("a.ply", 60), {"IN/a.ply", {"end_header"}, "no whole PLY file"}},
+      {"a header without end",
+       Put("a.ply", "ply\nformat ascii 1.0\n" + std::string(100'000, '\n')),
+       {"IN/a.ply", {"end_header"}, "no whole PLY file"}},
+      {"no format", change("format ascii 1.0\n", ""), {"IN/a.ply", {"none"}, "what can be read"}},
+      {"another format",
+       change("ascii", "binary_middle_endian"),
+       {"IN/a.ply", {"binary_middle_endian"}, "what can be read"}},
+      {"unknown type",
+       change("float x", "half x"),
+       {"IN/a.ply", {"'property half x'"}, "not understood"}},
+      {"2^60 points",
+       change("vertex 3", "vertex 1152921504606846976"),
+       {"IN/a.ply", {"1152921504606846976 of vertex"}, "ends too early"}},
+      {"2^64 - 1 points",
+       change("vertex 3", "vertex 18446744073709551615"),
+       {"IN/a.ply", {"18446744073709551615 of vertex"}, "ends too early"}},
+      {"-1 points",
+       change("vertex 3", "vertex -1"),
+       {"IN/a.ply", {"'element vertex -1'"}, "not understood"}},
+      {"2^60 points of 1 GB each, in bytes",
+       Put("a.ply", SmallCloud("binary_little_endian", "double", "1152921504606846976")),
+       {"IN/a.ply", {"1152921504606846976 of vertex"}, "ends too early"}},
+      {"cut points",
+       Put("a.ply", SmallCloud("ascii").substr(0, 420)),
+       {"IN/a.ply", {"3 of vertex", "2"}, "ends too early"}},
+      {"cut points, in bytes",
+       [](const fs::path& f) {
+         const std::string bytes = SmallCloud("binary_big_endian");
+         WriteFile(f / "a.ply", bytes.substr(0, bytes.size() - 41));
+       },
+       {"IN/a.ply", {"3 of vertex", "2"}, "ends too early"}},
+      {"a cut face",
+       [](const fs::path& f) {
+         const std::string bytes = SmallCloud("binary_little_endian");
+         WriteFile(f / "a.ply", bytes.substr(0, bytes.size() - 13));
+       },
+       {"IN/a.ply", {"1 of face", "0"}, "ends too early"}},
+      {"a list longer than the file",
+       change("255 0 0 0 0", "255 0 0 200 0"),
+       {"IN/a.ply", {"200 view_indices"}, "can follow"}},
+      {"no element of points",
+       change("element vertex", "element splat"),
+       {"IN/a.ply", {"vertex"}, "has no points"}},
+      {"no points", change("vertex 3", "vertex 0"), {"IN/a.ply", {"vertex"}, "has no points"}},
+      {"no x", change("float x", "float u"), {"IN/a.ply", {"x of vertex"}, "no property"}},
+      {"no z", change("float z", "float w"), {"IN/a.ply", {"z of vertex"}, "no property"}},
+      {"z as a list",
+       change("float z", "list uchar float z"),
+       {"IN/a.ply", {"z of vertex"}, "no property"}},
+      {"a word",
+       points("1 2 3\n1 two 3\n"),
+       {"IN/a.ply", {"'two'", "y of vertex"}, "is it damaged"}},
+      {"a long word",
+       points("1 2 3\n" + std::string(600'000, '1') + " 2 3\n"),
+       {"IN/a.ply", {"x of vertex"}, "where a number should be"}},
+      {"nothing finite", points("nan 2 3\n1 inf 3\n"), {"IN/a.ply", {"2"}, "finite coordinates"}},
+      {"all far away", points("nan 2 3\n1 1e9 3\n"), {"IN/a.ply", {"1 points"}, "lie far"}},
+  };
+  ExpectMistakes(
+      cases,
+      [](const fs::path& f) { WriteFile(f / "a.ply", SmallCloud("ascii")); },
+      [](const fs::path& f) { ReadSeedCloud(f / "a.ply", {}, 100); });
 }
 
 }  // namespace

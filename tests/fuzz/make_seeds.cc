@@ -222,6 +222,23 @@ void WriteMeshes(const fs::path& folder) {
   WriteFile(folder / "mesh" / "huge_om_edges", "m" + SmallOmMesh(3, 1, kHuge));
 }
 
+void WriteClouds(const fs::path& folder) {
+  const std::string huge = "1152921504606846976";
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    WriteFile(folder / "seed_cloud" / format, SmallCloud(format));
+    WriteFile(folder / "seed_cloud" / ("huge_count_" + std::string(format)),
+              SmallCloud(format, "double", huge));
+  }
+  std::string list = SmallCloud("ascii");
+  list.replace(list.find("\n1.0"), 2, "\n4000000000");
+  WriteFile(folder / "seed_cloud" / "huge_coordinate", list);
+  std::string named = SmallCloud("ascii");
+  for (const char* name : {"red", "green", "blue"}) {
+    named.replace(named.find(name), 0, "diffuse_");
+  }
+  WriteFile(folder / "seed_cloud" / "diffuse", named);
+}
+
 }  // namespace
 }  // namespace semfoam
 
@@ -236,5 +253,6 @@ int main(int argc, char** argv) {
   semfoam::WriteFoams(folder);
   semfoam::WriteTexts(folder);
   semfoam::WriteMeshes(folder);
+  semfoam::WriteClouds(folder);
   return EXIT_SUCCESS;
 }

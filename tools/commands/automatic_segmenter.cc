@@ -43,6 +43,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireEffects(options, segmenter.volume, segmenter.choice, segmenter.formats);
   segmenter.transform = ParseExportTransform(frame);
   FinishTrainingRun(options, workspace_path, &training);
+  RequireSeedCloudIsKept(training, output_path);
 
   segmenter.run = training.run;
   segmenter.run.when_written = DrawTrainingPlot;

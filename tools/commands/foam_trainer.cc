@@ -29,6 +29,7 @@ void RunFoamTrainer(int argc, char** argv) {
   AddCheckpointOptions(&options, &checkpoints);
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, {}, &training);
+  RequireSeedCloudIsKept(training, output_path);
 
   TrainingFolder folder(output_path, checkpoints, ResumeCommand(options));
   if (folder.IsFinished()) {

@@ -2,6 +2,7 @@
 #include "tools/controllers/time_budget.h"
 
 #include "foam/train/training_schedule.h"
+#include "foam/util/elapsed_time.h"
 #include "tools/controllers/object_photos.h"
 #include "tools/controllers/presets.h"
 
@@ -110,8 +111,12 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
   const FewViews few(views);
   for (int64_t rays = kPilotRays;;) {
     const TrainingOptions options = OptionsOnPresetLine(rays);
+    const auto thinning = std::chrono::steady_clock::now();
+    const std::vector<SeedPoint> starting_seeds = StartingSeeds(seeds, options);
+    seeding_ = SecondsSince(thinning);
     const auto begin = std::chrono::steady_clock::now();
-    const TrainingSummary summary = TrainFoam(few, seeds, num_classes, options, nullptr, device);
+    const TrainingSummary summary =
+        TrainFoam(few, starting_seeds, num_classes, options, nullptr, device);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double growth = std::pow(options.final_sites, kSitesPower);
     learning_ = summary.last.seconds / double(summary.last.rays) / growth;

@@ -35,6 +35,9 @@ class TrainingTimeModel {
   // objects, the photos that show them, files.
   double ClosingSeconds(const TrainingOptions& options) const;
 
+  // Returns the seconds that StartingSeeds took, the last time: hardly any without a dense cloud.
+  double SeedingSeconds() const { return seeding_; }
+
   // Returns the number of rays, to three digits, for which TrainingSeconds and ClosingSeconds of
   // OptionsOnPresetLine add up to `seconds`.
   int64_t RaysOnPresetLine(double seconds) const;
@@ -46,6 +49,7 @@ class TrainingTimeModel {
   // Seconds per ray, in a foam that grows to one site.
   double learning_ = 0;
   double looking_ = 0;
+  double seeding_ = 0;
 };
 
 }  // namespace semfoam

@@ -162,7 +162,9 @@ void TrainingFolder::RequireSameRun(const Checkpoint& checkpoint) const {
   for (const auto& [name, checksum] : identity_.at("inputs")) {
     const auto saved = saved_inputs.find(name);
     if (saved == saved_inputs.end() || saved->second != checksum) {
-      refuse(name == "model" ? "another COLMAP model" : "other " + name);
+      refuse(name == "model"        ? "another COLMAP model"
+             : name == "seed_cloud" ? "another dense point cloud"
+                                    : "other " + name);
     }
   }
 }

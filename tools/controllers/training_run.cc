@@ -25,6 +25,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -115,7 +116,7 @@ void FitToBudget(const TrainingScene& scene,
   const double before = SecondsSince(begin);
   const TrainingTimeModel model(
       scene, scene.Seeds(), scene.NumClasses(), run->device, kPilotShare * run->time_budget);
-  const double left = run->time_budget - SecondsSince(begin);
+  const double left = run->time_budget - SecondsSince(begin) - model.SeedingSeconds();
   TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
                run->kept_options,
                &run->training);
@@ -145,8 +146,10 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   const SceneChecksums checksums = ChecksumsOf(plan);
-  identity["inputs"] = {
-      {"masks", checksums.masks}, {"model", checksums.model}, {"photos", checksums.photos}};
+  identity["inputs"] = {{"masks", checksums.masks},
+                        {"model", checksums.model},
+                        {"photos", checksums.photos},
+                        {"seed_cloud", checksums.seed_cloud}};
   return identity;
 }
 
@@ -157,8 +160,25 @@ std::map<std::string, std::string> LabelTexts(const std::vector<Label>& labels) 
   return texts;
 }
 
+// Returns a line about the dense cloud, of which `seeds` are to be trained from; empty without one.
+std::string CloudReport(const TrainingRun& run,
+                        const TrainingScene& scene,
+                        const std::vector<SeedPoint>& seeds) {
+  if (run.scene.seed_path.empty()) return "";
+  const SeedCloud& cloud = scene.Cloud();
+  std::ostringstream text;
+  text << cloud.num_points - cloud.num_not_finite - cloud.num_far << " of " << cloud.num_points
+       << " points of " << run.scene.seed_path.string() << ", thinned to "
+       << seeds.size() - scene.Plan().seeds.size();
+  if (cloud.num_far > 0) text << "; " << cloud.num_far << " lie far from what the photos show";
+  if (cloud.num_not_finite > 0) text << "; " << cloud.num_not_finite << " are not finite";
+  if (!cloud.has_colors) text << "; without colours, so they begin grey";
+  return text.str();
+}
+
 // Trains, with checkpoints. After a signal, writes a last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
+                      const std::vector<SeedPoint>& seeds,
                       const TrainingOptions& training,
                       const CheckpointTexts& texts,
                       const Device& device,
@@ -192,7 +212,7 @@ TrainingSummary Train(const TrainingScene& scene,
   };
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
-  return TrainFoam(scene, scene.Seeds(), scene.NumClasses(), training, std::move(hooks));
+  return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
 // Plans the scene and logs its warnings. Throws UserError for what could only fail after the
@@ -257,7 +277,7 @@ void RequireTrainingMemory(const TrainingRun& run,
                            const ImageMemory& images) {
   RequireMemory(run.training,
                 scene.NumClasses(),
-                static_cast<int64_t>(scene.Seeds().size()),
+                static_cast<int64_t>(scene.Plan().seeds.size()),
                 images.holds_all ? 0 : images.bytes,
                 AvailableMemory());
 }
@@ -268,7 +288,7 @@ void PlanMemoryOfLabels(const TrainingRun& run,
                         const TrainingScene& scene,
                         const ImageMemory& images) {
   if (scene.NumClasses() <= kUsualClasses) return;
-  const auto num_seeds = static_cast<int64_t>(scene.Seeds().size());
+  const auto num_seeds = static_cast<int64_t>(scene.Plan().seeds.size());
   LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
             << PlanMemory(run.training, scene.NumClasses(), num_seeds, images.bytes).Report();
   RequireTrainingMemory(run, scene, images);
@@ -465,11 +485,15 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   }
   run->training.sh_degree = effects.sh_degree;
   LogTrainingPlan(*run, effects);
+  const std::vector<SeedPoint> seeds = StartingSeeds(scene.Seeds(), run->training);
+  if (const std::string report = CloudReport(*run, scene, seeds); !report.empty()) {
+    LOG(INFO) << report;
+  }
 
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary =
-      Train(scene, run->training, texts, run->device, std::move(checkpoint), folder);
+      Train(scene, seeds, run->training, texts, run->device, std::move(checkpoint), folder);
   ReportTraining(summary, run);
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);

@@ -2,9 +2,13 @@
 #include "tools/options/training_run_options.h"
 
 #include "foam/util/error.h"
+#include "tools/cli/input_protection.h"
 #include "tools/options/enum_option.h"
 
 #include <cerrno>
+#include <filesystem>
+#include <system_error>
+#include <vector>
 
 #include <glog/logging.h>
 
@@ -26,7 +30,7 @@ void AddTrainingOptions(OptionManager* options, Quality* quality, TrainingOption
   add("num_rays", &training->num_rays, "rays over the whole run");
   add("late_rays", &training->late_rays, "rays after densify_until; 0 = their share of num_rays");
   add("rays_per_iteration", &training->rays_per_iteration, "batch size");
-  add("initial_sites", &training->initial_sites, "SfM points beyond this are thinned");
+  add("initial_sites", &training->initial_sites, "SfM points beyond this are thinned at random");
   add("final_sites", &training->final_sites, "what densification grows to");
   add("sh_degree",
       &training->sh_degree,
@@ -75,6 +79,10 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training)
   TrainingRun* const run = &training->run;
   options->AddDeviceOption();
   AddMaskPathOptions(options, &training->masks);
+  options->AddDefaultOption("seed_path",
+                            &training->seed_path,
+                            "a dense point cloud to begin from, besides the SfM points: fused.ply, "
+                            "or any PLY in the frame of the model");
   options->AddDefaultOption("test_every",
                             &run->scene.test_every,
                             "hold out every so many photos by name, from the first; 0 = none");
@@ -114,6 +122,7 @@ void FinishTrainingRun(const OptionManager& options,
   run->training.random_seed = options.RandomSeed();
   run->scene.image_path = training->image_path;
   run->scene.input_path = training->input_path;
+  run->scene.seed_path = training->seed_path;
   run->scene.mask_path = training->masks.mask_path;
   run->scene.labels_path = training->masks.labels_path;
   run->scene.label_zero = training->masks.Zero();
@@ -146,6 +155,28 @@ void FinishTrainingRun(const OptionManager& options,
                       "them.");
     }
   }
+}
+
+void RequireSeedCloudIsKept(const TrainingRunOptions& training, const std::string& output_path) {
+  namespace fs = std::filesystem;
+  if (training.seed_path.empty()) return;
+  const fs::path output = output_path;
+  std::vector<fs::path> written;
+  for (const char* name : {"scene.foam",
+                           "effects.json",
+                           "labels.json",
+                           "training_log.csv",
+                           "training_plot.svg",
+                           "training_plot.png"}) {
+    written.push_back(output / name);
+  }
+  for (const char* folder : {"objects", "checkpoints"}) {
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(output / folder, ignored)) {
+      written.push_back(entry.path());
+    }
+  }
+  CheckNoInputOverwrite({training.seed_path}, written);
 }
 
 std::string ResumeCommand(const OptionManager& options) {

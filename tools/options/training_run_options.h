@@ -17,11 +17,13 @@ struct TrainingRunOptions {
   TrainingRun run;
   std::string image_path;
   std::string input_path;
+  std::string seed_path;
   MaskOptions masks;
   EffectsChoices effects;
 };
 
-// Adds --device, --mask_path, --labels_path, --test_every, --image_cache_gb, --quality, --Masks.*,
+// Adds --device, --mask_path, --labels_path, --seed_path, --test_every, --image_cache_gb,
+// --quality, --Masks.*,
 // --FoamTraining.* and --Effects.*. The preset is applied first; options that the user gives by
 // name override it.
 void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training);
@@ -34,6 +36,10 @@ void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints
 void FinishTrainingRun(const OptionManager& options,
                        const std::string& workspace_path,
                        TrainingRunOptions* training);
+
+// Throws UserError where the run would write over --seed_path: it is in `output_path` under the
+// name of a file that a training or an export writes. Must be called before any work.
+void RequireSeedCloudIsKept(const TrainingRunOptions& training, const std::string& output_path);
 
 // Returns the shell command that resumes a stopped run with `options`.
 std::string ResumeCommand(const OptionManager& options);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/geometry/guard_sites.h"
+#include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
 #include "plugin/dataset/scene_plan.h"
 #include "plugin/dataset/training_scene.h"
@@ -392,6 +393,38 @@ TEST(Scene, SeedsAreFitSortedAndSingle) {
   points.clear();
   workspace.WriteModelFiles();
   EXPECT_EQ(PlanScene(workspace.Options()).seeds.size(), 0u);
+}
+
+// A dense cloud comes behind the SfM points, in the same frame, and is an input of its own.
+TEST(Scene, SeedsOfADenseCloud) {
+  SmallWorkspace workspace;
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+      "float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  SceneOptions options = workspace.Options();
+  const SceneChecksums without = ChecksumsOf(PlanScene(options));
+  options.seed_path = workspace.temp / "fused.ply";
+  WriteFile(options.seed_path, header + "0.5 0.25 -0.25 51 0 0\n1e6 0 0 0 0 0\nnan 0 0 0 0 0\n");
+  ScenePlan plan = PlanScene(options);
+  EXPECT_EQ(plan.seeds.size(), 3u);
+  EXPECT_EQ(plan.seed_cloud.num_points, 3);
+  EXPECT_EQ(plan.seed_cloud.num_far, 1);
+  EXPECT_EQ(plan.seed_cloud.num_not_finite, 1);
+  const SceneChecksums checksums = ChecksumsOf(plan);
+  EXPECT_EQ(checksums.model, without.model);
+  EXPECT_NE(checksums.seed_cloud, without.seed_cloud);
+
+  const TrainingScene scene(std::move(plan));
+  ASSERT_EQ(scene.Seeds().size(), 4u);
+  EXPECT_FALSE(scene.Seeds()[2].is_dense);
+  EXPECT_TRUE(scene.Seeds()[3].is_dense);
+  EXPECT_FLOAT_EQ(scene.Seeds()[3].color.x(), 0.2f);
+  const Eigen::Vector3d back =
+      scene.WorldFromNormalized().Apply(scene.Seeds()[3].position.cast<double>());
+  EXPECT_LT((back - Eigen::Vector3d(0.5, 0.25, -0.25)).norm(), 1e-6);
+
+  WriteFile(options.seed_path, header + "0.5 0.25 -0.26 51 0 0\n1e6 0 0 0 0 0\nnan 0 0 0 0 0\n");
+  EXPECT_NE(ChecksumsOf(PlanScene(options)).seed_cloud, checksums.seed_cloud);
 }
 
 // Tracks in photos that are smaller than COLMAP saw them, and in none that is held out.

@@ -8,8 +8,8 @@
 
 namespace semfoam {
 
-// Parses the header of a PLY file, for PlyFile, which reads points, and ReadPlyMesh
-// (tools/evaluation/ply_mesh.h), which reads meshes.
+// Parses the header of a PLY file, for PlyReader, which reads numbers one by one, and PlyFile
+// (export/io/ply_file.h), which reads columns of points.
 
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "export/io/ply_header.h"
+#include "foam/util/ply_header.h"
 
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"

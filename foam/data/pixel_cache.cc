@@ -145,8 +145,8 @@ void PixelCache::Draw(Chapter* chapter, int threads) {
     const auto draw = [&](int64_t begin, int64_t end) {
       for (int64_t b = begin; b < end; ++b) {
         const Batch& batch = chapter->batches[b];
-        const std::vector<int64_t> tiles = DrawTiles(
-            plan_.seed, batch.iteration, plan_.num_tiles, plan_.ranges[batch.range].size());
+        const std::vector<int64_t> tiles =
+            DrawTiles(plan_.seed, batch.iteration, plan_.num_tiles, plan_.ranges[batch.range]);
         std::copy(tiles.begin(), tiles.end(), chapter->tiles.begin() + b * tiles_of_batch);
       }
     };

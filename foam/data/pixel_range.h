@@ -25,6 +25,14 @@ class PixelRange {
 
   // Returns the pixel of this index.
   ViewPixel At(int64_t index) const;
+
+  // The tiles (below) of a view lie in blocks of 2 kTileStep x 2 kTileStep pixels, kTileRays in a
+  // block; they cover each of its pixels once, and those of an incomplete block at the right and
+  // lower border once more on the opposite side.
+  int64_t num_tiles() const { return tile_ends_.empty() ? 0 : tile_ends_.back(); }
+  // Returns the index of the corner of this tile, with the blocks of each view shifted by random
+  // numbers of this seed.
+  int64_t TileCorner(int64_t tile, uint64_t shift_seed) const;
   // Return the first index of the pixels of views()[k], and one past the last.
   int64_t Begin(size_t k) const { return k == 0 ? 0 : ends_[k - 1]; }
   int64_t End(size_t k) const { return ends_[k]; }
@@ -32,7 +40,9 @@ class PixelRange {
  private:
   std::vector<int> views_;
   std::vector<int> widths_;
+  std::vector<int> heights_;
   std::vector<int64_t> ends_;
+  std::vector<int64_t> tile_ends_;
 };
 
 // Rays are drawn in tiles of kTileSide x kTileSide pixels, kTileStep apart: near enough to cross
@@ -41,10 +51,14 @@ inline constexpr int kTileSide = 2;
 inline constexpr int kTileRays = kTileSide * kTileSide;
 inline constexpr int kTileStep = 2;
 
-// Draws the tiles of one iteration: returns the indices of their corners in a range of `range_size`
-// pixels, ascending. Depends on its arguments alone, so the tiles of later iterations are known in
-// advance.
-std::vector<int64_t> DrawTiles(uint64_t seed, int64_t iteration, int num_tiles, int64_t range_size);
+// Draws the tiles of one iteration: returns the indices of their corners in `range`, ascending. The
+// tiles of successive iterations run through all tiles of the range in random order, then through
+// all of them in another order, and so on, so that as many rays as there are pixels meet each pixel
+// once. Depends on its arguments alone, so the tiles of later iterations are known in advance.
+std::vector<int64_t> DrawTiles(uint64_t seed,
+                               int64_t iteration,
+                               int num_tiles,
+                               const PixelRange& range);
 
 // Returns the k-th pixel (of kTileRays) of the tile with this corner, in a view of width x height
 // pixels. Tiles wrap around the photo's border, so that every pixel is drawn equally often.

@@ -62,7 +62,7 @@ int64_t DrawRays(const TrainingViews& views,
                  int64_t iteration,
                  std::vector<BatchRay>* rays) {
   const int num_tiles = NumTiles(rays_per_iteration);
-  const std::vector<int64_t> tiles = DrawTiles(seed, iteration, num_tiles, pixels.size());
+  const std::vector<int64_t> tiles = DrawTiles(seed, iteration, num_tiles, pixels);
   const int batch = num_tiles * kTileRays;
   rays->resize(batch);
 

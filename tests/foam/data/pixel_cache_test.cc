@@ -138,7 +138,7 @@ TEST(PixelCache, HasWhatIsDrawn) {
         for (const int r : plan.ranges_at(iteration)) {
           const PixelRange& range = plan.ranges[r];
           const PixelValue* values = cache.Drawn(iteration, r, kIterations);
-          const std::vector<int64_t> tiles = DrawTiles(7, iteration, 50, range.size());
+          const std::vector<int64_t> tiles = DrawTiles(7, iteration, 50, range);
           for (size_t i = 0; i < tiles.size() * kTileRays; ++i) {
             const ViewPixel pixel =
                 TilePixel(range.At(tiles[i / kTileRays]), i % kTileRays, kWidth, kHeight);

@@ -39,10 +39,12 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
   return rate;
 }
 
-// Adds a row of changes to all parameters of a cell but its identity, in units of its step lengths.
+// Adds a row of changes to the parameters that are `stepped`, of all but the cell's identity, in
+// units of its step lengths.
 // Keeps the site within kFarRadius. Unless `is_clear`, updates `density` from the new raw
 // density.
 void AddChange(const ParameterRow& row,
+               const ParameterSpan& stepped,
                const float* change,
                int64_t site,
                bool is_clear,
@@ -64,7 +66,7 @@ void AddChange(const ParameterRow& row,
                       &foam->color_gradient[site * kColorGradientDim]);
   }
   const int sh_stride = foam->ShStride();
-  AddTo(change + row.sh, sh_stride, &foam->sh[site * sh_stride]);
+  AddTo(change + row.sh, std::min(stepped.end - row.sh, sh_stride), &foam->sh[site * sh_stride]);
 }
 
 }  // namespace
@@ -123,9 +125,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
     for (int64_t i = begin; i < end; ++i) {
       const auto records = batch->gradients.Of(i);
       if (records.empty() && !has_tv) continue;
-      // A step that is the regulariser's alone moves the identity and nothing else.
-      const int num_parameters = records.empty() ? kIdentityDim : stride_;
-      std::fill_n(gradient.begin(), num_parameters, 0.f);
+      std::fill_n(gradient.begin(), records.empty() ? row_.position : stride_, 0.f);
       const RecordTotals totals = SumRecords(
           records,
           batch->rays.data(),
@@ -137,13 +137,15 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
       }
+      const ParameterSpan stepped =
+          ParametersToStep(row_, !records.empty(), totals.largest_weight, has_tv);
       if (!AdamStep(CorrectionAt(steps_[i]),
-                    num_parameters,
-                    gradient.data(),
-                    rate.data(),
-                    &first_[i * stride_],
-                    &second_[i * stride_],
-                    change.data())) {
+                    stepped.end - stepped.begin,
+                    &gradient[stepped.begin],
+                    &rate[stepped.begin],
+                    &first_[i * stride_ + stepped.begin],
+                    &second_[i * stride_ + stepped.begin],
+                    &change[stepped.begin])) {
         ++not_finite;
         continue;
       }
@@ -151,9 +153,10 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       if (!records.empty()) {
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
-        AddChange(row_, change.data(), i, is_clear[i], step_lengths[i], foam, &(*density)[i]);
+        AddChange(
+            row_, stepped, change.data(), i, is_clear[i], step_lengths[i], foam, &(*density)[i]);
       }
-      if (foam->HasSemantics()) {
+      if (stepped.begin == 0 && foam->HasSemantics()) {
         AddTo(change.data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
       }
     }

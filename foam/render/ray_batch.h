@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/model/spherical_harmonics.h"
+#include "foam/render/compositing.h"
 #include "foam/render/gradient_sum.h"
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_tracer.h"
@@ -52,6 +53,23 @@ struct ParameterRow {
   // Length of the row.
   int size;
 };
+
+// A range of a ParameterRow.
+struct ParameterSpan {
+  int begin, end;
+};
+
+// Returns the parameters of a cell that one step changes. Records of negligible weight
+// (kNegligibleWeight) have no gradient by identity, colour gradient and SH above degree 0; the
+// total variation has one by the identity alone.
+SEMFOAM_HOST_DEVICE inline ParameterSpan ParametersToStep(const ParameterRow& row,
+                                                          bool has_records,
+                                                          float largest_weight,
+                                                          bool has_variation) {
+  if (!has_records) return {0, has_variation ? row.position : 0};
+  if (largest_weight > kNegligibleWeight) return {0, row.size};
+  return {has_variation ? 0 : row.position, row.sh + 3};
+}
 
 // Multiplies the derivatives by everything that a ray accumulates.
 SEMFOAM_HOST_DEVICE inline void ScaleGradient(float factor, RayGradient<float>* gradient) {

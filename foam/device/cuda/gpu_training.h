@@ -251,6 +251,7 @@ class GpuTraining : public TrainingDevice {
                                     contributions.begin,
                                     contributions.end,
                                     not_finite_.data(),
+                                    contribution_.data(),
                                     corrections_.data(),
                                     static_cast<uint32_t>(corrections_.size()),
                                     sites_.steps.data(),

@@ -219,6 +219,7 @@ struct AdamStepOfCell {
   const uint32_t* begin;  // as in CellContributions
   const uint32_t* end;
   const uint8_t* not_finite;
+  const float* contribution;          // largest weight of a contribution to the cell
   const AdamCorrection* corrections;  // [num_corrections] by step; the last holds from there on
   uint32_t num_corrections;
   const uint32_t* steps;
@@ -233,10 +234,11 @@ struct AdamStepOfCell {
     const int64_t cell = t / kRowThreads;
     const bool has_contributions = begin[cell] != end[cell];
     if ((!has_contributions && !has_variation) || not_finite[cell]) return;
-    // Without contributions only the regulariser has a gradient, and only the identity is updated.
-    const int num_parameters = has_contributions ? row.size : row.position;
+    const ParameterSpan stepped =
+        ParametersToStep(row, has_contributions, contribution[cell], has_variation);
     const uint32_t step = steps[cell] < num_corrections ? steps[cell] : num_corrections - 1;
-    for (int p = static_cast<int>(t % kRowThreads); p < num_parameters; p += kRowThreads) {
+    for (int p = static_cast<int>(t % kRowThreads); p < stepped.end; p += kRowThreads) {
+      if (p < stepped.begin) continue;
       const int64_t at = cell * row.size + p;
       const float g = gradients[at];
       const float m = first_moments[at] = kAdamBeta1 * first_moments[at] + (1 - kAdamBeta1) * g;

@@ -476,6 +476,7 @@ TEST_F(TrainingFolder, OneProcessAtATimeWritesIntoAFolder) {
   overwrite.insert(overwrite.end(), {"--overwrite", "1"});
   Running running(overwrite);
   ASSERT_TRUE(running.WaitUntil([&] { return !CheckpointsIn(output).empty(); }));
+  running.Pause();  // So that it is still there after all others.
   const std::string foam_path = (Whole() / "scene.foam").string();
   const std::vector<std::string> others[] = {
       Trainer(Workspace(), output),

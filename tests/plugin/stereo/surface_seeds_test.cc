@@ -73,7 +73,7 @@ Camera MakeCamera(uint32_t id, int model, uint64_t width, uint64_t height) {
   const double x = static_cast<double>(width), y = static_cast<double>(height);
   camera.params = {0.95 * std::max(x, y), x / 2 + 3, y / 2 - 2};
   if (model == 1) camera.params.insert(camera.params.begin(), 0.93 * std::max(x, y));
-  if (model == 2) camera.params.push_back(-0.15);
+  if (model == 2) camera.params.push_back(-0.25);
   return camera;
 }
 
@@ -146,6 +146,7 @@ class RenderedWorkspace {
               int texture) const {
     const auto width = static_cast<int>(camera.width), height = static_cast<int>(camera.height);
     std::vector<uint8_t> samples;
+    CounterRandom random(5, 0x4e, image.id);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -154,7 +155,9 @@ class RenderedWorkspace {
           if (ray) sum += ColorAt(Hit(center, world_from_cam * *ray), texture) / 4;
         }
         for (int c = 0; c < 3; ++c) {
-          samples.push_back(static_cast<uint8_t>(std::lround(255 * sum[c])));
+          const double noise = 5 * random.Uniform() - 2.5;
+          samples.push_back(
+              static_cast<uint8_t>(std::lround(std::clamp(255 * sum[c] + noise, 0.0, 255.0))));
         }
       }
     }
@@ -227,8 +230,8 @@ void ExpectSurfaces(const Rendering& rendering) {
   const std::vector<Eigen::Vector3d> positions = WorldPositions(scene, seeds);
   // Of 173 000 pixels, most of textured surfaces.
   ASSERT_GT(positions.size(), 60'000u);
-  EXPECT_GT(ShareWithin(positions, 1), 0.9);
-  EXPECT_GT(ShareWithin(positions, 2), 0.97);
+  EXPECT_GT(ShareWithin(positions, 0.5), 0.9);
+  EXPECT_GT(ShareWithin(positions, 1), 0.98);
 
   // Windows reach two pixels, of 0.014 units, over the edge of the plain wall.
   EXPECT_EQ(

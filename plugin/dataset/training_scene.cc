@@ -34,10 +34,14 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   PlaceCameras();
-  if (plan_.seed_cloud.points.empty()) return;
-  seeds_ = plan_.seeds;
-  seeds_.insert(seeds_.end(), plan_.seed_cloud.points.begin(), plan_.seed_cloud.points.end());
+  AddSeeds(std::move(plan_.seed_cloud.points));
   plan_.seed_cloud.points = {};
+}
+
+void TrainingScene::AddSeeds(std::vector<SeedPoint> dense) {
+  if (dense.empty()) return;
+  if (seeds_.empty()) seeds_ = plan_.seeds;
+  seeds_.insert(seeds_.end(), dense.begin(), dense.end());
 }
 
 void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {

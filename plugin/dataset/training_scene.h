@@ -75,7 +75,9 @@ class TrainingScene final : public TrainingViews {
   const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
   const Similarity& WorldFromNormalized() const { return plan_.world_from_normalized; }
-  // Returns the SfM points, followed by those of the dense cloud, if there is one.
+  // Appends dense seeds (SeedPoint::is_dense) to Seeds().
+  void AddSeeds(std::vector<SeedPoint> dense);
+  // Returns the SfM points, followed by those of the dense cloud, if there is one, and of AddSeeds.
   const std::vector<SeedPoint>& Seeds() const { return seeds_.empty() ? plan_.seeds : seeds_; }
   // Returns ScenePlan::seed_cloud without its points, which are among Seeds().
   const SeedCloud& Cloud() const { return plan_.seed_cloud; }

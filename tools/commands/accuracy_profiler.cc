@@ -155,10 +155,11 @@ class Study {
     *runs = std::move(kept);
   }
 
-  // As a training does. Returns whether exposure is on.
+  // As a training does, which also sweeps for surface seeds. Returns whether exposure is on.
   bool BringToReferenceExposure(TrainingScene* scene) const {
     SceneEffects effects = ProbeEffects(*scene, run_.effects);
     scene->SetLights(std::move(effects.lights));
+    AddSurfaceSeeds(run_, scene);
     return effects.Find("exposure").on;
   }
 

@@ -29,6 +29,7 @@ int MostAtOnce(int64_t room, int64_t bytes) {
 ImageMemory PlanImageMemory(double image_cache_gb,
                             const ScenePlan& plan,
                             const TrainingOptions& training,
+                            int64_t sweep_bytes,
                             bool draws_any_number,
                             int64_t available) {
   const int num_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
@@ -54,7 +55,8 @@ ImageMemory PlanImageMemory(double image_cache_gb,
     const auto loading = static_cast<int64_t>(scene.loading);
     memory.most_at_once = MostAtOnce(std::max(memory.cache_bytes - all, of_foam), loading);
     memory.bytes =
-        all + std::max<int64_t>(0, std::max(memory.most_at_once * loading, correcting) - of_foam);
+        all + std::max<int64_t>(
+                  0, std::max({memory.most_at_once * loading, correcting, sweep_bytes}) - of_foam);
     return memory;
   }
   const auto opening = static_cast<int64_t>(scene.opening);
@@ -63,8 +65,13 @@ ImageMemory PlanImageMemory(double image_cache_gb,
   const bool reads_again = draws_any_number || drawn > memory.cache_bytes;
   // While many are decoded at a time, training waits, and so do triangulations.
   const int64_t at_once = memory.most_at_once * opening - rest.triangulation;
+  const int64_t sweeping = sweep_bytes > 0 ? sweep_bytes + memory.most_at_once * opening : 0;
   memory.bytes = (reads_again ? memory.cache_bytes : drawn) + static_cast<int64_t>(scene.tables) +
-                 std::max({int64_t{0}, reads_again ? opening : 0, at_once, correcting - of_foam});
+                 std::max({int64_t{0},
+                           reads_again ? opening : 0,
+                           at_once,
+                           correcting - of_foam,
+                           sweeping - of_foam});
   return memory;
 }
 

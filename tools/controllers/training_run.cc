@@ -11,6 +11,7 @@
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
+#include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
@@ -89,6 +90,7 @@ std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
   // These stand elsewhere, or shape nothing.
   for (const char* name : {"fixed_sh_degree", "random_seed", "seconds"}) texts.values.erase(name);
   texts.values["max_image_size"] = FormatValue(run.scene.max_image_size);
+  texts.values["sweep_photos"] = FormatValue(run.sweep_photos);
   texts.values["label_zero"] = TextOf(run.scene.label_zero);
   return texts.values;
 }
@@ -215,6 +217,19 @@ TrainingSummary Train(const TrainingScene& scene,
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
+bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
+
+// Returns the number of photos that are swept with a time budget: a photo takes about 0.1 s of one
+// core, so this is at most a tenth of the budget.
+int SweptPhotosWithin(double time_budget) { return static_cast<int>(std::min(time_budget, 1e6)); }
+
+// Returns the peak memory of the plane sweep in bytes, in addition to photos and masks.
+int64_t SweepBytes(const TrainingRun& run, const ScenePlan& plan) {
+  if (!Sweeps(run)) return 0;
+  return static_cast<int64_t>(
+      SurfaceSeedBytes(std::min<int64_t>(plan.photos.size(), run.sweep_photos)));
+}
+
 // Plans the scene and logs its warnings. Throws UserError for what could only fail after the
 // training: what `when_planned` refuses, and names of photos that scene.foam cannot hold.
 ScenePlan PlanRun(const TrainingRun& run) {
@@ -236,8 +251,12 @@ ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
   const int64_t available = AvailableMemory();
-  const ImageMemory images =
-      PlanImageMemory(run.image_cache_gb, plan, run.training, run.time_budget > 0, available);
+  const ImageMemory images = PlanImageMemory(run.image_cache_gb,
+                                             plan,
+                                             run.training,
+                                             SweepBytes(run, plan),
+                                             run.time_budget > 0,
+                                             available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
             << PlanMemory(run.training, usual_classes, num_seeds, images.bytes).Report() << ", "
             << FormatBytes(available) << " available";
@@ -333,7 +352,9 @@ void ReportTraining(const TrainingSummary& summary, TrainingRun* run) {
   if (run->time_budget > 0) {
     run->training.seconds = 0;
     run->training.late_rays = summary.late_rays;
-    if (run->when_schedule_is_known) run->when_schedule_is_known(ScheduleTexts(run->training));
+    auto schedule = ScheduleTexts(run->training);
+    schedule.emplace_back("sweep_photos", FormatValue(run->sweep_photos));
+    if (run->when_schedule_is_known) run->when_schedule_is_known(schedule);
   }
 }
 
@@ -420,6 +441,12 @@ void CompleteTrainingRun(TrainingRun* run) {
         "; it must be a number of GB greater than 0 and up to 1000000, or -1 to choose "
         "by the memory that is free.");
   }
+  if (run->sweep_photos < 0) {
+    throw FieldError("sweep_photos",
+                     " is ",
+                     run->sweep_photos,
+                     "; it must be a number of photos, or 0 for none.");
+  }
   if (run->time_budget < 0) {
     throw FieldError("time_budget",
                      " is ",
@@ -450,10 +477,22 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
           {"densify_events", FormatValue(training.densify_events)}};
 }
 
+std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
+  if (!Sweeps(run)) return "";
+  SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos);
+  const std::string report = found.Report();
+  scene->AddSeeds(std::move(found.points));
+  return report;
+}
+
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
   ScenePlan plan = PlanScene(scene);
-  const ImageMemory images = PlanImageMemory(
-      run.image_cache_gb, plan, run.training, /*draws_any_number=*/false, AvailableMemory());
+  const ImageMemory images = PlanImageMemory(run.image_cache_gb,
+                                             plan,
+                                             run.training,
+                                             SweepBytes(run, plan),
+                                             /*draws_any_number=*/false,
+                                             AvailableMemory());
   return LoadScene(std::move(plan), images);
 }
 
@@ -473,9 +512,16 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
   PlanMemoryOfLabels(*run, scene, images);
 
-  // The probe takes some of a time budget, so it comes before the schedule is chosen.
+  // The probe and the plane sweep take some of a time budget, so they come before the schedule is
+  // chosen.
   SceneEffects effects = ProbeEffects(scene, run->effects);
   scene.SetLights(effects.lights);
+  if (run->time_budget > 0) {
+    run->sweep_photos = std::min(run->sweep_photos, SweptPhotosWithin(run->time_budget));
+  }
+  if (const std::string report = AddSurfaceSeeds(*run, &scene); !report.empty()) {
+    LOG(INFO) << report;
+  }
   CheckpointTexts texts;
   texts["labels"] = LabelTexts(scene.Labels());
   if (run->time_budget > 0) {

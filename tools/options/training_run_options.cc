@@ -96,6 +96,11 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training)
                             &run->time_budget,
                             "seconds for all that foam_trainer does: chooses num_rays and with "
                             "them what the presets preset, by the speed of this machine; 0 = off");
+  options->AddDefaultOption("FoamTraining.sweep_photos",
+                            &run->sweep_photos,
+                            "photos, at most, in which a plane sweep looks for surfaces without "
+                            "SfM points, to begin from them too; 0 = none; has no effect with "
+                            "--seed_path");
   options->AddDefaultOption("FoamTraining.max_image_size",
                             &run->scene.max_image_size,
                             "larger photos are reduced to this longest side, in pixels; -1 = none");

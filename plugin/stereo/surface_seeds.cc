@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/stereo/surface_seeds.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/optim/point_thinning.h"
+#include "foam/util/elapsed_time.h"
+#include "foam/util/parallel.h"
+#include "plugin/stereo/plane_sweep.h"
+#include "plugin/stereo/stereo_view.h"
+#include "plugin/stereo/view_overlap.h"
+#include "plugin/util/files.h"
+#include "plugin/util/plural.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+namespace semfoam {
+namespace {
+
+constexpr size_t kMatchedPartners = 4;
+constexpr int kLeastAgreeing = 2;
+// Of display values.
+constexpr float kColorTolerance = 0.15f;
+// Of depths, as a share.
+constexpr double kTolerance = 0.015;
+constexpr double kSeenThrough = 2 * kTolerance;
+
+std::vector<int> ChooseViews(const TrainingScene& scene, int most, int* num_training) {
+  std::vector<int> training;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    if (!scene.IsHeldOut(view)) training.push_back(view);
+  }
+  *num_training = static_cast<int>(training.size());
+  const size_t count = std::min(training.size(), static_cast<size_t>(std::max(0, most)));
+  std::vector<int> chosen;
+  for (size_t i = 0; i < count; ++i) chosen.push_back(training[i * training.size() / count]);
+  return chosen;
+}
+
+std::vector<StereoView> MakeViews(const TrainingScene& scene, const std::vector<int>& chosen) {
+  std::vector<StereoView> views(chosen.size());
+  ForEachFile(static_cast<int64_t>(chosen.size()), scene.MostOpenViews(), [&](int64_t i) {
+    views[i] = MakeStereoView(scene, chosen[i]);
+  });
+  return views;
+}
+
+std::vector<Track> NormalizedTracks(const TrainingScene& scene) {
+  std::vector<Track> tracks = scene.Plan().tracks;
+  for (Track& track : tracks) track.position = scene.WorldFromNormalized().Invert(track.position);
+  return tracks;
+}
+
+std::vector<DepthMap> SweepAll(const std::vector<StereoView>& views,
+                               const std::vector<ViewOverlap>& overlaps) {
+  std::vector<DepthMap> maps(views.size());
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      std::vector<const StereoView*> partners;
+      for (const int j : overlaps[i].partners) {
+        if (partners.size() < kMatchedPartners) partners.push_back(&views[j]);
+      }
+      if (partners.empty()) continue;
+      maps[i] = SweepPlanes(views[i], partners, overlaps[i].depths);
+    }
+  });
+  return maps;
+}
+
+// Returns the mean depth of a point by the views that agree on it, as a multiple of its own. 0
+// where fewer than kLeastAgreeing agree, or as many contradict: they see something behind it, or
+// another colour at its depth.
+double AgreedDepth(const std::vector<StereoView>& views,
+                   const std::vector<DepthMap>& maps,
+                   const std::vector<int>& partners,
+                   const Eigen::Vector3d& point,
+                   const Eigen::Vector3f& color) {
+  double sum = 1;
+  int num_agreeing = 0, num_contradicting = 0;
+  for (const int j : partners) {
+    Eigen::Vector2d pixel;
+    double depth = 0;
+    if (maps[j].inverse.empty() || !views[j].Project(point, &pixel, &depth) ||
+        !views[j].Contains(pixel)) {
+      continue;
+    }
+    const size_t at =
+        static_cast<size_t>(pixel.y()) * views[j].width + static_cast<size_t>(pixel.x());
+    if (!(maps[j].inverse[at] > 0)) continue;
+    const double ratio = 1 / (depth * maps[j].inverse[at]);
+    const bool is_same_depth = std::abs(ratio - 1) <= kTolerance;
+    const bool is_same_color =
+        (views[j].color[at] - color).cwiseAbs().maxCoeff() <= kColorTolerance;
+    if (is_same_depth && is_same_color) {
+      sum += ratio;
+      ++num_agreeing;
+    } else if (is_same_depth || ratio > 1 + kSeenThrough) {
+      ++num_contradicting;
+    }
+  }
+  if (num_agreeing < kLeastAgreeing || num_contradicting >= num_agreeing) return 0;
+  return sum / (1 + num_agreeing);
+}
+
+std::vector<SeedPoint> SeedsOfView(const std::vector<StereoView>& views,
+                                   const std::vector<DepthMap>& maps,
+                                   const std::vector<int>& partners,
+                                   size_t i) {
+  std::vector<SeedPoint> seeds;
+  if (maps[i].inverse.empty()) return seeds;
+  const StereoView& view = views[i];
+  for (int y = 0; y < view.height; ++y) {
+    for (int x = 0; x < view.width; ++x) {
+      const size_t at = static_cast<size_t>(y) * view.width + x;
+      if (!(maps[i].inverse[at] > 0)) continue;
+      const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
+      const double depth = 1.0 / maps[i].inverse[at];
+      const double factor =
+          AgreedDepth(views, maps, partners, view.PointAt(pixel, depth), view.color[at]);
+      if (factor == 0) continue;
+      const Eigen::Vector3d position = view.PointAt(pixel, depth * factor);
+      if (!(position.norm() <= kFarRadius)) continue;
+      seeds.push_back({position.cast<float>(), view.color[at], /*is_dense=*/true});
+    }
+  }
+  return seeds;
+}
+
+}  // namespace
+
+std::string SurfaceSeeds::Report() const {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f s", seconds);
+  std::string report = "Plane sweep: " + Plural(static_cast<int64_t>(points.size()), "seed") +
+                       " from " + Plural(num_swept, "photo");
+  if (num_swept < num_training) report += " of " + std::to_string(num_training);
+  return report + " in " + text;
+}
+
+SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
+  const auto begin = std::chrono::steady_clock::now();
+  SurfaceSeeds found;
+  const std::vector<StereoView> views =
+      MakeViews(scene, ChooseViews(scene, most_photos, &found.num_training));
+  found.num_swept = static_cast<int>(views.size());
+  const std::vector<ViewOverlap> overlaps =
+      FindOverlaps(views, NormalizedTracks(scene), scene.Plan().seeds);
+  const std::vector<DepthMap> maps = SweepAll(views, overlaps);
+  std::vector<std::vector<SeedPoint>> seeds(views.size());
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t first, int64_t end) {
+    for (int64_t i = first; i < end; ++i) {
+      seeds[i] = SeedsOfView(views, maps, overlaps[i].partners, i);
+    }
+  });
+  PointMerger merger(kMostSurfaceSeeds);
+  for (std::vector<SeedPoint>& of_view : seeds) {
+    for (const SeedPoint& seed : of_view) merger.Add(seed.position.cast<double>(), seed.color);
+    of_view = {};
+  }
+  found.points = merger.Take();
+  found.seconds = SecondsSince(begin);
+  return found;
+}
+
+uint64_t SurfaceSeedBytes(int64_t num_photos) {
+  // Sizes are rounded to pixels, so a view may have a little more than kStereoPixels.
+  constexpr double kPixels = 1.02 * kStereoPixels;
+  constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + sizeof(float);
+  constexpr double kBytesOfSeed = sizeof(SeedPoint);
+  const double pixels = kPixels * static_cast<double>(num_photos);
+  // Merged points wait in an array of twice their number, and are copied as it grows.
+  constexpr double kBytesOfMerging = 3 * 64;
+  const double merged = std::min<double>(pixels, kMostSurfaceSeeds);
+  return static_cast<uint64_t>((kBytesOfPixel + kBytesOfSeed) * pixels + kBytesOfMerging * merged +
+                               static_cast<double>(SweepPlanesBytes()) * NumThreads());
+}
+
+}  // namespace semfoam

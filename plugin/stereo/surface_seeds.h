@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/training_views.h"
+#include "plugin/dataset/training_scene.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// Finds points on the surfaces that photos show and SfM leaves without points, for the foam to
+// start from: a plane sweep for each photo, whose depths must agree with those of other photos.
+
+// The points that were found.
+struct SurfaceSeeds {
+  // Dense seeds (SeedPoint::is_dense) in the normalised frame, at most kMostSurfaceSeeds.
+  std::vector<SeedPoint> points;
+  // Number of photos that were swept, and of training photos.
+  int num_swept = 0;
+  int num_training = 0;
+  double seconds = 0;
+
+  // Returns "Plane sweep: 21480 seeds from 56 photos in 3.1 s".
+  std::string Report() const;
+};
+
+inline constexpr int kMostSurfaceSeeds = 500'000;
+
+// Sweeps at most `most_photos` of the training photos, evenly spread by name, never a held-out one
+// (SweepPlanes), and keeps the depths on which the maps of two other views agree, within 1.5 % and
+// in about the same colour, and which fewer views contradict: those that see through the point, or
+// see another colour there (at the outlines of things, windows carry the depth of the thing over to
+// what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
+// the same voxel are merged (PointMerger). Colours are those of the reference exposure. Finds
+// nothing where fewer than three photos overlap. The result does not depend on the number of
+// threads. Throws as TrainingScene::OpenView does.
+SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
+
+// Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos
+// that it opens.
+uint64_t SurfaceSeedBytes(int64_t num_photos);
+
+}  // namespace semfoam

@@ -139,6 +139,7 @@ inline std::vector<std::string> TinyTraining(std::vector<std::string> arguments)
   const std::pair<std::string, std::string> tiny[] = {{"--quality", "low"},
                                                       {"--FoamTraining.num_rays", "300000"},
                                                       {"--FoamTraining.rays_per_iteration", "512"},
+                                                      {"--FoamTraining.sweep_photos", "0"},
                                                       {"--FoamTraining.final_sites", "4000"}};
   for (const auto& [name, value] : tiny) {
     if (std::find(arguments.begin(), arguments.end(), name) != arguments.end()) continue;

@@ -143,6 +143,20 @@ class Correlator {
     }
   }
 
+  // Returns whether the 3 x 3 pixels around a pixel, which must not be at the border, are of one
+  // colour.
+  bool IsFlat(int x, int y, int width) const {
+    float sum = 0, square_sum = 0;
+    for (int v = y - 1; v <= y + 1; ++v) {
+      for (int u = x - 1; u <= x + 1; ++u) {
+        const float value = grey_[static_cast<size_t>(v) * width + u];
+        sum += value;
+        square_sum += value * value;
+      }
+    }
+    return square_sum / 9 - (sum / 9) * (sum / 9) < kLeastDeviation * kLeastDeviation;
+  }
+
   // Computes the correlation with `warped`; kNone where a window is incomplete or of one colour.
   void Correlate(const Plane& warped, Plane* scores) {
     sums_.Sum(warped, &sum_);
@@ -236,6 +250,10 @@ DepthMap SweepPlanes(const StereoView& view,
         static_cast<int>(std::max_element(of_pixel, of_pixel + kNumPlanes) - of_pixel);
     const float score = of_pixel[winner];
     if (!(score >= kLeastScore) || winner == 0 || winner == kNumPlanes - 1) continue;
+    if (correlator.IsFlat(
+            static_cast<int>(i % view.width), static_cast<int>(i / view.width), view.width)) {
+      continue;
+    }
     float other = kNone;
     for (int plane = 0; plane < kNumPlanes; ++plane) {
       if (std::abs(plane - winner) > peak) other = std::max(other, of_pixel[plane]);

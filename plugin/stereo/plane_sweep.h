@@ -28,7 +28,8 @@ struct DepthMap {
 // around it with what the plane shows of the partners: the mean of the two best partners, because a
 // surface may be hidden from the others. The depth is that of the best plane, refined by the
 // parabola through its score and those of the planes beside it. It stays unknown where
-// - the window is nearly of one colour (standard deviation below 1 % of white),
+// - the window or the 3 x 3 pixels in its middle are nearly of one colour (standard deviation below
+//   1 % of white): beside an outline, the window has texture, but of another surface perhaps,
 // - fewer than two partners show it, or the best score is below 0.7,
 // - another plane, more than two pixels away in the partner with the widest baseline, is nearly as
 //   good (ambiguous texture), or

@@ -146,7 +146,8 @@ void LeaveOutFragments(ExportableScene* scene) {
     }
     const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
     const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
-    const bool is_fragment = !components.empty() && (is_unsure || is_strewn);
+    const bool is_speck = object.cells.size() == 1;
+    const bool is_fragment = !components.empty() && (is_unsure || is_strewn || is_speck);
     const int32_t owner = is_fragment ? -1 : static_cast<int32_t>(kept_objects.size());
     for (const uint32_t cell : object.cells) scene->object_of_cell[cell] = owner;
     if (!is_fragment) {

@@ -25,7 +25,7 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene);
 // - less than a thousandth of the cells of all objects together, and
 // - either a mean confidence (of the cells of its own class) below 0.85 times that of all objects,
 //   because other photos contradict its cells; or cells scattered over the scene: no connected
-//   component has 10 of them, or half of them.
+//   component has 10 of them, or half of them; or a single cell, which has no shape.
 // Both are independent of the unit of length and the length of the training. A small object on
 // which the photos agree and whose cells are connected is no fragment, even with 3 cells: in a foam
 // of few cells a small object has no more. Must be called after KeepComponents.

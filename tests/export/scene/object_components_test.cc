@@ -200,6 +200,8 @@ TEST(ObjectComponents, FragmentsAreNoObjects) {
   // A small thing that the photos agree about is none, nor is a thing of some size.
   EXPECT_THAT(left_out(WithAFragment(12, true, kSure)), IsEmpty());
   EXPECT_THAT(left_out(WithAFragment(3, true, kSure)), IsEmpty());
+  // A single cell has no shape, however sure.
+  EXPECT_EQ(left_out(WithAFragment(1, true, kSure)).size(), 1u);
   EXPECT_THAT(left_out(WithAFragment(40, true, kUnsure)), IsEmpty());
   EXPECT_THAT(left_out(WithAFragment(40, false, kSure)), IsEmpty());
 }

@@ -28,7 +28,9 @@ std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* 
                                                          "--FoamTraining.rays_per_iteration",
                                                          "4096",
                                                          "--FoamTraining.initial_sites",
-                                                         "1500"}));
+                                                         "1500",
+                                                         "--FoamTraining.sweep_photos",
+                                                         "150"}));
   all.insert(all.end(), arguments.begin(), arguments.end());
   const Outcome outcome = RunSemfoam(all);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -37,6 +37,7 @@ constexpr Command kCommands[] = {
     {"view_interpolator",
      "makes a film of the photos for a mask tracker, with views between",
      RunViewInterpolator},
+    {"report_writer", "shows a foam in a browser, in one page that can be sent", RunReportWriter},
     {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
     {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
 };

@@ -4,7 +4,9 @@
 #include "tools/options/export_options.h"
 #include "tools/options/quality_plot.h"
 #include "tools/options/training_run_options.h"
+#include "tools/report/report_writer.h"
 
+#include <filesystem>
 #include <string>
 
 namespace semfoam {
@@ -16,6 +18,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   SceneSegmenterOptions segmenter;
   std::string formats = kAllFormats;
   ExportTransformOptions frame;
+  bool writes_report = true;
   OptionManager options("automatic_segmenter",
                         "Trains a foam on a COLMAP workspace with instance masks and writes every "
                         "object as volume and surface.");
@@ -35,6 +38,9 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   AddComponentOptions(&options, &segmenter.components);
   AddFormatsOption(&options, &formats);
   AddFrameOptions(&options, &frame);
+  options.AddDefaultOption("report",
+                           &writes_report,
+                           "also report.html, the foam and its figures in one page for a browser");
   if (!options.Parse(argc, argv)) return;
   RequireValid(segmenter.volume);
   RequireValid(segmenter.surface);
@@ -49,6 +55,20 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   segmenter.run.when_written = DrawTrainingPlot;
   segmenter.output_path = output_path;
   segmenter.resume_command = ResumeCommand(options);
+  const std::filesystem::path report_path = segmenter.output_path / "report.html";
+  if (writes_report) RequireOwnReport(report_path);
+  segmenter.when_exported = [&](const Model& model, const ExportableScene& scene) {
+    if (writes_report) {
+      ReportOptions report;
+      report.foam_path = segmenter.output_path / "scene.foam";
+      report.image_path = training.run.scene.image_path;
+      report.input_path = training.run.scene.input_path;
+      report.device = training.run.device;
+      WriteReport(model, scene, report, report_path);
+    } else {
+      RemoveReport(report_path);
+    }
+  };
   SegmentScene(segmenter);
 }
 

@@ -19,6 +19,7 @@ void RunObjectExtractor(int argc, char** argv);
 void RunObjectInserter(int argc, char** argv);
 void RunObjectRemover(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
+void RunReportWriter(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
 void RunViewInterpolator(int argc, char** argv);

@@ -56,6 +56,7 @@ void SegmentScene(SceneSegmenterOptions options) {
     finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
   }
   WriteLabels(scene, output_path, finished);
+  if (options.when_exported) options.when_exported(model, scene);
   folder.Finish();
   for (const std::string& label : without_object) {
     LOG(WARNING) << "No files for " << label << ", which labels names: the training made no object "

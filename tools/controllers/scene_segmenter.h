@@ -6,11 +6,13 @@
 #include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
+#include "foam/model/model.h"
 #include "tools/controllers/export_format.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
 
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <string>
 
@@ -39,6 +41,9 @@ struct SceneSegmenterOptions {
                                     ExportFormat::kObj,
                                     ExportFormat::kGlb,
                                     ExportFormat::kUsda};
+
+  // Called, unless empty, when all files are written, before the run counts as finished.
+  std::function<void(const Model&, const ExportableScene&)> when_exported;
 };
 
 // Trains a foam and writes it, the volume and the surface of every object and labels.json into

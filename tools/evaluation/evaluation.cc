@@ -140,18 +140,24 @@ ViewScore ScoreView(const PhotoRecord& photo,
                                              PoseOf(photo),
                                              model.world_from_normalized,
                                              options.supersample);
-  if (model.foam.HasSemantics()) {
-    objects->Add(photo.name, IdImage(rendered, model.labels));
-  }
+  const LabelImage ids = model.foam.HasSemantics() ? IdImage(rendered, model.labels) : LabelImage{};
+  if (model.foam.HasSemantics()) objects->Add(photo.name, ids);
   ImagePair pair = {ColorImage(rendered), std::move(truth)};
   if (options.fit_exposure) pair = FitExposure(pair.render, pair.photo);
+  const ViewScore score = {
+      photo.name, Psnr(pair.render, pair.photo), Ssim(pair.render, pair.photo)};
   if (on_maps) {
     ViewMaps maps;
     maps.error = ErrorImage(pair.render, pair.photo);
-    if (model.foam.HasSemantics()) maps.confidence = ConfidenceImage(rendered);
+    if (model.foam.HasSemantics()) {
+      maps.labels = PaletteImage(ids);
+      maps.confidence = ConfidenceImage(rendered);
+    }
+    maps.photo = std::move(pair.photo);
+    maps.render = std::move(pair.render);
     on_maps(photo.name, maps);
   }
-  return {photo.name, Psnr(pair.render, pair.photo), Ssim(pair.render, pair.photo)};
+  return score;
 }
 
 std::optional<LabelScore> MeanOf(const std::vector<LabelScore>& scores) {
@@ -171,8 +177,13 @@ Scores ScoreModel(const Model& model,
   const ViewRenderer renderer(model.foam, options.device);
   ObjectScorers objects(options.truth_path, model);
   Scores scores;
-  for (const PhotoRecord& photo : model.photos) {
-    if (!photo.held_out) continue;
+  for (size_t i = 0; i < model.photos.size(); ++i) {
+    const PhotoRecord& photo = model.photos[i];
+    const bool is_scored =
+        options.photos.empty()
+            ? photo.held_out
+            : std::find(options.photos.begin(), options.photos.end(), i) != options.photos.end();
+    if (!is_scored) continue;
     scores.views.push_back(
         ScoreView(photo, foam_path, model, renderer, options, on_maps, &objects));
   }

@@ -22,8 +22,13 @@ struct ViewScore {
   double ssim = 0;
 };
 
-// Pictures of the error and of the confidence of one held-out view.
+// Pictures of one held-out view, all of the photo's size in training.
 struct ViewMaps {
+  // The photo and the render as they were compared.
+  Image8 photo;
+  Image8 render;
+  // The rendered ids in their colours (PaletteImage). Empty without semantics.
+  Image8 labels;
   // Mean absolute difference of a pixel's channels (ErrorImage).
   Image8 error;
   // Grey, 255 = 1; black where the foam shows no label. Empty without semantics.
@@ -54,12 +59,14 @@ struct ScoreOptions {
   int supersample = kDefaultSupersample;
   // Renders the views.
   Device device;
+  // Indices of the photos to score; empty: those that were held out.
+  std::vector<size_t> photos = {};
 };
 
-// Renders every held-out photo of `model` and compares it with the photo in `image_path`, brought
-// to the size in the model, and the labels with the exact masks. `foam_path` is what errors call
-// the model. Calls `on_maps` (if any) with each view's maps. Throws UserError naming the photo or
-// mask that is missing, damaged or of another aspect.
+// Renders every held-out photo of `model`, or those of the options, and compares it with the photo
+// in `image_path`, brought to the size in the model, and the labels with the exact masks.
+// `foam_path` is what errors call the model. Calls `on_maps` (if any) with each view's maps. Throws
+// UserError naming the photo or mask that is missing, damaged or of another aspect.
 Scores ScoreModel(const Model& model,
                   const std::filesystem::path& foam_path,
                   const ScoreOptions& options,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include <OpenImageIO/filesystem.h>
@@ -42,11 +43,14 @@ class MemoryOutput {
     Require(output_->open(path_.string(), spec, mode) && output_->write_image(spec.format, pixels));
   }
 
-  void Finish() {
+  // Returns the bytes of the file.
+  std::string Close() {
     Require(output_->close());
     const std::vector<unsigned char>& bytes = bytes_.buffer();
-    WriteTextFile(path_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
+
+  void Finish() { WriteTextFile(path_, Close()); }
 
  private:
   void Require(bool good) const {
@@ -65,6 +69,14 @@ class MemoryOutput {
   std::unique_ptr<OIIO::ImageOutput> output_;
 };
 
+std::string Encode(const char* name, const Image8& image, OIIO::ImageSpec spec) {
+  CHECK_EQ(image.data.size(), size_t{3} * image.width * image.height);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  MemoryOutput output(name, "image");
+  output.Add(spec, image.data.data(), OIIO::ImageOutput::Create);
+  return output.Close();
+}
+
 void WriteImage(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels) {
   MemoryOutput output(path, "image");
   output.Add(spec, pixels, OIIO::ImageOutput::Create);
@@ -78,6 +90,16 @@ void WriteRgbPng(const fs::path& path, const Image8& image) {
   OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   WriteImage(path, spec, image.data.data());
+}
+
+std::string EncodePng(const Image8& image) {
+  return Encode("image.png", image, {image.width, image.height, 3, OIIO::TypeDesc::UINT8});
+}
+
+std::string EncodeJpeg(const Image8& image, int quality) {
+  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("Compression", "jpeg:" + std::to_string(quality));
+  return Encode("image.jpg", image, spec);
 }
 
 void WriteLabelPng(const fs::path& path, const LabelImage& labels) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -16,6 +17,11 @@ namespace semfoam {
 
 // Writes an 8-bit RGB PNG, display values.
 void WriteRgbPng(const std::filesystem::path& path, const Image8& image);
+
+// Returns the bytes of an 8-bit RGB PNG and of a JPEG of this quality, 1 to 100, display values,
+// without writing a file. Same image, same bytes.
+std::string EncodePng(const Image8& image);
+std::string EncodeJpeg(const Image8& image, int quality);
 
 // Writes a 16-bit grey PNG whose values are the label ids. CHECKs that they fit, 0..65535.
 void WriteLabelPng(const std::filesystem::path& path, const LabelImage& labels);

@@ -79,6 +79,7 @@ TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
                                     "training_log.csv",
                                     "training_plot.svg",
                                     "training_plot.png",
+                                    "report.html",
                                     "scene.vdb",
                                     "scene.glb",
                                     "scene.usda"};
@@ -607,7 +608,11 @@ TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
   std::vector<std::string> files = FilesBelow(again);
   files.push_back("scene.foam");
   files.insert(files.end(),
-               {"effects.json", "training_log.csv", "training_plot.svg", "training_plot.png"});
+               {"effects.json",
+                "report.html",
+                "training_log.csv",
+                "training_plot.svg",
+                "training_plot.png"});
   EXPECT_THAT(files, testing::UnorderedElementsAreArray(FilesBelow(Out())));
   for (const std::string& file : FilesBelow(again)) {
     EXPECT_EQ(ReadFile(again / file), ReadFile(Out() / file)) << file;
@@ -652,8 +657,12 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
   EXPECT_THAT(outcome.Errors(), IsEmpty());
   EXPECT_THAT(outcome.err, HasSubstr("colour only"));
   EXPECT_THAT(FilesBelow(out),
-              testing::UnorderedElementsAre(
-                  "scene.foam", "effects.json", "labels.json", "training_log.csv", "scene.vdb"));
+              testing::UnorderedElementsAre("scene.foam",
+                                            "effects.json",
+                                            "labels.json",
+                                            "report.html",
+                                            "training_log.csv",
+                                            "scene.vdb"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
   // No photo was held out of this one.

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+//
+// Shaders are bundled as text.
+declare module "*.glsl" {
+  const text: string;
+  export default text;
+}

@@ -194,8 +194,7 @@ ordered_json WarningsOf(const Model& model,
         "seen, which says little about new views; train with --test_every 8.");
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    warnings.push_back(label.name + ": no object was made of this label, because of " +
-                       label.reason + ".");
+    warnings.push_back(label.name + ": no object was made of this label (" + label.reason + ").");
   }
   for (const Label& label : scene.labels_without_cells) {
     warnings.push_back(NameOf(label) + ": no cell of the foam has this label.");

@@ -85,7 +85,8 @@ TEST(TimeBudget, ItsScheduleCanBeRepeated) {
 }
 
 // What comes before and after the iterations is within the budget too. Time of the processor, on
-// one thread: on a busy machine that is less than the budget's seconds, never more.
+// one thread: on a busy machine that is less than the budget's seconds, never more. Loading alone
+// takes 3 s, and 8 s where other processes share caches and cores, so the budget is well above.
 TEST(TimeBudget, HoldsWithManyPhotosAndPoints) {
   const TempFolder folder;
   const RingCapture capture(folder / "workspace", 1000, 32, 24, /*num_points=*/300'000);
@@ -99,9 +100,9 @@ TEST(TimeBudget, HoldsWithManyPhotosAndPoints) {
                                           "--num_threads",
                                           "1",
                                           "--FoamTraining.time_budget",
-                                          "8"});
+                                          "16"});
   ASSERT_EQ(run.outcome.exit_code, 0) << run.outcome.err;
-  EXPECT_LT(run.cpu_seconds, 12) << run.outcome.err;
+  EXPECT_LT(run.cpu_seconds, 24) << run.outcome.err;
 }
 
 TEST(TimeBudget, IsNotGivenTogetherWithANumberOfRays) {

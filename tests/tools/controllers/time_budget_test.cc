@@ -102,7 +102,7 @@ TEST(TimeBudget, HoldsWithManyPhotosAndPoints) {
                                           "--FoamTraining.time_budget",
                                           "16"});
   ASSERT_EQ(run.outcome.exit_code, 0) << run.outcome.err;
-  EXPECT_LT(run.cpu_seconds, 24) << run.outcome.err;
+  EXPECT_LT(run.cpu_seconds, 20) << run.outcome.err;
 }
 
 TEST(TimeBudget, IsNotGivenTogetherWithANumberOfRays) {

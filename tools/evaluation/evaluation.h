@@ -22,7 +22,8 @@ struct ViewScore {
   double ssim = 0;
 };
 
-// Pictures of one held-out view, all of the photo's size in training.
+// Pictures of one view, of the photo's size in training. With ScoreOptions::fit_exposure, photo,
+// render and error are the right half alone.
 struct ViewMaps {
   // The photo and the render as they were compared.
   Image8 photo;

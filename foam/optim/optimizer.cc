@@ -116,14 +116,16 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
   CHECK_EQ(step_lengths.size(), num_sites);
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
-  batch->gradients.Group(num_sites);
+  batch->gradients.Distribute(num_sites);
 
   alignas(64) const CellRow rate = RowOfRates(row_, foam->ShStride(), rates);
   std::atomic<int64_t> not_finite = 0;
-  ParallelForBlocks(num_sites, 256, [&](int64_t begin, int64_t end) {
+  ParallelForBlocks(batch->gradients.NumBuckets(), 1, [&](int64_t number, int64_t) {
+    thread_local GradientSum::Bucket bucket;
+    batch->gradients.Group(static_cast<uint32_t>(number), &bucket);
     alignas(64) CellRow gradient, change;
-    for (int64_t i = begin; i < end; ++i) {
-      const auto records = batch->gradients.Of(i);
+    for (size_t i = bucket.first_cell(); i < bucket.last_cell(); ++i) {
+      const auto records = bucket.Of(i);
       if (records.empty() && !has_tv) continue;
       std::fill_n(gradient.begin(), records.empty() ? row_.position : stride_, 0.f);
       const RecordTotals totals = SumRecords(

@@ -4,6 +4,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/util/elapsed_time.h"
+#include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <chrono>
@@ -172,7 +173,9 @@ void TopologyUpdater::Begin(int64_t iteration, Rearrangement plan) {
 void TopologyUpdater::StartThread() {
   const std::vector<Eigen::Vector3f>& sites = pending_->plan.positions;
   const bool with_areas = state_->foam.HasSemantics();
-  pending_->topology = std::async(std::launch::async, [this, &sites, with_areas] {
+  // A run that may use one thread alone triangulates when the result is due, with the same bytes.
+  const auto policy = NumThreads() > 1 ? std::launch::async : std::launch::deferred;
+  pending_->topology = std::async(policy, [this, &sites, with_areas] {
     TrainingTopology topology;
     topology.Triangulate(sites, free_space_, with_areas);
     return topology;

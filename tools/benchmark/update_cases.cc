@@ -90,12 +90,16 @@ class Updater {
     for (const BatchResult& batch : batches_) {
       records += double(batch.gradients.NumRecords()) / kRoundUpdates;
       rays += double(batch.rays.size()) / kRoundUpdates;
-      for (uint32_t cell = 0; cell < foam_.NumSites(); ++cell) {
-        cells += double(!batch.gradients.Of(cell).empty()) / kRoundUpdates;
+      GradientSum::Bucket bucket;
+      for (uint32_t b = 0; b < batch.gradients.NumBuckets(); ++b) {
+        batch.gradients.Group(b, &bucket);
+        for (uint32_t cell = bucket.first_cell(); cell < bucket.last_cell(); ++cell) {
+          cells += double(!bucket.Of(cell).empty()) / kRoundUpdates;
+        }
       }
     }
-    // Each record is read and written by two passes, then read once more.
-    const double group = 5 * records * sizeof(GradientRecord);
+    // Each record is read to be counted, read and written by one pass, then read from its bucket.
+    const double group = 4 * records * sizeof(GradientRecord);
     // Parameters and their moments are read and written; so is the density that follows.
     const double adam = (6 * ParameterBytes() + sizeof(float)) * cells + rays * sizeof(RayOutput);
     // Weights, neighbours and identities in, the gradient out and in again; then Adam on every

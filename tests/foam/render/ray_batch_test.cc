@@ -60,14 +60,16 @@ class RayBatch : public testing::TestWithParam<std::string> {
               std::numeric_limits<float>::infinity(),
               rays_,
               &result);
-    result.gradients.Group(kNumSites);
+    result.gradients.Distribute(kNumSites);
     return result;
   }
 
   // The gradient of a cell, as a ParameterRow.
   std::vector<float> CellGradient(const BatchResult& result, uint32_t cell) const {
     std::vector<float> sum(kRow.size, 0.f);
-    SumRecords(result.gradients.Of(cell),
+    GradientSum::Bucket bucket;
+    for (uint32_t b = 0; cell >= bucket.last_cell(); ++b) result.gradients.Group(b, &bucket);
+    SumRecords(bucket.Of(cell),
                result.rays.data(),
                kRow,
                parameters_.positions[cell],

@@ -26,10 +26,14 @@ constexpr int64_t kPlaneBytesPerSite = 450 + 12;
 // four indices a tetrahedron; a point, its place in the order and its position as a cell.
 constexpr double kTriangulationBytesPerSite = kTetsPerSite * (72 + 8 + 32) + 48 + 24 + 8 + 12;
 
+// While iterations go on, the topology that there is: a neighbour and its weight for each of 15.5
+// faces, offset, position when triangulated, step lengths; and the positions to triangulate.
+constexpr double kOldTopologyBytesPerSite = 15.5 * 8 + 4 + 12 + 8 + 1 + 12;
+
 // Records of a ray's gradients: 40 bytes each, as they are written (in arrays that double as they
-// grow), in buckets, and by cell. A ray touches some 100 cells of a foam of a million.
+// grow) and in buckets. A ray touches some 100 cells of a foam of a million.
 constexpr int64_t kRecordsPerRay = 100;
-constexpr int64_t kBytesPerRay = 4 * kRecordsPerRay * int64_t{sizeof(GradientRecord)} +
+constexpr int64_t kBytesPerRay = 3 * kRecordsPerRay * int64_t{sizeof(GradientRecord)} +
                                  int64_t{sizeof(BatchRay)} + int64_t{sizeof(RayOutput)};
 
 // Rays that a thread traces together: up to 256 of 10 kB.
@@ -94,9 +98,10 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   // accumulates, the activated density, the step lengths, whether it must stay clear, where it was
   // triangulated.
   const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 8 + 1 + 12;
-  // The gradient of the total variation stays; its weights go with the old neighbours, and come
-  // with the new ones when CGAL's triangulation is gone, which is larger.
-  const double topology_bytes = kTriangulationBytesPerSite + 4 * identity;
+  // The gradient of the total variation stays. The new topology comes when CGAL's triangulation is
+  // gone, which is larger.
+  const double topology_bytes =
+      kTriangulationBytesPerSite + kOldTopologyBytesPerSite + 4 * identity;
   const auto of_sites = [&](double bytes) {
     return static_cast<int64_t>(std::ceil(kAllocatorFactor * bytes * plan.sites));
   };

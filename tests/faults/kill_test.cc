@@ -151,7 +151,8 @@ TEST(KillCheckpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
   ASSERT_GT(bytes, 0);
   std::mt19937_64 random(3);
   for (int i = 0; i < (ManyFaults() ? 20 : 2); ++i) {
-    const int64_t at = static_cast<int64_t>(random() % (3 * bytes / 4));
+    // A quicker run writes fewer checkpoints than the one that was measured.
+    const int64_t at = static_cast<int64_t>(random() % (bytes / 4));
     SCOPED_TRACE(at);
     fs::remove_all(out);
     fs::create_directories(out / "checkpoints");

@@ -16,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// Batches of many blocks, and a foam that grows: all that could depend on the threads takes part.
+// Batches of many blocks, and a foam that grows, with so many sites that they are triangulated
+// beside the iterations: all that could depend on the threads takes part.
 std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* log = nullptr) {
   const TempFolder folder;
   std::vector<std::string> all = TinyTraining(TrainerOn(kTabletop,
@@ -24,11 +25,13 @@ std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* 
                                                         {"--test_every",
                                                          "8",
                                                          "--FoamTraining.num_rays",
-                                                         "60000",
+                                                         "120000",
                                                          "--FoamTraining.rays_per_iteration",
                                                          "4096",
                                                          "--FoamTraining.initial_sites",
                                                          "1500",
+                                                         "--FoamTraining.final_sites",
+                                                         "9000",
                                                          "--FoamTraining.sweep_photos",
                                                          "150"}));
   all.insert(all.end(), arguments.begin(), arguments.end());
@@ -39,7 +42,9 @@ std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* 
 }
 
 TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
-  const std::string one = TrainedFoam({"--num_threads", "1"});
+  std::string log;
+  const std::string one = TrainedFoam({"--num_threads", "1"}, &log);
+  EXPECT_THAT(log, HasSubstr("triangulations beside the iterations"));
   ASSERT_FALSE(one.empty());
   EXPECT_TRUE(TrainedFoam({"--num_threads", "2"}) == one);
   EXPECT_TRUE(TrainedFoam({"--num_threads", "5"}) == one);

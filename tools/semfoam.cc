@@ -1,46 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/cli/logging.h"
 #include "tools/cli/run_command.h"
+#include "tools/cli/suggestion.h"
 #include "tools/commands/commands.h"
 
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 namespace {
-
-struct Command {
-  const char* name;
-  const char* summary;
-  void (*run)(int argc, char** argv);
-};
-
-constexpr Command kCommands[] = {
-    {"automatic_segmenter", "a COLMAP workspace in, everything out", RunAutomaticSegmenter},
-    {"scene_analyzer", "says which effects a scene calls for", RunSceneAnalyzer},
-    {"foam_trainer", "trains a foam from a COLMAP model, photos and masks", RunFoamTrainer},
-    {"foam_renderer", "renders a foam from the views of a COLMAP model", RunFoamRenderer},
-    {"foam_evaluator", "scores a foam on its held-out photos", RunFoamEvaluator},
-    {"foam_analyzer", "says what is in a foam", RunFoamAnalyzer},
-    {"foam_converter", "Radiant Foam, splats, points and text, in and out", RunFoamConverter},
-    {"volume_exporter", "writes the scene and every object as OpenVDB volumes", RunVolumeExporter},
-    {"mesh_exporter",
-     "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
-     RunMeshExporter},
-    {"object_extractor", "makes a foam of its own of objects", RunObjectExtractor},
-    {"object_remover", "takes objects out of a foam", RunObjectRemover},
-    {"object_inserter", "puts objects into another foam", RunObjectInserter},
-    {"mesh_evaluator", "scores meshes against reference meshes", RunMeshEvaluator},
-    {"point_labeler", "labels SfM points by their tracks in the masks", RunPointLabeler},
-    {"mask_analyzer", "says what is in the masks, and which look wrong", RunMaskAnalyzer},
-    {"view_interpolator",
-     "makes a film of the photos for a mask tracker, with views between",
-     RunViewInterpolator},
-    {"report_writer", "shows a foam in a browser, in one page that can be sent", RunReportWriter},
-    {"accuracy_profiler", "shows what accuracy costs in time", RunAccuracyProfiler},
-    {"self_test", "runs the numerically hard cases on this machine", RunSelfTest},
-};
 
 void PrintHelp() {
   std::printf("semfoam " SEMFOAM_VERSION
@@ -51,28 +21,45 @@ void PrintHelp() {
               "  semfoam COMMAND -h\n"
               "  semfoam COMMAND [options]\n\n"
               "Commands:\n");
-  for (const Command& command : kCommands) {
+  for (const CommandEntry& command : Commands()) {
     std::printf("  %-20s %s\n", command.name, command.summary);
   }
-  std::printf("  %-20s %s\n", "help", "lists the commands");
+  std::printf("  %-20s %s\n", "help [COMMAND]", "lists the commands, or a command's options");
   std::printf("  %-20s %s\n", "version", "says which version this is");
+  std::printf("\nExit codes: %s\n", kExitCodes);
+}
+
+int UnknownCommand(const std::string& name) {
+  std::vector<std::string> names = {"help", "version"};
+  for (const CommandEntry& command : Commands()) names.emplace_back(command.name);
+  const std::string nearest = NearestName(name, names);
+  return PrintError("Command `" + name + "` not recognized" +
+                    (nearest.empty() ? "." : "; is `" + nearest + "` meant?") +
+                    " To list the available commands, run `semfoam help`.");
 }
 
 int Main(int argc, char** argv) {
   const std::string name = argc < 2 ? "help" : argv[1];
-  if (name == "help" || name == "-h" || name == "--help") {
-    PrintHelp();
-    return EXIT_SUCCESS;
-  }
   if (name == "version" || name == "-v" || name == "--version") {
     std::printf("semfoam " SEMFOAM_VERSION "\n");
     return EXIT_SUCCESS;
   }
-  for (const Command& command : kCommands) {
-    if (name == command.name) return RunCommand(command.run, argc - 1, argv + 1);
+  if (name == "help" || name == "-h" || name == "--help") {
+    if (argc < 3) {
+      PrintHelp();
+      return EXIT_SUCCESS;
+    }
+    // `semfoam help COMMAND [options]` is `semfoam COMMAND [options] -h`.
+    const CommandEntry* const command = FindCommand(argv[2]);
+    if (command == nullptr) return UnknownCommand(argv[2]);
+    std::string help = "-h";
+    std::vector<char*> arguments(argv + 2, argv + argc);
+    arguments.push_back(help.data());
+    return RunCommand(command->run, static_cast<int>(arguments.size()), arguments.data());
   }
-  return PrintError("Command `" + name +
-                    "` not recognized. To list the available commands, run `semfoam help`.");
+  const CommandEntry* const command = FindCommand(name);
+  if (command == nullptr) return UnknownCommand(name);
+  return RunCommand(command->run, argc - 1, argv + 1);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "tools/cli/logging.h"
 
 #include "export/scene/names.h"
+#include "tools/support/progress.h"
 
 #include <cstdio>
 #include <string>
@@ -23,9 +24,10 @@ class PlainLines : public google::LogSink {
             size_t length) override {
     // glog itself reports the fatal ones, with a stack trace.
     if (severity >= google::GLOG_FATAL) return;
+    const bool erases_line = is_terminal_ || CurrentProgressStyle() == ProgressStyle::kBar;
     std::fprintf(stderr,
                  "%s%s%s\n",
-                 is_terminal_ ? "\r\x1b[K" : "",
+                 erases_line ? "\r\x1b[K" : "",
                  severity >= google::GLOG_WARNING ? "WARNING: " : "",
                  OneLine(std::string(message, length)).c_str());
   }

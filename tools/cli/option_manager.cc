@@ -7,10 +7,12 @@
 #include "foam/util/number_text.h"
 #include "foam/util/parallel.h"
 #include "tools/cli/logging.h"
+#include "tools/cli/suggestion.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <set>
 #include <sstream>
 
 #include <boost/program_options.hpp>
@@ -59,14 +61,58 @@ std::string Trim(const std::string& text) {
 // required are ours, the same for command line and file.
 po::options_description Describe(const std::vector<std::string>& names) {
   po::options_description description;
-  description.add_options()("help,h", "");
+  description.add_options()("help,h", "")("help_all", "");
   for (const std::string& name : names) {
     description.add_options()(name.c_str(), po::value<std::string>(), "");
   }
   return description;
 }
 
+// Where Parse puts the description instead of running; null outside of DescribeCommand.
+thread_local CommandDescription* requested_description = nullptr;
+
+std::string GroupOf(const std::string& name) {
+  const size_t dot = name.find('.');
+  return dot == std::string::npos ? "" : name.substr(0, dot);
+}
+
+std::string WithoutItsGroup(const std::string& name) {
+  const size_t dot = name.find('.');
+  return dot == std::string::npos ? name : name.substr(dot + 1);
+}
+
+// Adds the line of an option to a list of help.
+void Describe(const OptionDescription& option, po::options_description* list) {
+  std::string help = option.required ? "(required) " : "";
+  if (!option.choices.empty()) help.append("{").append(Join(option.choices, ", ")).append("} ");
+  help += option.help;
+  for (const std::string& name : option.short_names) {
+    // The others are told of in one sentence.
+    if (name != WithoutItsGroup(option.name)) help.append("; --").append(name + " is the same");
+  }
+  auto* value = po::value<std::string>();
+  const bool names_default = !option.required && !option.default_text.empty();
+  value->value_name(names_default ? "arg (=" + option.default_text + ")" : "arg");
+  list->add_options()(option.name.c_str(), value, help.c_str());
+}
+
+po::options_description List(const std::string& title) {
+  constexpr int kColumns = 100;
+  constexpr int kColumnsOfHelp = 40;
+  return po::options_description(title, kColumns, kColumnsOfHelp);
+}
+
 }  // namespace
+
+CommandDescription DescribeCommand(void (*run)(int argc, char** argv), const std::string& name) {
+  CommandDescription description;
+  requested_description = &description;
+  std::string argument = name;
+  char* argv[] = {argument.data(), nullptr};
+  run(1, argv);
+  CHECK(requested_description == nullptr) << name;
+  return description;
+}
 
 OptionManager::OptionManager(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
@@ -76,6 +122,8 @@ OptionManager::OptionManager(std::string command, std::string summary)
   AddDefaultOption("num_threads", &num_threads_, "-1 = all cores; changes no result");
   AddDefaultOption("log_to_stderr", &log_to_stderr_, "0 = only warnings and errors");
   AddDefaultOption("log_level", &log_level_, "verbosity of the log, as glog's v");
+  num_general_ = options_.size();
+  for (Option& option : options_) option.frequent = false;
 }
 
 void OptionManager::AddDeviceOption() {
@@ -97,29 +145,83 @@ OptionManager::Option* OptionManager::Find(const std::string& name) {
   return found == options_.end() ? nullptr : &*found;
 }
 
+const OptionManager::Option* OptionManager::Find(const std::string& name) const {
+  return const_cast<OptionManager*>(this)->Find(name);
+}
+
 void OptionManager::AddShortName(const std::string& short_name, const std::string& name) {
-  CHECK(Find(short_name) == nullptr && FullName(short_name) == short_name) << short_name;
+  CHECK(Find(short_name) == nullptr) << short_name;
   Option* const option = Find(name);
   CHECK(option != nullptr) << name;
   option->short_name = short_name;
 }
 
-std::string OptionManager::FullName(const std::string& name) const {
-  const auto found = std::find_if(options_.begin(), options_.end(), [&](const Option& o) {
-    return !name.empty() && o.short_name == name;
-  });
-  return found == options_.end() ? name : found->name;
+void OptionManager::SetFrequentOptions(const std::vector<std::string>& names) {
+  for (Option& option : options_) option.frequent = option.required;
+  for (const std::string& name : names) {
+    Option* const option = Find(name);
+    CHECK(option != nullptr) << name;
+    option->frequent = true;
+  }
+}
+
+std::vector<std::string> OptionManager::WithoutGroup(const std::string& name) const {
+  std::vector<std::string> meant;
+  for (const Option& option : options_) {
+    if (!GroupOf(option.name).empty() && WithoutItsGroup(option.name) == name) {
+      meant.push_back(option.name);
+    }
+  }
+  return meant;
+}
+
+std::string OptionManager::FullName(const std::string& where, const std::string& name) const {
+  if (name.empty() || Find(name) != nullptr) return name;
+  for (const Option& option : options_) {
+    if (option.short_name == name) return option.name;
+  }
+  const std::vector<std::string> meant = WithoutGroup(name);
+  if (meant.size() > 1) {
+    throw UserError(where,
+                    " the option '--",
+                    name,
+                    "' may mean '--",
+                    Join(meant, "' or '--"),
+                    "'; give the name with its group.");
+  }
+  return meant.empty() ? name : meant.front();
+}
+
+std::string OptionManager::Suggestion(const std::string& misspelt) const {
+  // Names of the command's own options first, and those without groups before those with.
+  std::vector<std::string> names = {"help", "help_all"};
+  std::map<std::string, std::string> full_names = {{"help", "help"}, {"help_all", "help_all"}};
+  for (const Option& option : options_) {
+    names.push_back(option.name);
+    full_names[option.name] = option.name;
+    if (!option.short_name.empty()) {
+      names.push_back(option.short_name);
+      full_names[option.short_name] = option.name;
+    }
+  }
+  for (const Option& option : options_) {
+    if (const std::string name = WithoutItsGroup(option.name); full_names.count(name) == 0) {
+      names.push_back(name);
+      full_names[name] = option.name;
+    }
+  }
+  const std::string nearest = NearestName(misspelt, names);
+  return nearest.empty() ? "" : "; is '--" + full_names[nearest] + "' meant?";
 }
 
 bool OptionManager::IsGiven(const std::string& name) const {
-  return std::any_of(
-      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name && o.given; });
+  const Option* const option = Find(name);
+  return option != nullptr && option->given;
 }
 
 bool OptionManager::IsChosen(const std::string& name) const {
-  const auto option = std::find_if(
-      options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
-  CHECK(option != options_.end()) << name;
+  const Option* const option = Find(name);
+  CHECK(option != nullptr) << name;
   return option->given && option->format() != option->default_text;
 }
 
@@ -151,13 +253,14 @@ std::map<std::string, std::string> OptionManager::GroupValues(const std::string&
 
 std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
                                                                   const char* const* argv) const {
-  std::vector<std::string> names;
+  std::set<std::string> names;
   for (const Option& option : options_) {
-    names.push_back(option.name);
-    if (!option.short_name.empty()) names.push_back(option.short_name);
+    names.insert(option.name);
+    names.insert(WithoutItsGroup(option.name));
+    if (!option.short_name.empty()) names.insert(option.short_name);
   }
-  const po::options_description description = Describe(names);
-  // No guessing: an option that is short for another today is short for two tomorrow.
+  const po::options_description description = Describe({names.begin(), names.end()});
+  // No guessing from a beginning: what begins one option today begins two tomorrow.
   const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
   std::map<std::string, std::string> values;
   try {
@@ -177,12 +280,19 @@ std::map<std::string, std::string> OptionManager::ReadCommandLine(int argc,
                         option.string_key,
                         "' is missing.");
       }
-      if (!values.emplace(FullName(option.string_key), value).second) {
+      const std::string name = FullName("Failed to parse options -", option.string_key);
+      if (!values.emplace(name, value).second) {
         throw UserError("Failed to parse options - the option '--",
                         option.string_key,
                         "' is given more than once; give it once.");
       }
     }
+  } catch (const po::unknown_option& error) {
+    std::string name = error.get_option_name();
+    name.erase(0, std::min(name.find_first_not_of('-'), name.size()));
+    std::string end = Suggestion(name);
+    if (end.empty()) end = ".";
+    throw UserError("Failed to parse options - unrecognised option '--", Shortened(name), "'", end);
   } catch (const po::error& error) {
     throw UserError("Failed to parse options - ", error.what(), ".");
   }
@@ -216,7 +326,8 @@ std::map<std::string, std::string> OptionManager::ReadProjectFile(const std::str
                       "'#' or ';'.");
     }
     const std::string name = group + Trim(line.substr(0, equals));
-    if (!values.emplace(FullName(name), Trim(line.substr(equals + 1))).second) {
+    const std::string full_name = FullName(path + ":", name);
+    if (!values.emplace(full_name, Trim(line.substr(equals + 1))).second) {
       throw UserError(
           path, ": gives the option '", Shortened(name), "' more than once; give it once.");
     }
@@ -229,14 +340,15 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
                           const std::string& project_path) {
   for (const auto& [name, value] : from_file) {
     if (Find(name) == nullptr || name == "project_path") {
-      throw UserError(project_path,
-                      ": holds the option '",
-                      Shortened(name),
-                      "', which the command ",
-                      command_,
-                      " does not have; `semfoam ",
-                      command_,
-                      " -h` lists those it has.");
+      const std::string meant = Find(name) == nullptr ? Suggestion(name) : "";
+      throw UserError(
+          project_path,
+          ": holds the option '",
+          Shortened(name),
+          "', which the command ",
+          command_,
+          " does not have",
+          !meant.empty() ? meant : "; `semfoam " + command_ + " --help_all` lists those it has.");
     }
   }
   for (Option& option : options_) {
@@ -290,11 +402,62 @@ std::string OptionManager::CommandLineWith(const std::string& program,
   return Join(words, " ");
 }
 
+void OptionManager::TakeChoices(const std::map<std::string, std::string>& from_command_line) {
+  for (Option& option : options_) {
+    const auto given = from_command_line.find(option.name);
+    if (option.choices.empty() || given == from_command_line.end()) continue;
+    if (std::count(option.choices.begin(), option.choices.end(), given->second) == 0) continue;
+    option.parse(given->second);
+    if (option.then) option.then();
+  }
+}
+
+std::vector<PresetDescription> OptionManager::FindPresets() {
+  const auto texts = [this] {
+    std::vector<std::string> all;
+    for (const Option& option : options_) all.push_back(option.format());
+    return all;
+  };
+  std::vector<PresetDescription> presets;
+  for (Option& option : options_) {
+    if (option.choices.empty() || !option.then) continue;
+    PresetDescription preset{option.name, option.format(), option.choices, {}, {}};
+    std::vector<std::vector<std::string>> values;
+    for (const std::string& choice : option.choices) {
+      option.parse(choice);
+      option.then();
+      values.push_back(texts());
+      preset.values.emplace_back();
+    }
+    option.parse(preset.value);
+    option.then();
+    for (size_t i = 0; i < options_.size(); ++i) {
+      const bool depends = std::any_of(values.begin(), values.end(), [&](const auto& of_choice) {
+        return of_choice[i] != values.front()[i];
+      });
+      if (&options_[i] == &option || !depends) continue;
+      preset.options.push_back(options_[i].name);
+      for (size_t k = 0; k < values.size(); ++k) preset.values[k].push_back(values[k][i]);
+    }
+    if (!preset.options.empty()) presets.push_back(std::move(preset));
+  }
+  return presets;
+}
+
 bool OptionManager::Parse(int argc, const char* const* argv) {
+  if (requested_description != nullptr) {
+    presets_ = FindPresets();
+    *requested_description = Description();
+    requested_description = nullptr;
+    return false;
+  }
   arguments_.assign(argv, argv + argc);
   const std::map<std::string, std::string> from_command_line = ReadCommandLine(argc, argv);
-  if (from_command_line.count("help") != 0) {
-    std::cout << Help() << std::flush;
+  const bool help_all = from_command_line.count("help_all") != 0;
+  if (help_all || from_command_line.count("help") != 0) {
+    TakeChoices(from_command_line);
+    presets_ = FindPresets();
+    std::cout << Help(help_all) << std::flush;
     return false;
   }
   std::map<std::string, std::string> from_file;
@@ -317,24 +480,80 @@ bool OptionManager::Parse(int argc, const char* const* argv) {
   return true;
 }
 
-std::string OptionManager::Help() const {
-  po::options_description description("Options", 100, 40);
-  description.add_options()("help,h", "lists the options");
-  for (const Option& option : options_) {
-    std::string help = option.required ? "(required) " : "";
-    if (!option.choices.empty()) help.append("{").append(Join(option.choices, ", ")).append("} ");
-    help += option.help;
-    auto* value = po::value<std::string>();
-    const bool names_default = !option.required && !option.default_text.empty();
-    value->value_name(names_default ? "arg (=" + option.default_text + ")" : "arg");
-    if (!option.short_name.empty()) help.append("; --").append(option.short_name + " is the same");
-    description.add_options()(option.name.c_str(), value, help.c_str());
+CommandDescription OptionManager::Description() const {
+  CommandDescription description{command_, summary_, {}, presets_};
+  for (size_t i = 0; i < options_.size(); ++i) {
+    const Option& option = options_[i];
+    OptionDescription described;
+    described.name = option.name;
+    if (!option.short_name.empty()) described.short_names.push_back(option.short_name);
+    described.group = GroupOf(option.name);
+    const std::string without = WithoutItsGroup(option.name);
+    if (!described.group.empty() && Find(without) == nullptr && WithoutGroup(without).size() == 1) {
+      described.short_names.push_back(without);
+    }
+    described.help = option.help;
+    described.choices = option.choices;
+    described.expected = option.expected;
+    described.default_text = option.format();
+    described.required = option.required;
+    described.frequent = option.frequent;
+    described.general = i < num_general_;
+    description.options.push_back(std::move(described));
   }
+  return description;
+}
+
+std::string OptionManager::Help(bool all) const {
+  const CommandDescription description = Description();
   std::ostringstream text;
-  text << "semfoam " << command_ << ": " << summary_ << "\n\n"
-       << "Options can either be given on the command line or in an .ini file that --project_path "
-          "names.\n\n"
-       << description;
+  text << "semfoam " << command_ << ": " << summary_ << "\n\n";
+  po::options_description own = List("Options");
+  own.add_options()("help,h", "lists the options that are used most");
+  own.add_options()("help_all", "lists all options");
+  // Groups in the order of their first options.
+  std::vector<std::string> groups;
+  std::map<std::string, po::options_description> lists;
+  po::options_description general = List("Options of every command");
+  size_t num_hidden = 0;
+  std::string in_group;
+  for (const OptionDescription& option : description.options) {
+    if (in_group.empty() && !option.group.empty() && !option.short_names.empty()) {
+      in_group = option.name;
+    }
+    if (!all && !option.frequent) {
+      ++num_hidden;
+    } else if (option.general) {
+      Describe(option, &general);
+    } else if (!all || option.group.empty()) {
+      Describe(option, &own);
+    } else {
+      const auto [list, is_new] =
+          lists.try_emplace(option.group, List("Options of " + option.group));
+      if (is_new) groups.push_back(option.group);
+      Describe(option, &list->second);
+    }
+  }
+  text << own;
+  for (const std::string& group : groups) text << "\n" << lists.at(group);
+  if (!general.options().empty()) text << "\n" << general;
+  for (const PresetDescription& preset : presets_) {
+    text << "\n--" << preset.name << " " << preset.value << " presets:\n";
+    for (const std::string& name : preset.options) {
+      text << "  --" << name << " " << Find(name)->format() << "\n";
+    }
+  }
+  text << "\n";
+  if (num_hidden > 0) {
+    text << num_hidden << " more options: semfoam " << command_ << " --help_all\n";
+  }
+  if (!in_group.empty()) {
+    text << "A group may be left out where one option alone can be meant: --"
+         << WithoutItsGroup(in_group) << " for --" << in_group << ".\n";
+  }
+  text
+      << "Numbers may be written as 300e3, 1.5k or 20M. Options can either be given on the command "
+         "line or in an\n.ini file that --project_path names.\n";
   return text.str();
 }
 

@@ -3,6 +3,7 @@
 
 #include "foam/device/device.h"
 #include "foam/util/parallel.h"
+#include "tools/cli/command_description.h"
 #include "tools/support/value_text.h"
 
 #include <cstdint>
@@ -17,8 +18,10 @@ namespace semfoam {
 
 // The options of one command, spelled as COLMAP spells them: `--input_path sparse/0`,
 // `--Group.option value`, booleans with a value (0, 1, true, false), `--project_path x.ini` for the
-// same options in a file (top keys first, then [Group] sections), -h for help. An option on the
-// command line wins over the file's.
+// same options in a file (top keys first, then [Group] sections), -h for the options that people
+// use most and --help_all for all. An option on the command line wins over the file's. The group
+// may be left out where that is unambiguous: `--num_rays` for `--FoamTraining.num_rays`. Numbers
+// may be written as ParseWrittenValue reads them: 300e3, 20M.
 //
 //   OptionManager options("mesh_exporter", "Writes every object's surface.");
 //   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
@@ -56,15 +59,20 @@ class OptionManager {
   // Adds the option device, for commands that train or render; Parse calls Device::Find.
   void AddDeviceOption();
 
-  // Adds another spelling of an existing option (CHECK): `--voxel_size` for
-  // `--VolumeExport.voxel_size`. Both in one place count as the same option given twice.
+  // Adds another spelling of an existing option (CHECK). Both in one place count as the same option
+  // given twice.
   void AddShortName(const std::string& short_name, const std::string& name);
+
+  // Sets the options, besides the required ones, that -h lists; --help_all lists the others, too.
+  // They must exist (CHECK). Without a call, -h lists all options that the command has added.
+  void SetFrequentOptions(const std::vector<std::string>& names);
 
   // Reads the command line (argv[0] is the command's name and skipped) and the project file that it
   // names, sets all values, and applies the common options: the log and, while this object exists,
-  // the number of threads. Returns false after printing help to stdout, if requested. Throws
-  // UserError, one sentence in COLMAP's words, on an unknown, missing or repeated option and on a
-  // bad value.
+  // the number of threads. Returns false after printing help to stdout, if requested, or when
+  // called within DescribeCommand. Throws UserError, one sentence in COLMAP's words, on an unknown,
+  // ambiguous, missing or repeated option, with the nearest name for a misspelt one, and on a bad
+  // value.
   bool Parse(int argc, const char* const* argv);
 
   // Returns the values of all options of a group, by their names without the group, as text that
@@ -88,7 +96,11 @@ class OptionManager {
                               const std::string& name,
                               const std::string& value) const;
 
-  std::string Help() const;
+  // Returns the text of -h, or, with `all`, of --help_all: defaults are those of the present
+  // values.
+  std::string Help(bool all = false) const;
+
+  CommandDescription Description() const;
 
   // Returns the seed given by the user; 0 by default.
   uint64_t RandomSeed() const { return random_seed_; }
@@ -111,6 +123,7 @@ class OptionManager {
     std::string expected;
     std::function<void()> then;
     std::string default_text;
+    bool frequent = true;
     bool given = false;
   };
 
@@ -123,11 +136,21 @@ class OptionManager {
            const std::function<void()>& then);
   void AddOption(Option option);
   Option* Find(const std::string& name);
+  const Option* Find(const std::string& name) const;
   // Returns whether the user gave this option, which must exist (CHECK), a value other than its
   // default.
   bool IsChosen(const std::string& name) const;
-  // Returns the option's name for either of its two spellings; an unknown one unchanged.
-  std::string FullName(const std::string& name) const;
+  // Returns the names of the options that `name` spells without their group.
+  std::vector<std::string> WithoutGroup(const std::string& name) const;
+  // Returns the option's name for any of its spellings; an unknown one unchanged. Throws UserError
+  // where it may mean several; `where` begins the sentence.
+  std::string FullName(const std::string& where, const std::string& name) const;
+  // Returns "; is '--name' meant?" for a misspelt name, "" where none is near.
+  std::string Suggestion(const std::string& misspelt) const;
+  // Sets the values of the choices given on the command line, for help on them.
+  void TakeChoices(const std::map<std::string, std::string>& from_command_line);
+  // Finds options whose values another one presets, by trying all choices.
+  std::vector<PresetDescription> FindPresets();
   std::map<std::string, std::string> ReadCommandLine(int argc, const char* const* argv) const;
   std::map<std::string, std::string> ReadProjectFile(const std::string& path) const;
   void Apply(const std::map<std::string, std::string>& from_file,
@@ -137,6 +160,10 @@ class OptionManager {
   std::string command_;
   std::string summary_;
   std::vector<Option> options_;
+  // Number of options of every command: the first of options_.
+  size_t num_general_ = 0;
+  // For help.
+  std::vector<PresetDescription> presets_;
   // The command line, beginning with the command's name.
   std::vector<std::string> arguments_;
   std::string project_path_;
@@ -162,7 +189,7 @@ void OptionManager::Add(const std::string& name,
   option.help = help;
   option.required = required;
   option.choices = choices;
-  option.parse = [value](const std::string& text) { return ParseValue(text, value); };
+  option.parse = [value](const std::string& text) { return ParseWrittenValue(text, value); };
   option.format = [value] { return FormatValue(*value); };
   option.expected = std::is_same_v<T, bool>       ? "0, 1, true or false"
                     : std::is_unsigned_v<T>       ? "an integer that is not negative"

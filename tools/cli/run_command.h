@@ -15,6 +15,12 @@ std::string ErrorSentence(const UserError& error);
 // files and of labels could contain. Returns the exit code 1.
 int PrintError(const std::string& sentence);
 
+// What the exit codes of the program mean, for help and manuals.
+inline constexpr char kExitCodes[] =
+    "0 = done; 1 = an error, told in one sentence on stderr; 128 + N = stopped by signal N (130 "
+    "for "
+    "Ctrl-C, 143 for SIGTERM), after a checkpoint where the command writes them.";
+
 // Runs a command as a whole program: handles signals, prints exceptions as one sentence, and checks
 // that all output was written. Returns the exit code: 0, 1 after an error, 128 + the signal's
 // number after an interruption (130 for Ctrl-C, 143 for SIGTERM).

@@ -336,6 +336,8 @@ void AddOptions(OptionManager* options, ProfilerOptions* profiler) {
                             &profiler->budget,
                             "seconds for the study; without --quality they also size its base");
   AddTrainingRunOptions(options, &profiler->training);
+  options->SetFrequentOptions(
+      {"workspace_path", "budget", "quality", "test_every", "mask_path", "run_paths", "names"});
 }
 
 // Throws UserError where the options of a study are out of range.

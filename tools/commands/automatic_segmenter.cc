@@ -41,6 +41,17 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   options.AddDefaultOption("report",
                            &writes_report,
                            "also report.html, the foam and its figures in one page for a browser");
+  options.SetFrequentOptions({"quality",
+                              "FoamTraining.time_budget",
+                              "test_every",
+                              "mask_path",
+                              "labels",
+                              "formats",
+                              "up_axis",
+                              "resume",
+                              "overwrite",
+                              "progress",
+                              "num_threads"});
   if (!options.Parse(argc, argv)) return;
   RequireValid(segmenter.volume);
   RequireValid(segmenter.surface);

@@ -1,7 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+#include <string>
+
 namespace semfoam {
+
+// A command of the program: its name, what it does in a few words for the list of `semfoam help`,
+// and the function that runs it.
+struct CommandEntry {
+  const char* name;
+  const char* summary;
+  void (*run)(int argc, char** argv);
+};
+
+// Returns all commands, in the order of `semfoam help`.
+std::span<const CommandEntry> Commands();
+
+// Returns the command of that name; null where there is none.
+const CommandEntry* FindCommand(const std::string& name);
 
 // The commands of the program, each in commands/<name>.cc. argv[0] is the command's name. They
 // throw UserError for errors that the user can correct.

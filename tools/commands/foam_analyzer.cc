@@ -6,6 +6,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/label_names.h"
+#include "tools/options/json_option.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +14,12 @@
 #include <set>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 namespace semfoam {
 namespace {
+
+using nlohmann::ordered_json;
 
 std::string Plural(size_t count, const std::string& one, const std::string& many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
@@ -113,16 +118,76 @@ void PrintObjects(const ExportableScene& scene) {
   }
 }
 
+ordered_json ToJson(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+ordered_json ToJson(const Model& model) {
+  const Foam& foam = model.foam;
+  const Similarity& similarity = model.world_from_normalized;
+  ordered_json json = {{"version", 1},
+                       {"sites", foam.NumSites()},
+                       {"sh_degree", foam.sh_degree},
+                       {"classes", foam.num_classes}};
+  json["frame"] = {{"scale", similarity.scale}, {"translation", ToJson(similarity.translation)}};
+  json["photos"] = ordered_json::array();
+  for (const PhotoRecord& photo : model.photos) {
+    json["photos"].push_back({{"name", photo.name},
+                              {"camera_model", photo.camera_model},
+                              {"width", photo.width},
+                              {"height", photo.height},
+                              {"held_out", photo.held_out}});
+  }
+  return json;
+}
+
+// Lengths, areas and volumes are those of the COLMAP model.
+ordered_json ToJson(const ExportableScene& scene) {
+  ordered_json json = {{"objects", ordered_json::array()},
+                       {"labels_left_out", ordered_json::array()},
+                       {"labels_without_cells", ordered_json::array()}};
+  for (const ObjectInfo& object : scene.objects) {
+    json["objects"].push_back(
+        {{"id", Value(object.id)},
+         {"name", object.name},
+         {"cells", object.cells.size()},
+         {"components", object.components},
+         {"cavities", object.cavities},
+         {"genus", object.genus},
+         {"volume", object.volume},
+         {"area", object.area},
+         {"confidence", object.confidence},
+         {"photos", object.photos.size()},
+         {"centroid", ToJson(object.centroid)},
+         {"bounding_box", {ToJson(object.bounding_box.min()), ToJson(object.bounding_box.max())}}});
+  }
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    json["labels_left_out"].push_back(
+        {{"id", Value(label.id)}, {"name", label.name}, {"cells", label.left_out.cells}});
+  }
+  for (const Label& label : scene.labels_without_cells) {
+    json["labels_without_cells"].push_back({{"id", Value(label.id)}, {"name", label.name}});
+  }
+  return json;
+}
+
 }  // namespace
 
 void RunFoamAnalyzer(int argc, char** argv) {
   std::string foam_path;
+  bool json = false;
   OptionManager options("foam_analyzer",
                         "Says what is in a foam: sites, frame, photos, objects, options.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
+  AddJsonOption(&options, &json);
   if (!options.Parse(argc, argv)) return;
 
   const Model model = ReadNamedModel(foam_path);
+  if (json) {
+    ordered_json document = ToJson(model);
+    document.update(ToJson(PrepareExport(model, foam_path)));
+    document["options"] = model.options;
+    PrintJson(document);
+    return;
+  }
   PrintModel(model);
   PrintPhotos(model.photos);
   PrintObjects(PrepareExport(model, foam_path));

@@ -10,6 +10,7 @@
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
 #include "tools/options/enum_option.h"
+#include "tools/options/json_option.h"
 #include "tools/options/pixel_sampling.h"
 #include "tools/support/output_lock.h"
 
@@ -155,6 +156,7 @@ struct EvaluatorOptions {
   std::string foam_path;
   std::string image_path;
   std::string truth_path;
+  bool json = false;
   std::string json_path;
   std::string maps_path;
   ExposureFit fit_exposure = ExposureFit::kAuto;
@@ -178,6 +180,7 @@ void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
       "colour: fit each photo's exposure on its left half and score the right one; auto = where "
       "the foam was trained with exposure on");
   AddSupersampleOption(options, &evaluator->supersample);
+  AddJsonOption(options, &evaluator->json);
   options->AddDefaultOption(
       "json_path", &evaluator->json_path, "also write the scores to this file");
   options->AddDefaultOption(
@@ -208,8 +211,14 @@ void RunFoamEvaluator(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
 
   CheckSupersample(evaluator.supersample);
-  const auto& [foam_path, image_path, truth_path, json_path, maps_path, fit_exposure, supersample] =
-      evaluator;
+  const auto& [foam_path,
+               image_path,
+               truth_path,
+               json,
+               json_path,
+               maps_path,
+               fit_exposure,
+               supersample] = evaluator;
   std::optional<OutputLock> lock;
   if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
@@ -236,7 +245,11 @@ void RunFoamEvaluator(int argc, char** argv) {
                     "train with --test_every 8.");
   }
   for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
-  Print(scores);
+  if (json) {
+    PrintJson(ToJson(scores));
+  } else {
+    Print(scores);
+  }
   if (!json_path.empty()) WriteTextFile(json_path, ToJson(scores).dump(1) + "\n");
 }
 

@@ -27,6 +27,16 @@ void RunFoamTrainer(int argc, char** argv) {
       "folder for scene.foam, effects.json, labels.json, training_log.csv and its plot");
   AddTrainingRunOptions(&options, &training);
   AddCheckpointOptions(&options, &checkpoints);
+  options.SetFrequentOptions({"mask_path",
+                              "quality",
+                              "FoamTraining.num_rays",
+                              "FoamTraining.final_sites",
+                              "FoamTraining.time_budget",
+                              "test_every",
+                              "resume",
+                              "overwrite",
+                              "progress",
+                              "num_threads"});
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, {}, &training);
   RequireSeedCloudIsKept(training, output_path);

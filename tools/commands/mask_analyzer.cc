@@ -8,6 +8,7 @@
 #include "tools/commands/commands.h"
 #include "tools/images/contact_sheet.h"
 #include "tools/masks/mask_analysis.h"
+#include "tools/options/json_option.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
 
@@ -125,9 +126,8 @@ void RunMaskAnalyzer(int argc, char** argv) {
                            &output_path,
                            "folder for masks.json, the whole report, and contact_sheet_1.png, ..., "
                            "the photos under their masks; by default none");
-  options.AddDefaultOption("json", &json, "1 = print the whole report as JSON, not as text");
+  AddJsonOption(&options, &json);
   AddMaskReadingOptions(&options, &masks);
-  options.AddShortName("label_zero", "FoamTraining.label_zero");
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);

@@ -9,6 +9,7 @@
 #include "tools/commands/commands.h"
 #include "tools/evaluation/mesh_score.h"
 #include "tools/options/enum_option.h"
+#include "tools/options/json_option.h"
 
 #include <charconv>
 #include <cmath>
@@ -147,6 +148,8 @@ struct EvaluatorOptions {
   std::string visible_path;
   std::string tolerances = "0.01,0.02";
   Nearest nearest = Nearest::kSamples;
+  // "0", "1" or a path.
+  std::string json = "0";
   std::string json_path;
   ExportTransformOptions frame;
 };
@@ -178,7 +181,10 @@ void AddOptions(OptionManager* options, EvaluatorOptions* evaluator) {
                             "the 12 or 16 numbers of its matrix, row by row");
   options->AddDefaultOption(
       "json_path", &evaluator->json_path, "also write the scores to this file");
-  options->AddShortName("json", "json_path");
+  options->AddDefaultOption("json",
+                            &evaluator->json,
+                            "1 = print the scores as JSON, not as a table; a path: the same as "
+                            "--json_path");
 }
 
 // Scores one pair of files; zeros where there is no mesh. `transform` leads from the frame of the
@@ -218,6 +224,16 @@ void RunMeshEvaluator(int argc, char** argv) {
   const std::vector<double> tolerances = ParseTolerances(evaluator.tolerances);
   const ExportTransform transform = ParseExportTransform(evaluator.frame);
 
+  bool prints_json = false;
+  if (!ParseValue(evaluator.json, &prints_json)) {
+    if (!evaluator.json_path.empty()) {
+      throw UserError(
+          "Failed to parse options - the option '--json_path' is given more than once; "
+          "give it once.");
+    }
+    evaluator.json_path = evaluator.json;
+  }
+
   const std::vector<MeshPair> meshes =
       PairMeshes(evaluator.mesh_path, evaluator.reference_path, evaluator.visible_path);
   if (!evaluator.json_path.empty()) RequireRoomForJson(evaluator.json_path, meshes);
@@ -225,7 +241,11 @@ void RunMeshEvaluator(int argc, char** argv) {
   for (const MeshPair& files : meshes) {
     pairs.push_back(ScorePair(files, transform, tolerances, evaluator.nearest));
   }
-  Print(pairs, tolerances);
+  if (prints_json) {
+    PrintJson(ToJson(pairs, tolerances));
+  } else {
+    Print(pairs, tolerances);
+  }
   if (!evaluator.json_path.empty()) {
     WriteTextFile(evaluator.json_path, ToJson(pairs, tolerances).dump(1) + "\n");
   }

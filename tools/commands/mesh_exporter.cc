@@ -35,8 +35,16 @@ void RunMeshExporter(int argc, char** argv) {
   AddLabelOptions(&options, &choice);
   AddComponentOptions(&options, &components);
   AddMeshExportOptions(&options, &surface);
-  AddMeshShortNames(&options);
   AddFrameOptions(&options, &frame);
+  options.SetFrequentOptions({"labels",
+                              "exclude_labels",
+                              "formats",
+                              "MeshExport.method",
+                              "MeshExport.target_faces",
+                              "keep_fragments",
+                              "up_axis",
+                              "scale",
+                              "units"});
   if (!options.Parse(argc, argv)) return;
   RequireValid(surface);
   const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);

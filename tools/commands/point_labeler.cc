@@ -8,6 +8,7 @@
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
 #include "tools/masks/point_label_files.h"
+#include "tools/options/json_option.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
 
@@ -20,11 +21,13 @@
 #include <vector>
 
 #include <glog/logging.h>
+#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 constexpr const char* kPointsFile = "points.ply";
 constexpr const char* kLabelsFile = "points_labels.json";
@@ -58,18 +61,42 @@ void RequireRoomForFiles(const fs::path& output_path,
   }
 }
 
-void PrintLabels(const std::vector<PointLabel>& points, const std::vector<Label>& labels) {
-  std::vector<int64_t> count(labels.size());
-  std::vector<double> confidence(labels.size());
+// Numbers of points, and sums of their confidences.
+struct LabelCounts {
+  // [labels]
+  std::vector<int64_t> points;
+  std::vector<double> confidence;
   int64_t unlabelled = 0;
+};
+
+LabelCounts Count(const std::vector<PointLabel>& points, size_t num_labels) {
+  LabelCounts counts{std::vector<int64_t>(num_labels), std::vector<double>(num_labels), 0};
   for (const PointLabel& point : points) {
     if (point.class_index == kUnlabelled) {
-      ++unlabelled;
+      ++counts.unlabelled;
       continue;
     }
-    ++count[Value(point.class_index)];
-    confidence[Value(point.class_index)] += point.confidence;
+    ++counts.points[Value(point.class_index)];
+    counts.confidence[Value(point.class_index)] += point.confidence;
   }
+  return counts;
+}
+
+ordered_json ToJson(const LabelCounts& counts, const std::vector<Label>& labels) {
+  ordered_json json = {{"version", 1}, {"labels", ordered_json::array()}};
+  for (size_t k = 0; k < labels.size(); ++k) {
+    ordered_json label = {
+        {"id", Value(labels[k].id)}, {"name", labels[k].name}, {"points", counts.points[k]}};
+    if (counts.points[k] > 0) {
+      label["confidence"] = counts.confidence[k] / static_cast<double>(counts.points[k]);
+    }
+    json["labels"].push_back(std::move(label));
+  }
+  json["unlabelled_points"] = counts.unlabelled;
+  return json;
+}
+
+void PrintLabels(const LabelCounts& counts, const std::vector<Label>& labels) {
   std::printf("  %5s  %-20s %9s %10s\n", "id", "name", "points", "confidence");
   for (size_t k = 0; k < labels.size(); ++k) {
     const std::string name =
@@ -77,11 +104,14 @@ void PrintLabels(const std::vector<PointLabel>& points, const std::vector<Label>
     std::printf("  %5d  %-20s %9lld",
                 Value(labels[k].id),
                 OneLine(name).c_str(),
-                static_cast<long long>(count[k]));
-    if (count[k] > 0) std::printf(" %10.3f", confidence[k] / static_cast<double>(count[k]));
+                static_cast<long long>(counts.points[k]));
+    if (counts.points[k] > 0) {
+      std::printf(" %10.3f", counts.confidence[k] / static_cast<double>(counts.points[k]));
+    }
     std::printf("\n");
   }
-  std::printf("  %5s  %-20s %9lld\n", "", "(no mask tells)", static_cast<long long>(unlabelled));
+  std::printf(
+      "  %5s  %-20s %9lld\n", "", "(no mask tells)", static_cast<long long>(counts.unlabelled));
 }
 
 // Reads the model. Throws UserError where it has no registered image.
@@ -132,6 +162,7 @@ void RunPointLabeler(int argc, char** argv) {
   std::string workspace_path;
   std::string input_path;
   std::string output_path;
+  bool json = false;
   MaskOptions masks;
   OptionManager options(
       "point_labeler",
@@ -147,7 +178,7 @@ void RunPointLabeler(int argc, char** argv) {
   options.AddRequiredOption("output_path", &output_path, "folder for what is written");
   AddMaskPathOptions(&options, &masks);
   AddMaskReadingOptions(&options, &masks);
-  options.AddShortName("label_zero", "FoamTraining.label_zero");
+  AddJsonOption(&options, &json);
   if (!options.Parse(argc, argv)) return;
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/true);
@@ -169,7 +200,12 @@ void RunPointLabeler(int argc, char** argv) {
   WriteReconstruction(folder, ColoredByLabel(model, points, labels), format);
   WritePointsPly(folder / kPointsFile, model, points, labels);
   WritePointLabelsJson(folder / kLabelsFile, model, photos, points, labels);
-  PrintLabels(points, labels);
+  const LabelCounts counts = Count(points, labels.size());
+  if (json) {
+    PrintJson(ToJson(counts, labels));
+  } else {
+    PrintLabels(counts, labels);
+  }
 }
 
 }  // namespace semfoam

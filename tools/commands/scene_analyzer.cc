@@ -3,6 +3,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/training_run.h"
+#include "tools/options/json_option.h"
 #include "tools/options/training_run_options.h"
 #include "tools/support/output_lock.h"
 
@@ -14,6 +15,7 @@ namespace semfoam {
 
 void RunSceneAnalyzer(int argc, char** argv) {
   std::string output_path;
+  bool json = false;
   TrainingRunOptions training;
   OptionManager options("scene_analyzer",
                         "Says which effects a scene calls for, as foam_trainer decides it with "
@@ -22,6 +24,15 @@ void RunSceneAnalyzer(int argc, char** argv) {
   options.AddRequiredOption("input_path", &training.input_path, "the COLMAP model, sparse/0");
   options.AddRequiredOption("output_path", &output_path, "folder for effects.json");
   AddTrainingRunOptions(&options, &training);
+  AddJsonOption(&options, &json);
+  options.SetFrequentOptions({"mask_path",
+                              "test_every",
+                              "Effects.exposure",
+                              "Effects.white_balance",
+                              "Effects.vignetting",
+                              "Effects.distortion",
+                              "Effects.sh_degree",
+                              "json"});
   if (!options.Parse(argc, argv)) return;
   FinishTrainingRun(options, {}, &training);
   const TrainingRun& run = training.run;
@@ -37,7 +48,11 @@ void RunSceneAnalyzer(int argc, char** argv) {
   const TrainingScene scene = LoadScene(run, run.scene);
   LogWarnings(scene);
   const SceneEffects effects = ProbeEffects(scene, run.effects);
-  for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
+  if (json) {
+    std::fputs(EffectsJson(effects, scene.Photos()).c_str(), stdout);
+  } else {
+    for (const std::string& line : EffectsTable(effects)) std::printf("%s\n", line.c_str());
+  }
   WriteEffects(effects_path, effects, scene.Photos());
 }
 

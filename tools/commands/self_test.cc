@@ -4,6 +4,7 @@
 #include "foam/util/error.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/options/json_option.h"
 
 #include <chrono>
 #include <cstdint>
@@ -13,10 +14,12 @@
 #include <vector>
 
 #include "tests/hard_cases/hard_case.h"
+#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
 
+using nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 struct Row {
@@ -24,9 +27,12 @@ struct Row {
   size_t passed = 0;
   double seconds = 0;
   HardCaseResult result;
+  // Cases that were printed, with "failures".
+  ordered_json printed = ordered_json::array();
 };
 
-Row RunFamily(const HardCaseFamily& family, const Device& device, bool print_cases) {
+// Prints cases that fail, or all of them; with `json`, keeps them in the row instead.
+Row RunFamily(const HardCaseFamily& family, const Device& device, bool print_cases, bool json) {
   Row row;
   const Clock::time_point begin = Clock::now();
   for (const HardCase& hard_case : family.cases) {
@@ -36,16 +42,22 @@ Row RunFamily(const HardCaseFamily& family, const Device& device, bool print_cas
     ++row.cases;
     row.passed += passed;
     row.result.Add(result);
-    if (print_cases || !passed) {
+    if (!print_cases && passed) continue;
+    if (json) {
+      row.printed.push_back({{"case", hard_case.name},
+                             {"expected", hard_case.expected},
+                             {"seconds", SecondsSince(case_begin)},
+                             {"failures", result.failures}});
+    } else {
       std::printf("%s %s/%s (%.2f s): %s\n",
                   passed ? "passed" : "FAILED",
                   family.name.c_str(),
                   hard_case.name.c_str(),
                   SecondsSince(case_begin),
                   hard_case.expected.c_str());
+      for (const std::string& failure : result.failures) std::printf("  %s\n", failure.c_str());
+      std::fflush(stdout);
     }
-    for (const std::string& failure : result.failures) std::printf("  %s\n", failure.c_str());
-    std::fflush(stdout);
   }
   row.seconds = SecondsSince(begin);
   return row;
@@ -59,6 +71,23 @@ void Print(const std::string& name, const Row& row) {
               static_cast<long long>(row.result.rays),
               static_cast<long long>(row.result.steps),
               row.seconds);
+}
+
+ordered_json ToJson(const std::string& name, const Row& row) {
+  ordered_json json = {{"family", name},
+                       {"cases", row.cases},
+                       {"passed", row.passed},
+                       {"rays", row.result.rays},
+                       {"steps", row.result.steps},
+                       {"zero_length_steps", row.result.zero_length_steps},
+                       {"step_limit_hits", row.result.step_limit_hits},
+                       {"seconds", row.seconds}};
+  for (const auto& [variant, largest] : row.result.deviations) {
+    json["largest_deviations"][variant] = {{"walk", largest.walk}, {"weights", largest.weights}};
+    if (largest.gradient > 0) json["largest_deviations"][variant]["gradient"] = largest.gradient;
+  }
+  if (!row.printed.empty()) json["printed_cases"] = row.printed;
+  return json;
 }
 
 void PrintDeviations(const HardCaseResult& result) {
@@ -86,29 +115,37 @@ void PrintDeviations(const HardCaseResult& result) {
 
 void RunSelfTest(int argc, char** argv) {
   bool print_cases = false;
+  bool json = false;
   OptionManager options("self_test",
                         "Runs the numerically hard cases on this machine: sites, frames, rays and "
                         "values on which a ray tracer may loop, cancel or overflow.");
   options.AddDefaultOption(
       "print_cases", &print_cases, "a line for every case, with the outcome that it must have");
+  AddJsonOption(&options, &json);
   options.AddDeviceOption();
   if (!options.Parse(argc, argv)) return;
 
   Row total;
   std::vector<std::pair<std::string, Row>> rows;
   for (const HardCaseFamily& family : HardCaseFamilies()) {
-    rows.emplace_back(family.name, RunFamily(family, options.device(), print_cases));
+    rows.emplace_back(family.name, RunFamily(family, options.device(), print_cases, json));
     const Row& row = rows.back().second;
     total.cases += row.cases;
     total.passed += row.passed;
     total.seconds += row.seconds;
     total.result.Add(row.result);
   }
-  std::printf(
-      "%-8s %6s %7s %8s %10s %8s\n", "family", "cases", "passed", "rays", "steps", "seconds");
-  for (const auto& [name, row] : rows) Print(name, row);
-  Print("all", total);
-  PrintDeviations(total.result);
+  if (json) {
+    ordered_json document = {{"version", 1}, {"all", ToJson("all", total)}};
+    for (const auto& [name, row] : rows) document["families"].push_back(ToJson(name, row));
+    PrintJson(document);
+  } else {
+    std::printf(
+        "%-8s %6s %7s %8s %10s %8s\n", "family", "cases", "passed", "rays", "steps", "seconds");
+    for (const auto& [name, row] : rows) Print(name, row);
+    Print("all", total);
+    PrintDeviations(total.result);
+  }
   if (total.passed < total.cases) {
     throw UserError(total.cases - total.passed,
                     " of ",

@@ -7,6 +7,7 @@
 #include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
+#include "tools/options/progress_option.h"
 #include "tools/support/output_lock.h"
 
 #include <string>
@@ -33,7 +34,18 @@ void RunVolumeExporter(int argc, char** argv) {
   AddVolumeExportOptions(&options, &volume);
   AddComponentOptions(&options, &components);
   AddFrameOptions(&options, &frame);
-  AddVolumeShortNames(&options);
+  AddProgressOption(&options);
+  options.SetFrequentOptions({"labels",
+                              "exclude_labels",
+                              "VolumeExport.voxel_size",
+                              "VolumeExport.max_resolution",
+                              "VolumeExport.crop",
+                              "VolumeExport.supersample",
+                              "VolumeExport.half_float",
+                              "VolumeExport.nvdb",
+                              "VolumeExport.points",
+                              "up_axis",
+                              "scale"});
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   RequireValid(components);

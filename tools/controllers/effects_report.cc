@@ -53,9 +53,7 @@ std::vector<std::string> EffectsTable(const SceneEffects& effects) {
   return lines;
 }
 
-void WriteEffects(const std::filesystem::path& path,
-                  const SceneEffects& effects,
-                  const std::vector<PhotoRecord>& photos) {
+std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoRecord>& photos) {
   ordered_json json = {{"version", 1}, {"effects", ordered_json::array()}};
   for (const Effect& effect : effects.effects) {
     json["effects"].push_back({{"effect", effect.name},
@@ -74,7 +72,13 @@ void WriteEffects(const std::filesystem::path& path,
                                          {"held_out", photos[view].held_out}};
   }
   // Names that are no UTF-8 become U+FFFD instead of an exception.
-  WriteTextFile(path, json.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+  return json.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+void WriteEffects(const std::filesystem::path& path,
+                  const SceneEffects& effects,
+                  const std::vector<PhotoRecord>& photos) {
+  WriteTextFile(path, EffectsJson(effects, photos));
 }
 
 }  // namespace semfoam

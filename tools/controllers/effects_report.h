@@ -13,11 +13,13 @@ namespace semfoam {
 // decision and the cost.
 std::vector<std::string> EffectsTable(const SceneEffects& effects);
 
-// Writes effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by", "evidence",
-// "measures", "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is on,
-// "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "held_out": true or false}} (see
-// PhotoLight). `photos` are the views of `effects`. Throws UserError where the file cannot be
-// written.
+// Returns the text of effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by",
+// "evidence", "measures", "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is
+// on, "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "held_out": true or false}} (see
+// PhotoLight). `photos` are the views of `effects`.
+std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoRecord>& photos);
+
+// Writes effects.json. Throws UserError where the file cannot be written.
 void WriteEffects(const std::filesystem::path& path,
                   const SceneEffects& effects,
                   const std::vector<PhotoRecord>& photos);

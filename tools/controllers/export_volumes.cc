@@ -7,11 +7,9 @@
 
 #include <chrono>
 #include <cmath>
-#include <iostream>
 #include <string>
 
 #include <glog/logging.h>
-#include <unistd.h>
 
 namespace semfoam {
 
@@ -20,7 +18,7 @@ std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
                                       VolumeExportOptions volume) {
   const MemoryTask task("volumes are made", "a larger voxel_size or a smaller max_resolution");
   LOG(INFO) << "Writing volumes";
-  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  ProgressLine line;
   const auto begin = std::chrono::steady_clock::now();
   volume.creator = "semfoam " SEMFOAM_VERSION;
   return ExportVolumes(
@@ -33,10 +31,12 @@ std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
       },
       [&](const VolumeProgress& progress) {
         const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
-        line.Show("  volume " + std::to_string(progress.file) + " of " +
-                      std::to_string(progress.num_files) + ", " + progress.path + ": " +
-                      std::to_string(std::lround(100 * progress.share)) + " %",
-                  since.count());
+        const std::string what = "volume " + std::to_string(progress.file) + " of " +
+                                 std::to_string(progress.num_files) + ", " + progress.path;
+        line.Show({what,
+                   (progress.file - 1 + progress.share) / progress.num_files,
+                   since.count(),
+                   "  " + what + ": " + std::to_string(std::lround(100 * progress.share)) + " %"});
       });
 }
 

@@ -9,10 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iostream>
 #include <utility>
-
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -78,26 +75,18 @@ ImageMemory PlanImageMemory(double image_cache_gb,
 TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
   const MemoryTask task("photos and masks are decoded",
                         "a smaller image_cache_gb, max_image_size or num_threads");
-  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  ProgressLine line;
   const auto begin = std::chrono::steady_clock::now();
   LoadOptions load;
   load.cache_bytes = memory.cache_bytes;
   load.most_at_once = memory.most_at_once;
   load.report = [&](int done, int total) {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    line.Show(FormatCount("checking photos", done, total, seconds.count()), seconds.count());
+    line.Show(CountProgress("checking photos", done, total, seconds.count()));
   };
   TrainingScene scene(std::move(plan), load);
   line.Clear();
   return scene;
-}
-
-std::string FormatCount(const std::string& what, int done, int total, double seconds) {
-  std::string text = what + " " + std::to_string(done) + "/" + std::to_string(total);
-  if (done > 0 && done < total) {
-    text += ", " + FormatDuration(seconds * (total - done) / done) + " left";
-  }
-  return text;
 }
 
 }  // namespace semfoam

@@ -38,7 +38,4 @@ ImageMemory PlanImageMemory(double image_cache_gb,
 // Loads a planned scene, with a progress line on stderr.
 TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory);
 
-// Returns a text such as "checking photos 12/2000, 1:12 left".
-std::string FormatCount(const std::string& what, int done, int total, double seconds);
-
 }  // namespace semfoam

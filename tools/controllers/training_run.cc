@@ -25,14 +25,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include <glog/logging.h>
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -194,15 +192,13 @@ TrainingSummary Train(const TrainingScene& scene,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
-  ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+  ProgressLine line;
   TrainingHooks hooks;
   hooks.device = device;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
-      line.Show(
-          FormatCount(
-              "reading photos", progress.photos_read, progress.photos_to_read, progress.seconds),
-          progress.seconds);
+      line.Show(CountProgress(
+          "reading photos", progress.photos_read, progress.photos_to_read, progress.seconds));
     } else {
       line.Update(progress);
     }

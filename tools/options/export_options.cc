@@ -66,12 +66,6 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
                             "smooth only: at most so many triangles for each object; 0 = all");
 }
 
-void AddMeshShortNames(OptionManager* options) {
-  for (const char* name : {"method", "target_faces"}) {
-    options->AddShortName(name, std::string("MeshExport.") + name);
-  }
-}
-
 void AddFormatsOption(OptionManager* options, std::string* formats) {
   options->AddDefaultOption("formats", formats, "what to write, apart by commas");
 }
@@ -176,12 +170,6 @@ std::set<ExportFormat> ParseFormats(const std::string& formats, const std::strin
     parsed.insert(*value);
   }
   return parsed;
-}
-
-void AddVolumeShortNames(OptionManager* options) {
-  for (const char* name : {"voxel_size", "max_resolution", "crop", "supersample"}) {
-    options->AddShortName(name, std::string("VolumeExport.") + name);
-  }
 }
 
 void AddLabelOptions(OptionManager* options, LabelChoice* choice) {

@@ -32,12 +32,6 @@ void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 // Adds --keep_largest, --min_cells and --keep_fragments.
 void AddComponentOptions(OptionManager* options, ComponentOptions* components);
 
-// Adds --voxel_size for --VolumeExport.voxel_size, and so on, for a command that writes only
-// volumes.
-void AddVolumeShortNames(OptionManager* options);
-// Adds --method and --target_faces for a command that writes only meshes.
-void AddMeshShortNames(OptionManager* options);
-
 // Adds --labels and --exclude_labels.
 void AddLabelOptions(OptionManager* options, LabelChoice* choice);
 // Adds --VolumeExport.labels for --labels, the older spelling of commands that write volumes.

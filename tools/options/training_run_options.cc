@@ -4,6 +4,7 @@
 #include "foam/util/error.h"
 #include "tools/cli/input_protection.h"
 #include "tools/options/enum_option.h"
+#include "tools/options/progress_option.h"
 
 #include <cerrno>
 #include <filesystem>
@@ -104,6 +105,7 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training)
   options->AddDefaultOption("FoamTraining.max_image_size",
                             &run->scene.max_image_size,
                             "larger photos are reduced to this longest side, in pixels; -1 = none");
+  AddProgressOption(options);
   AddMaskReadingOptions(options, &training->masks);
   AddEffectsOptions(options, &training->effects);
 }

@@ -23,7 +23,7 @@ struct TrainingRunOptions {
 };
 
 // Adds --device, --mask_path, --labels_path, --seed_path, --test_every, --image_cache_gb,
-// --quality, --Masks.*,
+// --quality, --progress, --Masks.*,
 // --FoamTraining.* and --Effects.*. The preset is applied first; options that the user gives by
 // name override it.
 void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training);

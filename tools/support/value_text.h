@@ -23,6 +23,19 @@ bool ParseValue(const std::string& text, int64_t* value);
 bool ParseValue(const std::string& text, uint64_t* value);
 bool ParseValue(const std::string& text, float* value);
 bool ParseValue(const std::string& text, double* value);
+
+// Parse a number as people write it, besides the ways of ParseValue: with an exponent ("300e3") or
+// one of the suffixes k, M and G for thousands, millions and billions ("20M", "1.5k"; K is k).
+// Return false where an integer's value is not whole or not in the type's range, and where
+// ParseValue does. Texts and booleans are parsed as by ParseValue.
+bool ParseWrittenValue(const std::string& text, std::string* value);
+bool ParseWrittenValue(const std::string& text, bool* value);
+bool ParseWrittenValue(const std::string& text, int* value);
+bool ParseWrittenValue(const std::string& text, int64_t* value);
+bool ParseWrittenValue(const std::string& text, uint64_t* value);
+bool ParseWrittenValue(const std::string& text, float* value);
+bool ParseWrittenValue(const std::string& text, double* value);
+
 std::string FormatValue(const std::string& value);
 std::string FormatValue(bool value);
 std::string FormatValue(int value);

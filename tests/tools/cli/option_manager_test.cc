@@ -9,6 +9,9 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +19,9 @@
 namespace semfoam {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 // A command with one option of every kind.
@@ -120,8 +125,9 @@ TEST(OptionManager, SaysWhatIsWrongInColmapsWords) {
             "Failed to parse options - the option '--input_path' is required but missing.");
   EXPECT_EQ(Command().Error({"--input_path", "a", "--no_such", "1"}),
             "Failed to parse options - unrecognised option '--no_such'.");
-  // No guessing from a prefix.
-  EXPECT_THAT(Command().Error({"--input_path", "a", "--test", "1"}), HasSubstr("'--test'"));
+  // No guessing from a prefix, but a word about what may be meant.
+  EXPECT_EQ(Command().Error({"--input_path", "a", "--test", "1"}),
+            "Failed to parse options - unrecognised option '--test'; is '--test_every' meant?");
   EXPECT_THAT(Command().Error({"--input_path", "a", "--input_path", "b"}),
               HasSubstr("'--input_path' is given more than once"));
   EXPECT_THAT(Command().Error({"--input_path", "a", "stray"}), HasSubstr("'stray'"));
@@ -133,7 +139,16 @@ TEST(OptionManager, RefusesNumbersThatAreNone) {
   const std::pair<const char*, const char*> bad[] = {
       {"--test_every", "eight"},
       {"--test_every", "8x"},
-      {"--test_every", "8.0"},
+      {"--test_every", "8.5"},
+      {"--test_every", "1.2345k"},
+      {"--test_every", "1e-3"},
+      {"--test_every", "3G"},
+      {"--test_every", "1e3k"},
+      {"--test_every", "k"},
+      {"--test_every", "1 k"},
+      {"--test_every", "1e99999999999"},
+      {"--voxel_size", "1m"},
+      {"--random_seed", "-1k"},
       {"--test_every", ""},
       {"--test_every", " 8"},
       {"--test_every", "99999999999"},
@@ -235,14 +250,113 @@ TEST(OptionManager, NamesTheProjectFileAndWhatIsWrongInIt) {
 TEST(OptionManager, HelpNeedsNothingElseAndShowsDefaultsAndChoices) {
   testing::internal::CaptureStdout();
   EXPECT_FALSE(Command().Parse({"-h"}));
-  const std::string help = testing::internal::GetCapturedStdout();
+  std::string help = testing::internal::GetCapturedStdout();
   EXPECT_THAT(help, HasSubstr("--test_every arg (=0)"));
   EXPECT_THAT(help, HasSubstr("--FoamTraining.num_rays arg (=100)"));
   EXPECT_THAT(help, HasSubstr("{low, medium}"));
   EXPECT_THAT(help, HasSubstr("(required) the model"));
   EXPECT_THAT(help, HasSubstr("--project_path"));
-  EXPECT_THAT(help, HasSubstr("--num_threads arg (=-1)"));
   EXPECT_THAT(help, HasSubstr("--device arg (=cpu)"));
+  EXPECT_THAT(help, HasSubstr("6 more options: semfoam foam_trainer --help_all"));
+  EXPECT_THAT(help, Not(HasSubstr("--num_threads")));
+  testing::internal::CaptureStdout();
+  EXPECT_FALSE(Command().Parse({"--help_all"}));
+  help = testing::internal::GetCapturedStdout();
+  EXPECT_THAT(help, HasSubstr("--num_threads arg (=-1)"));
+  EXPECT_THAT(help, HasSubstr("Options of FoamTraining:\n  --FoamTraining.num_rays"));
+  EXPECT_THAT(help, Not(HasSubstr("more options")));
+}
+
+TEST(OptionManager, ShortHelpListsTheFrequentOptionsAndAllHelpAll) {
+  Command command;
+  command.options.SetFrequentOptions({"quality", "num_threads"});
+  const std::string help = command.options.Help();
+  for (const char* shown : {"--input_path arg", "--quality arg", "--num_threads arg"}) {
+    EXPECT_THAT(help, HasSubstr(shown));
+  }
+  EXPECT_THAT(help, Not(HasSubstr("--test_every")));
+  EXPECT_THAT(help, HasSubstr("12 more options"));
+  const std::string all = command.options.Help(/*all=*/true);
+  for (const OptionDescription& option : command.options.Description().options) {
+    EXPECT_THAT(all, HasSubstr("  --" + option.name + " arg")) << option.name;
+  }
+}
+
+TEST(OptionManager, HelpTellsWhatTheChosenPresetPresets) {
+  for (const auto& [arguments, rays] :
+       {std::pair(std::vector<const char*>{"-h"}, "100"),
+        std::pair(std::vector<const char*>{"--quality", "low", "-h"}, "10")}) {
+    testing::internal::CaptureStdout();
+    EXPECT_FALSE(Command().Parse(arguments));
+    const std::string help = testing::internal::GetCapturedStdout();
+    EXPECT_THAT(help,
+                HasSubstr(std::string(" presets:\n  --FoamTraining.num_rays ") + rays + "\n"));
+  }
+}
+
+TEST(OptionManager, NamesWithoutTheirGroupAreUnderstoodWhereOneIsMeant) {
+  Command command;
+  int64_t more_rays = 0;
+  float step = 0;
+  command.options.AddDefaultOption("Effects.step", &step, "another step");
+  command.options.AddDefaultOption("Effects.test_every", &more_rays, "hidden by an option");
+  EXPECT_TRUE(command.Parse({"--input_path", "x", "--num_rays", "300e3", "--test_every", "4"}));
+  EXPECT_EQ(command.num_rays, 300'000);
+  EXPECT_EQ(command.test_every, 4);
+  EXPECT_EQ(more_rays, 0);
+  EXPECT_TRUE(command.options.IsGiven("FoamTraining.num_rays"));
+  EXPECT_EQ(command.Error({"--input_path", "x", "--step", "1"}),
+            "Failed to parse options - the option '--step' may mean '--FoamTraining.step' or "
+            "'--Effects.step'; give the name with its group.");
+  EXPECT_THAT(command.Error({"--input_path", "x", "--num_rays", "1", "--FoamTraining.num_rays=1"}),
+              HasSubstr("'--FoamTraining.num_rays' is given more than once"));
+  const std::string project = WriteProject("num_rays = 2k\nstep = 1\n");
+  EXPECT_THAT(command.Error({"--input_path", "x", "--project_path", project.c_str()}),
+              HasSubstr(project + ": the option '--step' may mean"));
+}
+
+TEST(OptionManager, TellsWhatAMisspeltOptionMayMean) {
+  const std::pair<const char*, const char*> misspelt[] = {
+      {"--inptu_path", "input_path"},
+      {"--num_ray", "FoamTraining.num_rays"},
+      {"--FoamTraning.num_rays", "FoamTraining.num_rays"},
+      {"--voxel-size", "voxel_size"},
+      {"--NumThreads", "num_threads"},
+      {"--help_al", "help_all"},
+  };
+  for (const auto& [name, meant] : misspelt) {
+    EXPECT_THAT(Command().Error({"--input_path", "a", name, "1"}),
+                EndsWith(std::string("; is '--") + meant + "' meant?"))
+        << name;
+  }
+  const std::string project = WriteProject("input_pth = a\n");
+  EXPECT_THAT(Command().Error({"--project_path", project.c_str()}),
+              EndsWith("does not have; is '--input_path' meant?"));
+}
+
+TEST(OptionManager, ReadsNumbersAsPeopleWriteThem) {
+  const std::tuple<const char*, int64_t, double> written[] = {{"300e3", 300'000, 3e5},
+                                                              {"20M", 20'000'000, 2e7},
+                                                              {"1.5k", 1500, 1500},
+                                                              {"2K", 2000, 2000},
+                                                              {"1.2G", 1'200'000'000, 1.2e9},
+                                                              {"1.5e+3", 1500, 1500},
+                                                              {"8.0", 8, 8},
+                                                              {"120e-1", 12, 12},
+                                                              {"-.5k", -500, -500},
+                                                              {"0.0e-9", 0, 0}};
+  for (const auto& [text, whole, number] : written) {
+    Command command;
+    EXPECT_TRUE(command.Parse(
+        {"--input_path", "a", "--num_rays", text, "--test_every", text, "--voxel_size", text}));
+    EXPECT_EQ(command.num_rays, whole) << text;
+    EXPECT_EQ(command.test_every, whole) << text;
+    EXPECT_EQ(command.voxel_size, number) << text;
+  }
+  // Every digit of a large integer is kept.
+  Command seed;
+  EXPECT_TRUE(seed.Parse({"--input_path", "a", "--random_seed", "18446744073709551.615k"}));
+  EXPECT_EQ(seed.options.RandomSeed(), std::numeric_limits<uint64_t>::max());
 }
 
 TEST(OptionManager, GivesItsCommandLineBackForAShell) {

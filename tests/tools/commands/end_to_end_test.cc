@@ -491,6 +491,16 @@ TEST_F(EndToEndTest, ScoresTheHeldOutViews) {
   const std::vector<std::string> maps = FilesBelow(*folder_ / "maps");
   EXPECT_THAT(maps, SizeIs(16));
   EXPECT_THAT(maps, IsSupersetOf({"error/0008.png", "confidence/0008.png"}));
+
+  const Outcome as_json = RunSemfoam({"foam_evaluator",
+                                      "--foam_path",
+                                      FoamPath(),
+                                      "--image_path",
+                                      (kTabletop / "images").string(),
+                                      "--json",
+                                      "1"});
+  ASSERT_EQ(as_json.exit_code, 0) << as_json.err;
+  EXPECT_EQ(json::parse(as_json.out), scores);
 }
 
 // Exact masks of other kinds than 0 and 255.

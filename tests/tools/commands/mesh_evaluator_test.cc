@@ -212,6 +212,17 @@ TEST_F(MeshEvaluator, NamesThatAreNotUtf8AreForTheTableAlone) {
   EXPECT_FALSE(fs::exists(folder_ / "scores.json"));
 }
 
+TEST_F(MeshEvaluator, PrintsTheScoresAsJsonOnRequest) {
+  const json written = Scores({});
+  fs::remove(folder_ / "scores.json");
+  const Outcome outcome = Run({"--json", "1", "--json_path", (folder_ / "scores.json").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out), written);
+  EXPECT_EQ(json::parse(ReadFile(folder_ / "scores.json")), written);
+  EXPECT_THAT(Run({"--json", "0"}).out, HasSubstr("within 0.01"));
+  ExpectRefused(Run({"--json", "a.json", "--json_path", "b.json"}), "given more than once");
+}
+
 TEST_F(MeshEvaluator, ScoresTakeNoMeshesPlace) {
   const std::string mug = ReadFile(folder_ / "truth/mug.obj");
   ExpectRefused(Run({"--json_path", (folder_ / "truth/mug.obj").string()}),

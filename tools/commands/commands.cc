@@ -18,6 +18,7 @@ constexpr CommandEntry kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
+    {"label_transfer", "labels meshes and point clouds of other programs", RunLabelTransfer},
     {"object_extractor", "makes a foam of its own of objects", RunObjectExtractor},
     {"object_remover", "takes objects out of a foam", RunObjectRemover},
     {"object_inserter", "puts objects into another foam", RunObjectInserter},

@@ -29,6 +29,7 @@ void RunFoamConverter(int argc, char** argv);
 void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
+void RunLabelTransfer(int argc, char** argv);
 void RunMaskAnalyzer(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
+#include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/util/available_memory.h"
@@ -147,6 +148,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
+  for (const auto& [name, value] : run.more_identity) values[name] = value;
   const SceneChecksums checksums = ChecksumsOf(plan);
   identity["inputs"] = {{"masks", checksums.masks},
                         {"model", checksums.model},
@@ -178,19 +180,25 @@ std::string CloudReport(const TrainingRun& run,
   return text.str();
 }
 
+// Returns whether a checkpoint is of a run that trains one block, whose options are its own.
+bool IsOfBlock(const Checkpoint* checkpoint) {
+  return checkpoint != nullptr && !checkpoint->Texts("block").empty();
+}
+
 // Trains, with checkpoints. After a signal, writes a last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
                       const std::vector<SeedPoint>& seeds,
-                      const TrainingOptions& training,
+                      const TrainingRun& run,
                       const CheckpointTexts& texts,
-                      const Device& device,
                       std::unique_ptr<Checkpoint> checkpoint,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
   ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
   TrainingHooks hooks;
-  hooks.device = device;
+  CheckpointTexts all_texts = texts;
+  if (IsOfBlock(checkpoint.get())) all_texts["block"] = checkpoint->Texts("block");
+  hooks.device = run.device;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
       line.Show(
@@ -202,16 +210,23 @@ TrainingSummary Train(const TrainingScene& scene,
     }
   };
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    const auto save_all = [&](CheckpointContents* contents) {
+      contents->texts.insert(all_texts.begin(), all_texts.end());
+      folder->AddIdentity(contents);
+      save(contents);
+    };
+    if (run.between_iterations) run.between_iterations(iteration, save_all);
     const int signal = InterruptionRequested();
     if (signal == 0 && !folder->IsDue()) return;
     CheckpointContents contents;
-    contents.texts = texts;
-    save(&contents);
+    save_all(&contents);
     folder->Write(iteration, std::move(contents));
     if (signal == 0) return;
     folder->LogHowToResume(iteration);
     throw Interruption(signal);
   };
+  TrainingOptions training = run.training;
+  if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
@@ -245,6 +260,16 @@ ScenePlan PlanRun(const TrainingRun& run) {
   return plan;
 }
 
+// Returns the options that determine the memory of a run.
+TrainingOptions OptionsToPlan(const TrainingRun& run) {
+  TrainingOptions options = run.training;
+  if (run.block_sites > 0) {
+    options.final_sites = static_cast<int>(run.block_sites);
+    options.initial_sites = 0;
+  }
+  return options;
+}
+
 // Divides the available memory between photos and foam, and logs the plan. Throws UserError where
 // it does not suffice. The number of labels is not known yet: kUsualClasses with masks.
 ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
@@ -253,14 +278,14 @@ ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
   const int64_t available = AvailableMemory();
   const ImageMemory images = PlanImageMemory(run.image_cache_gb,
                                              plan,
-                                             run.training,
+                                             OptionsToPlan(run),
                                              SweepBytes(run, plan),
                                              run.time_budget > 0,
                                              available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run.training, usual_classes, num_seeds, images.bytes).Report() << ", "
-            << FormatBytes(available) << " available";
-  RequireMemory(run.training, usual_classes, num_seeds, images.bytes, available);
+            << PlanMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes).Report()
+            << ", " << FormatBytes(available) << " available";
+  RequireMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes, available);
   return images;
 }
 
@@ -294,7 +319,7 @@ TrainingScene LoadAndReport(const TrainingRun& run, ScenePlan plan, const ImageM
 void RequireTrainingMemory(const TrainingRun& run,
                            const TrainingScene& scene,
                            const ImageMemory& images) {
-  RequireMemory(run.training,
+  RequireMemory(OptionsToPlan(run),
                 scene.NumClasses(),
                 static_cast<int64_t>(scene.Plan().seeds.size()),
                 images.holds_all ? 0 : images.bytes,
@@ -309,7 +334,7 @@ void PlanMemoryOfLabels(const TrainingRun& run,
   if (scene.NumClasses() <= kUsualClasses) return;
   const auto num_seeds = static_cast<int64_t>(scene.Plan().seeds.size());
   LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
-            << PlanMemory(run.training, scene.NumClasses(), num_seeds, images.bytes).Report();
+            << PlanMemory(OptionsToPlan(run), scene.NumClasses(), num_seeds, images.bytes).Report();
   RequireTrainingMemory(run, scene, images);
 }
 
@@ -508,6 +533,9 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(folder->path() / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
+  if (checkpoint == nullptr && run->begin_from) {
+    checkpoint = folder->CheckpointAt(run->begin_from(), run->device.kind());
+  }
 
   TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
   PlanMemoryOfLabels(*run, scene, images);
@@ -538,8 +566,13 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
 
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
-  TrainingSummary summary =
-      Train(scene, seeds, run->training, texts, run->device, std::move(checkpoint), folder);
+  TrainingSummary summary;
+  try {
+    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), folder);
+  } catch (const TrainingStopped&) {
+    if (run->when_stopped) run->when_stopped(scene);
+    throw;
+  }
   ReportTraining(summary, run);
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);

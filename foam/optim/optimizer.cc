@@ -108,11 +108,13 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                             const LearningRates& rates,
                             Foam* foam,
                             std::vector<float>* density,
-                            DensificationStatistics* statistics) {
+                            DensificationStatistics* statistics,
+                            const std::vector<uint8_t>& is_frozen) {
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
   CHECK_EQ(steps_.size(), num_sites);
   CHECK_GE(sites.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
+  CHECK(is_frozen.empty() || is_frozen.size() == num_sites);
   CHECK_EQ(step_lengths.size(), num_sites);
   const bool has_tv = !tv_gradient.empty();
   CHECK_EQ(foam->sh_degree, sh_degree_);
@@ -125,6 +127,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
     batch->gradients.Group(static_cast<uint32_t>(number), &bucket);
     alignas(64) CellRow gradient, change;
     for (size_t i = bucket.first_cell(); i < bucket.last_cell(); ++i) {
+      if (!is_frozen.empty() && is_frozen[i]) continue;
       const auto records = bucket.Of(i);
       if (records.empty() && !has_tv) continue;
       std::fill_n(gradient.begin(), records.empty() ? row_.position : stride_, 0.f);

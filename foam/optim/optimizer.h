@@ -63,9 +63,11 @@ struct DensificationStatistics {
   // [N] Largest rendering weight over all rays.
   std::vector<float> contribution;
 
-  void Reset(size_t num_sites) {
+  // `is_frozen` [N], or empty: these are neither pruned nor divided.
+  void Reset(size_t num_sites, const std::vector<uint8_t>& is_frozen = {}) {
     squared_error.assign(num_sites, 0.f);
     contribution.assign(num_sites, 0.f);
+    for (size_t i = 0; i < is_frozen.size(); ++i) contribution[i] = is_frozen[i];
   }
 };
 
@@ -99,7 +101,7 @@ class FoamOptimizer {
   // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
   // with `is_clear` [N] keep their density. Updates `density` [N or more], the activated densities.
   // A cell with a gradient that is not finite keeps its parameters; returns the number of such
-  // cells.
+  // cells. So do cells with `is_frozen` [N]; empty: none is.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
                const std::vector<Eigen::Vector3f>& sites,
@@ -108,7 +110,8 @@ class FoamOptimizer {
                const LearningRates& rates,
                Foam* foam,
                std::vector<float>* density,
-               DensificationStatistics* statistics);
+               DensificationStatistics* statistics,
+               const std::vector<uint8_t>& is_frozen = {});
 
   // Takes the classifier's part of Step: its weights [K][kIdentityDim], then its biases [K].
   // Returns how many of the two kept their parameters because of a gradient that is not finite.

@@ -95,6 +95,7 @@ int64_t TrainingPixels::Draw(int64_t iteration,
                   options_.rays_per_iteration,
                   options_.random_seed,
                   iteration,
+                  squares_,
                   rays);
 }
 

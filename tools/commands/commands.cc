@@ -10,6 +10,8 @@ constexpr CommandEntry kCommands[] = {
     {"automatic_segmenter", "a COLMAP workspace in, everything out", RunAutomaticSegmenter},
     {"scene_analyzer", "says which effects a scene calls for", RunSceneAnalyzer},
     {"foam_trainer", "trains a foam from a COLMAP model, photos and masks", RunFoamTrainer},
+    {"scene_splitter", "cuts a training into blocks for several machines", RunSceneSplitter},
+    {"foam_merger", "makes one foam of trained blocks", RunFoamMerger},
     {"foam_renderer", "renders a foam from the views of a COLMAP model", RunFoamRenderer},
     {"foam_evaluator", "scores a foam on its held-out photos", RunFoamEvaluator},
     {"foam_analyzer", "says what is in a foam", RunFoamAnalyzer},

@@ -26,7 +26,6 @@
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 namespace semfoam {
 namespace {
@@ -131,11 +130,11 @@ void RunLabelTransfer(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   TransferredLabels transferred;
   {
-    ProgressLine line(std::cerr, ::isatty(STDERR_FILENO) != 0);
+    ProgressLine line;
     transferred =
         TransferLabels(scene, input, output, transfer, [&](const std::string& what, double done) {
-          const double seconds = SecondsSince(begin);
-          line.Show(what + ", " + std::to_string(std::lround(100 * done)) + " %", seconds);
+          const std::string text = what + ", " + std::to_string(std::lround(100 * done)) + " %";
+          line.Show({what, done, SecondsSince(begin), text});
         });
     line.Clear();
   }

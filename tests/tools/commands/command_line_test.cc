@@ -125,10 +125,10 @@ TEST(CommandLine, TablesAreJsonOnRequest) {
 TEST(CommandLine, ProgressComesInTheStyleThatIsAskedFor) {
   const TempFolder folder;
   const auto train = [&](const std::string& style) {
-    return RunSemfoam(
-        TinyTraining(TrainerOn(kTabletop,
-                               folder / style,
-                               {"--progress", style, "--test_every", "8", "--num_rays", "60e3"})));
+    return RunSemfoam(TinyTraining(
+        TrainerOn(kTabletop,
+                  folder / style,
+                  {"--progress", style, "--test_every", "8", "--FoamTraining.num_rays", "60e3"})));
   };
   const Outcome as_json = train("json");
   ASSERT_EQ(as_json.exit_code, 0) << as_json.err;

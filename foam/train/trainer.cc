@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <iterator>
 #include <sstream>
 #include <utility>
 
@@ -87,6 +88,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     schedule_.FitToSeconds(views_, log_.iteration(), log_.Seconds(), evaluator_.seconds());
     if (const auto quality = evaluator_.EvaluateIfDue(log_.iteration())) log_.SetQuality(*quality);
     if (log_.iteration() >= schedule_.num_iterations()) break;
+    AdaptViewsIfDue(hooks);
     if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
     if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
   }
@@ -130,6 +132,30 @@ void Trainer::Iterate() {
   if (has_tv) log_.AddTvLoss(result.tv_loss);
   summary_.nonfinite_gradients += result.skipped_updates;
   summary_.step_limit_hits += result.batch.step_limit_hits;
+}
+
+void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
+  if (!hooks.adapt_views || num_adaptations_ == std::ssize(kViewAdaptations)) return;
+  if (schedule_.RunFraction(log_.iteration()) < kViewAdaptations[num_adaptations_]) return;
+  ++num_adaptations_;
+  const std::vector<uint32_t> start_cells = camera_cells_.Find(pixels_.training_views());
+  hooks.adapt_views([&](const std::vector<ViewPixel>& pixels) {
+    std::vector<BatchRay> rays;
+    std::vector<size_t> indices;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      const ViewPixel& pixel = pixels[i];
+      BatchRay ray;
+      if (!views_.RayDirection(pixel.view, pixel.x, pixel.y, &ray.direction)) continue;
+      ray.origin = views_.Origin(pixel.view).cast<float>();
+      ray.start_cell = start_cells[pixel.view];
+      rays.push_back(ray);
+      indices.push_back(i);
+    }
+    std::vector<RenderedRay> result(pixels.size());
+    const std::vector<RenderedRay> rendered = device_->Render(rays, state_.foam.sh_degree);
+    for (size_t k = 0; k < rendered.size(); ++k) result[indices[k]] = rendered[k];
+    return result;
+  });
 }
 
 TrainingSummary Trainer::Finish(const Device& device) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/pixel_range.h"
 #include "foam/data/training_views.h"
 #include "foam/device/device.h"
 #include "foam/model/foam.h"
+#include "foam/render/ray_caster.h"
 #include "foam/train/checkpoint.h"
 #include "foam/train/training_options.h"
 #include "foam/util/device_kind.h"
@@ -78,6 +80,10 @@ struct TrainingSummary {
   std::string BriefReport() const;
 };
 
+// Fractions of the run after which TrainingHooks::adapt_views is called. By the first, a foam shows
+// the colours of surfaces; by the last, it has taken up nearly all of a change.
+inline constexpr double kViewAdaptations[] = {0.15, 0.35, 0.6};
+
 // Functions called in the course of a run, and where it runs. All may be empty.
 struct TrainingHooks {
   // Called about once a second and at the end.
@@ -88,6 +94,14 @@ struct TrainingHooks {
   // hook throws ends the run.
   using Save = std::function<void(CheckpointContents*)>;
   std::function<void(int64_t iteration, const Save& save)> between_iterations;
+
+  // Called at the fractions kViewAdaptations of the run, so that the caller can compare the
+  // foam with the photos and change the colours that the views return from then on; all else about
+  // the views must stay. `render` renders pixels with the foam as it is, to be called within the
+  // hook only; a pixel without a ray has opacity 0.
+  using RenderPixels =
+      std::function<std::vector<RenderedRay>(const std::vector<ViewPixel>& pixels)>;
+  std::function<void(const RenderPixels& render)> adapt_views;
 
   // The checkpoint to resume from; null: start a new run. The resumed run ends with the same bytes
   // as if it had never stopped, given the same views, seeds, number of classes, options and kind of

@@ -17,6 +17,7 @@ void Trainer::SerializeNumbers(Archive* archive) {
   archive->Number("step_limit_hits", &summary_.step_limit_hits);
   archive->Number("nonfinite_gradients", &summary_.nonfinite_gradients);
   archive->Number("nonfinite_pixels", &summary_.nonfinite_pixels);
+  archive->Number("view_adaptations", &num_adaptations_);
   evaluator_.Serialize(archive);
   topology_.Serialize(archive);
   sh_degree_.Serialize(archive);

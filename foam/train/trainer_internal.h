@@ -42,6 +42,7 @@ class Trainer {
   void OpenPixelCache();
   void ReadPixels(const TrainingHooks& hooks);
   void Iterate();
+  void AdaptViewsIfDue(const TrainingHooks& hooks);
   TrainingSummary Finish(const Device& device);
 
   void Save(CheckpointContents* contents);
@@ -65,6 +66,8 @@ class Trainer {
   ShDegreeSelector sh_degree_;
   HeldOutEvaluator evaluator_;
   TrainingGuard guard_;
+  // Number of calls of TrainingHooks::adapt_views so far.
+  int num_adaptations_ = 0;
   // The rays of the last iteration.
   std::vector<BatchRay> rays_;
   // The parts of the result that no other member holds.

@@ -218,8 +218,8 @@ bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, Train
   if (lights_.empty()) {
     ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
   } else {
-    const double squared_radius = SquaredRadius({x + 0.5, y + 0.5}, Width(view), Height(view));
-    ray->color = ReferenceColor(color, lights_[view], squared_radius);
+    const Eigen::Vector2d place = PlaceInPhoto({x + 0.5, y + 0.5}, Width(view), Height(view));
+    ray->color = ReferenceColor(color, lights_[view], place);
   }
   ray->class_index = value.Class();
   return true;

@@ -26,18 +26,27 @@ const std::array<double, 256>& LinearTable() {
 
 }  // namespace
 
-double SquaredRadius(const Eigen::Vector2d& pixel, int width, int height) {
+Eigen::Vector2d PlaceInPhoto(const Eigen::Vector2d& pixel, int width, int height) {
   const Eigen::Vector2d half(0.5 * width, 0.5 * height);
-  return (pixel - half).squaredNorm() / half.squaredNorm();
+  return (pixel - half) / half.norm();
 }
 
-Eigen::Vector3d LightAt(const PhotoLight& light, double squared_radius) {
-  return light.gain *
-         std::exp(squared_radius * (light.falloff[0] + squared_radius * light.falloff[1]));
+Eigen::Matrix<double, kNumShadingTerms, 1> ShadingTerms(const Eigen::Vector2d& place) {
+  const double u = place.x(), v = place.y();
+  return {u, v, u * u, u * v, v * v};
 }
 
-Eigen::Vector3f ReferenceColor(const uint8_t* rgb, const PhotoLight& light, double squared_radius) {
-  const Eigen::Vector3d factor = LightAt(light, squared_radius);
+Eigen::Vector3d LightAt(const PhotoLight& light, const Eigen::Vector2d& place) {
+  const double r2 = place.squaredNorm();
+  const double falloff = r2 * (light.falloff[0] + r2 * light.falloff[1]);
+  const Eigen::Vector3d shading = light.shading * ShadingTerms(place);
+  return light.gain.array() * (shading.array() + falloff).exp();
+}
+
+Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
+                               const PhotoLight& light,
+                               const Eigen::Vector2d& place) {
+  const Eigen::Vector3d factor = LightAt(light, place);
   Eigen::Vector3f color;
   for (int c = 0; c < 3; ++c) {
     const double value = DisplayFromLinear(LinearTable()[rgb[c]] / factor[c]);

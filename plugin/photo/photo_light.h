@@ -8,28 +8,39 @@
 
 namespace semfoam {
 
+// Terms of a polynomial of degree 2 over a photo, without the constant.
+inline constexpr int kNumShadingTerms = 5;
+
 // The difference of a photo's light from the reference exposure, in linear light:
 //
-//   photo = gain * exp(falloff[0] r^2 + falloff[1] r^4) * reference
+//   photo = gain * exp(falloff[0] r^2 + falloff[1] r^4 + shading * ShadingTerms(u, v)) * reference
 //
-// per channel, r being the distance from the middle of the photo over half its diagonal. The gain
-// is exposure and white balance, the exponential is vignetting; as a logarithm both are linear.
+// per channel, (u, v) being the offset from the middle of the photo over half its diagonal and r
+// its length. The gain is exposure and white balance, the falloff is vignetting, the shading is
+// light that differs from one side of a photo to the other; as a logarithm all are linear.
 struct PhotoLight {
   Eigen::Vector3d gain = Eigen::Vector3d::Ones();
   Eigen::Vector2d falloff = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 3, kNumShadingTerms> shading =
+      Eigen::Matrix<double, 3, kNumShadingTerms>::Zero();
 };
 
-// Returns r^2 of PhotoLight at a position in a photo, in pixels (the corner of the photo is (0,
+// Returns (u, v) of PhotoLight at a position in a photo, in pixels (the corner of the photo is (0,
 // 0)).
-double SquaredRadius(const Eigen::Vector2d& pixel, int width, int height);
+Eigen::Vector2d PlaceInPhoto(const Eigen::Vector2d& pixel, int width, int height);
 
-// Returns the factor of PhotoLight at r^2.
-Eigen::Vector3d LightAt(const PhotoLight& light, double squared_radius);
+// Returns u, v, u^2, u v, v^2.
+Eigen::Matrix<double, kNumShadingTerms, 1> ShadingTerms(const Eigen::Vector2d& place);
+
+// Returns the factor of PhotoLight at PlaceInPhoto.
+Eigen::Vector3d LightAt(const PhotoLight& light, const Eigen::Vector2d& place);
 
 // Returns the display values (sRGB / 255, 0..1) of a pixel in the reference exposure: divides its
 // light by LightAt and clips at white, as in a photo. Returns NaN where the colour is not known: a
 // channel is saturated (254 or more), and the photo is so much brighter than the reference that
 // white would turn grey by more than 5 of 255.
-Eigen::Vector3f ReferenceColor(const uint8_t* rgb, const PhotoLight& light, double squared_radius);
+Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
+                               const PhotoLight& light,
+                               const Eigen::Vector2d& place);
 
 }  // namespace semfoam

@@ -71,7 +71,7 @@ Samples CollectSamples(const TrainingScene& scene) {
       sample.point = samples.training.num_points;
       sample.view = seen.view;
       sample.lens = plan.lenses[seen.view];
-      sample.squared_radius = SquaredRadius(seen.pixel, width, height);
+      sample.squared_radius = PlaceInPhoto(seen.pixel, width, height).squaredNorm();
       sample.place = seen.pixel / width;
       sample.direction = offset.normalized();
       (scene.IsHeldOut(seen.view) ? held_out : training).push_back(sample);

@@ -51,6 +51,8 @@ struct EffectsOptions {
   // kOn implies exposure.
   EffectSwitch white_balance = EffectSwitch::kAuto;
   EffectSwitch vignetting = EffectSwitch::kAuto;
+  // Not decided by the probe, but during the training (light_refinement.h).
+  EffectSwitch shading = EffectSwitch::kAuto;
   // Copied from the SceneOptions of the scene: distortion and use_masks.
   EffectSwitch distortion = EffectSwitch::kAuto;
   bool semantics = true;

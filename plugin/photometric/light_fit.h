@@ -18,7 +18,7 @@ struct LightSample {
   int lens = 0;
   // Natural logarithm of the linear light, RGB.
   Eigen::Vector3d log_light;
-  // As for PhotoLight.
+  // r^2 of PhotoLight.
   double squared_radius = 0;
   // Position in the photo, of any origin and unit.
   Eigen::Vector2d place;

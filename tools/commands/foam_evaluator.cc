@@ -227,9 +227,8 @@ void RunFoamEvaluator(int argc, char** argv) {
     if (!truth.empty()) RequireNamesForJson(truth);
   }
   const Model model = ReadModel(foam_path);
-  const bool fits_exposure =
-      fit_exposure == ExposureFit::kAlways ||
-      (fit_exposure == ExposureFit::kAuto && model.options.contains("exposure"));
+  const bool fits_exposure = fit_exposure == ExposureFit::kAlways ||
+                             (fit_exposure == ExposureFit::kAuto && AdaptsLight(model));
   OnViewMaps write_maps;
   if (!maps_path.empty()) {
     RequireRoomForMaps(model, foam_path, image_path, maps_path);

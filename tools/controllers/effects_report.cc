@@ -21,6 +21,17 @@ std::string State(const Effect& effect, const SceneEffects& effects) {
   return state;
 }
 
+// The coefficients of each channel.
+ordered_json Rows(const Eigen::Matrix<double, 3, kNumShadingTerms>& shading) {
+  ordered_json rows = ordered_json::array();
+  for (int c = 0; c < 3; ++c) {
+    ordered_json row = ordered_json::array();
+    for (int k = 0; k < kNumShadingTerms; ++k) row.push_back(shading(c, k));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<std::string> EffectsTable(const SceneEffects& effects) {
@@ -57,6 +68,7 @@ std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoReco
     const PhotoLight& light = effects.lights[view];
     json["photos"][photos[view].name] = {{"gain", {light.gain[0], light.gain[1], light.gain[2]}},
                                          {"falloff", {light.falloff[0], light.falloff[1]}},
+                                         {"shading", Rows(light.shading)},
                                          {"held_out", photos[view].held_out}};
   }
   // Names that are no UTF-8 become U+FFFD instead of an exception.

@@ -11,6 +11,7 @@
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
+#include "plugin/photometric/light_refinement.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/scene_loading.h"
@@ -36,6 +37,9 @@ namespace {
 
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
+
+// A refinement of the photos' light renders one ray for so many rays of the training.
+constexpr int64_t kRefinementShare = 100;
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -98,7 +102,7 @@ std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
   std::map<std::string, std::string> values = TrainingTexts(run);
   values["mask_consistency"] = TextOf(run.scene.mask_consistency);
   values["sh_degree"] = FormatValue(effects.sh_degree);
-  for (const char* name : {"exposure", "vignetting"}) {
+  for (const char* name : {"exposure", "shading", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
   }
   values["quality"] = NameOf(kQualityNames, run.quality);
@@ -137,6 +141,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["FoamTraining.time_budget"] = FormatValue(run.time_budget);
   values["Effects.exposure"] = TextOf(run.effects.exposure);
   values["Effects.white_balance"] = TextOf(run.effects.white_balance);
+  values["Effects.shading"] = TextOf(run.effects.shading);
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
@@ -183,6 +188,7 @@ TrainingSummary Train(const TrainingScene& scene,
                       const CheckpointTexts& texts,
                       const Device& device,
                       std::unique_ptr<Checkpoint> checkpoint,
+                      LightRefiner* lights,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
@@ -197,17 +203,29 @@ TrainingSummary Train(const TrainingScene& scene,
       line.Update(progress);
     }
   };
+  hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
+    const bool first = !lights->IsDecided();
+    lights->Refine(render);
+    if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
+  };
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     const int signal = InterruptionRequested();
     if (signal == 0 && !folder->IsDue()) return;
     CheckpointContents contents;
     contents.texts = texts;
+    StateWriter light("light", &contents);
+    lights->Serialize(&light);
     save(&contents);
     folder->Write(iteration, std::move(contents));
     if (signal == 0) return;
     folder->LogHowToResume(iteration);
     throw Interruption(signal);
   };
+  if (checkpoint != nullptr) {
+    StateReader light("light", *checkpoint);
+    lights->Serialize(&light);
+    lights->Restore();
+  }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
@@ -532,10 +550,14 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << report;
   }
 
+  LightRefiner lights(
+      &scene, effects.lights, run->effects.shading, run->training.num_rays / kRefinementShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
-  TrainingSummary summary =
-      Train(scene, seeds, run->training, texts, run->device, std::move(checkpoint), folder);
+  TrainingSummary summary = Train(
+      scene, seeds, run->training, texts, run->device, std::move(checkpoint), &lights, folder);
+  effects.effects.push_back(lights.MakeEffect());
+  effects.lights = lights.lights();
   ReportTraining(summary, run);
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);

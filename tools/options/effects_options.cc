@@ -21,6 +21,9 @@ void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
   add("exposure", &choices->exposure, "a gain for each photo; auto = what the tracks show");
   add("white_balance", &choices->white_balance, "three gains for each photo; likewise");
   add("vignetting", &choices->vignetting, "a falloff towards the corners; likewise");
+  add("shading",
+      &choices->shading,
+      "a smooth field of gains for each photo; auto = what the foam explains of held-back pixels");
   add("distortion", &choices->distortion, "auto = on where it moves corners by 0.1 pixels or more");
   options->AddChoiceOption("Effects.semantics",
                            &choices->semantics,
@@ -43,6 +46,10 @@ EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
   options.exposure = ToSwitch(choices.exposure);
   options.white_balance = ToSwitch(choices.white_balance);
   options.vignetting = ToSwitch(choices.vignetting);
+  // Fields hold a gain for each photo.
+  options.shading = choices.exposure == "off" && choices.shading == "auto"
+                        ? EffectSwitch::kOff
+                        : ToSwitch(choices.shading);
   options.distortion = ToSwitch(choices.distortion);
   options.semantics = choices.semantics == "auto";
   options.fixed_sh_degree = choices.sh_degree == "on";

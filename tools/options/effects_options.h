@@ -13,6 +13,7 @@ struct EffectsChoices {
   std::string exposure = "auto";
   std::string white_balance = "auto";
   std::string vignetting = "auto";
+  std::string shading = "auto";
   std::string distortion = "auto";
   std::string semantics = "auto";
   std::string sh_degree = "auto";

@@ -89,7 +89,7 @@ void ScoreViews(const Model& model, const ReportOptions& options, ReportInput* i
                              options.foam_path,
                              {options.image_path,
                               options.truth_path,
-                              model.options.contains("exposure"),
+                              AdaptsLight(model),
                               options.supersample,
                               options.device,
                               photos},

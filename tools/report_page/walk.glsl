@@ -116,11 +116,13 @@ vec3 cellColor(uvec4 head, uint cell, float basis[16], vec3 offset, bool whole) 
   return max(color, 0.0);
 }
 
-// Class + 1 and the confidence of an identity.
+// Class + 1 and the confidence of an identity, among the classes of which something is shown.
 uint classOf(vec4 identity[4], out float confidence) {
   float largest = -INFINITE, sum = 0.0;
   uint best = 0u;
   for (int k = 0; k < numClasses; ++k) {
+    uvec4 shown = texelFetch(states, at(uint(k)), 0);
+    if (shown.x == 0u && shown.y == 0u) continue;
     float logit = texelFetch(classifier, at(uint(5 * k + 4)), 0).x;
     for (int c = 0; c < 4; ++c) {
       logit += dot(texelFetch(classifier, at(uint(5 * k + c)), 0), identity[c]);

@@ -75,6 +75,30 @@ TEST_F(ResumeTest, EndsWithTheSameBytesOnADeviceWithItsOwnMemory) {
   }
 }
 
+TEST_F(ResumeTest, AdaptsItsViewsAsOftenAsARunThatNeverStopped) {
+  const TrainingOptions options = EventfulRun();
+  const TrainingSummary whole = [&] {
+    TrainingHooks hooks;
+    hooks.adapt_views = [](const TrainingHooks::RenderPixels& render) {
+      EXPECT_EQ(render({{1, 3, 4}, {2, 5, 6}}).size(), 2u);
+    };
+    hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+      CheckpointContents contents;
+      save(&contents);
+      WriteCheckpoint(PathOf(iteration), contents);
+    };
+    return Train(options, std::move(hooks));
+  }();
+  for (const auto& [stop, left] : {std::pair(17, 3), std::pair(18, 2), std::pair(119, 0)}) {
+    int calls = 0;
+    TrainingHooks hooks;
+    hooks.resume_from = std::make_unique<Checkpoint>(PathOf(stop));
+    hooks.adapt_views = [&](const TrainingHooks::RenderPixels&) { ++calls; };
+    ExpectSame(Train(options, std::move(hooks)), whole);
+    EXPECT_EQ(calls, left) << stop;
+  }
+}
+
 // Many stops in a row; what is written is the state itself, and not what led to it.
 TEST_F(ResumeTest, GoesOnFromARunThatWentOn) {
   const TrainingOptions options = EventfulRun();

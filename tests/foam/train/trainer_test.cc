@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include "tests/foam/foam_digest.h"
@@ -27,6 +28,51 @@ TrainingOptions SmallRun() {
   options.sh_degree = 1;
   options.densify_events = 6;
   return options;
+}
+
+// The synthetic room in photos every second of which is darker, until that is taken out.
+class DarkenedViews final : public TrainingViews {
+ public:
+  int NumViews() const override { return room_.NumViews(); }
+  int Width(int view) const override { return room_.Width(view); }
+  int Height(int view) const override { return room_.Height(view); }
+  bool IsHeldOut(int view) const override { return room_.IsHeldOut(view); }
+  Eigen::Vector3d Origin(int view) const override { return room_.Origin(view); }
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
+    if (!room_.Ray(view, x, y, ray)) return false;
+    if (view % 2 == 1 && !is_corrected) ray->color *= 0.6f;
+    return true;
+  }
+  const SyntheticViews& room() const { return room_; }
+
+  bool is_corrected = false;
+
+ private:
+  SyntheticViews room_{16, 64, 48};
+};
+
+TEST(Trainer, AdaptsItsViewsToTheFoamInTraining) {
+  DarkenedViews views;
+  const std::vector<SeedPoint> seeds = views.room().Seeds(800);
+  const TrainingSummary dark = TrainFoam(views, seeds, 0, SmallRun(), nullptr);
+  int calls = 0;
+  TrainingHooks hooks;
+  hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
+    ++calls;
+    views.is_corrected = true;
+    const std::vector<ViewPixel> pixels = {{2, 10, 10}, {2, 50, 40}, {5, 32, 24}};
+    const std::vector<RenderedRay> rendered = render(pixels);
+    ASSERT_EQ(rendered.size(), pixels.size());
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      TrainingRay ray;
+      views.Ray(pixels[i].view, pixels[i].x, pixels[i].y, &ray);
+      EXPECT_GT(rendered[i].opacity, 0.5);
+      EXPECT_LT((rendered[i].color - ray.color).cwiseAbs().maxCoeff(), 0.4) << i;
+    }
+  };
+  const TrainingSummary adapted = TrainFoam(views, seeds, 0, SmallRun(), std::move(hooks));
+  EXPECT_EQ(calls, std::ssize(kViewAdaptations));
+  EXPECT_GT(adapted.last.held_out_psnr, dark.last.held_out_psnr + 1);
 }
 
 TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {

@@ -22,18 +22,48 @@ TEST(PhotoLight, SrgbGoesThereAndBack) {
   }
 }
 
-TEST(PhotoLight, RadiusIsOneInTheCorners) {
-  EXPECT_DOUBLE_EQ(SquaredRadius({0, 0}, 640, 480), 1);
-  EXPECT_DOUBLE_EQ(SquaredRadius({640, 480}, 640, 480), 1);
-  EXPECT_DOUBLE_EQ(SquaredRadius({320, 240}, 640, 480), 0);
-  EXPECT_DOUBLE_EQ(SquaredRadius({640, 240}, 640, 480), 0.64);
+TEST(PhotoLight, PlacesAreOneFromTheMiddleInTheCorners) {
+  EXPECT_EQ(PlaceInPhoto({0, 0}, 640, 480), Eigen::Vector2d(-0.8, -0.6));
+  EXPECT_EQ(PlaceInPhoto({640, 480}, 640, 480), Eigen::Vector2d(0.8, 0.6));
+  EXPECT_EQ(PlaceInPhoto({320, 240}, 640, 480), Eigen::Vector2d(0, 0));
+  EXPECT_EQ(PlaceInPhoto({640, 240}, 640, 480), Eigen::Vector2d(0.8, 0));
 }
 
 TEST(PhotoLight, FallsOffTowardsTheCorners) {
   const PhotoLight light{{2, 1, 0.5}, {-0.1, -0.2}};
-  EXPECT_DOUBLE_EQ(LightAt(light, 0).x(), 2);
-  EXPECT_DOUBLE_EQ(LightAt(light, 1).y(), std::exp(-0.3));
-  EXPECT_DOUBLE_EQ(LightAt(light, 0.5).z(), 0.5 * std::exp(-0.1));
+  EXPECT_DOUBLE_EQ(LightAt(light, {0, 0}).x(), 2);
+  EXPECT_DOUBLE_EQ(LightAt(light, {-0.8, 0.6}).y(), std::exp(-0.3));
+  EXPECT_DOUBLE_EQ(LightAt(light, {0, std::sqrt(0.5)}).z(), 0.5 * std::exp(-0.1));
+}
+
+TEST(PhotoLight, ShadingIsAPolynomialOfDegreeTwo) {
+  PhotoLight light;
+  light.gain = {1, 2, 3};
+  light.shading << 0.5, 0, 0, 0, 0, 0, -0.25, 0, 0, 0, 0.1, 0.2, 0.3, 0.4, 0.5;
+  const Eigen::Vector3d there = LightAt(light, {0.6, -0.4});
+  EXPECT_DOUBLE_EQ(there.x(), std::exp(0.3));
+  EXPECT_DOUBLE_EQ(there.y(), 2 * std::exp(0.1));
+  EXPECT_DOUBLE_EQ(there.z(), 3 * std::exp(0.06 - 0.08 + 0.3 * 0.36 - 0.4 * 0.24 + 0.5 * 0.16));
+}
+
+TEST(PhotoLight, ReferenceColorUndoesALampThatMoved) {
+  constexpr int kWidth = 64, kHeight = 48;
+  const Eigen::Vector2d slopes(0.4, -0.3);
+  PhotoLight light;
+  // From slopes over the width to slopes over half the diagonal.
+  light.shading.leftCols<2>().rowwise() =
+      slopes.transpose() * (0.5 * std::hypot(kWidth, kHeight) / kWidth);
+  Image8 photo{kWidth, kHeight, std::vector<uint8_t>(3 * kWidth * kHeight, 120)};
+  ChangePhoto(Eigen::Vector3d::Ones(), 0, slopes, &photo);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Eigen::Vector3f color =
+          ReferenceColor(&photo.data[3 * (static_cast<size_t>(y) * kWidth + x)],
+                         light,
+                         PlaceInPhoto({x + 0.5, y + 0.5}, kWidth, kHeight));
+      EXPECT_NEAR(255 * color.x(), 120, 0.8) << x << " " << y;
+    }
+  }
 }
 
 TEST(PhotoLight, ReferenceColorUndoesWhatTheCameraDid) {
@@ -42,7 +72,7 @@ TEST(PhotoLight, ReferenceColorUndoesWhatTheCameraDid) {
   for (int value = 20; value < 220; ++value) {
     Image8 photo{1, 1, {uint8_t(value), uint8_t(value), uint8_t(value)}};
     ChangePhoto(gain, 0, {0, 0}, &photo);
-    const Eigen::Vector3f color = ReferenceColor(photo.data.data(), light, 0);
+    const Eigen::Vector3f color = ReferenceColor(photo.data.data(), light, {0, 0});
     // Half a step of the darkened photo is most of one here.
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * color[c], value, 0.8) << c;
   }
@@ -51,7 +81,7 @@ TEST(PhotoLight, ReferenceColorUndoesWhatTheCameraDid) {
 TEST(PhotoLight, WithoutChangeColoursStay) {
   for (int value = 0; value < 256; ++value) {
     const uint8_t rgb[3] = {uint8_t(value), uint8_t(value), 7};
-    const Eigen::Vector3f color = ReferenceColor(rgb, PhotoLight(), 0.3);
+    const Eigen::Vector3f color = ReferenceColor(rgb, PhotoLight(), {0.3, 0.4});
     EXPECT_NEAR(color.x(), value / 255.0, 1e-6);
   }
 }
@@ -61,15 +91,15 @@ TEST(PhotoLight, WhiteStaysWhiteOrIsNotKnown) {
   const uint8_t one_channel[3] = {254, 100, 100};
   // A dark photo: more than white is white, as in any photo.
   const PhotoLight dark{{0.7, 0.7, 0.7}, {0, 0}};
-  EXPECT_EQ(ReferenceColor(white, dark, 0), Eigen::Vector3f::Ones());
+  EXPECT_EQ(ReferenceColor(white, dark, {0, 0}), Eigen::Vector3f::Ones());
   // A bright one: what is behind 255 may be anything from there on.
   const PhotoLight bright{{1.4, 1.4, 1.4}, {0, 0}};
-  EXPECT_FALSE(ReferenceColor(white, bright, 0).allFinite());
-  EXPECT_FALSE(ReferenceColor(one_channel, bright, 0).allFinite());
+  EXPECT_FALSE(ReferenceColor(white, bright, {0, 0}).allFinite());
+  EXPECT_FALSE(ReferenceColor(one_channel, bright, {0, 0}).allFinite());
   // So little brighter that nobody sees it.
   const PhotoLight hardly{{1.02, 1.02, 1.02}, {0, 0}};
-  EXPECT_TRUE(ReferenceColor(white, hardly, 0).allFinite());
-  EXPECT_GT(ReferenceColor(white, hardly, 0).minCoeff(), 0.98);
+  EXPECT_TRUE(ReferenceColor(white, hardly, {0, 0}).allFinite());
+  EXPECT_GT(ReferenceColor(white, hardly, {0, 0}).minCoeff(), 0.98);
 }
 
 }  // namespace

@@ -133,6 +133,8 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
   const std::string by_option = foam_of("option",
                                         {"--Effects.exposure",
                                          "off",
+                                         "--Effects.shading",
+                                         "off",
                                          "--Effects.vignetting",
                                          "off",
                                          "--Effects.distortion",

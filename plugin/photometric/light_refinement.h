@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/train/trainer.h"
+#include "plugin/dataset/scene_options.h"
+#include "plugin/dataset/training_scene.h"
+#include "plugin/photo/photo_light.h"
+#include "plugin/photometric/effects.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// Fits the light of each training photo to renders of the foam in training, where a scene calls for
+// it. The tracks that the probe (effects.h) looks at are few, and tell exposure only where the
+// light of the scene stands still. A foam of 15 % of the run already knows the colours of all
+// surfaces as all photos together show them; what a photo shows brighter or darker over wide areas
+// is its light.
+//
+// For each photo and channel, log(photo / render) over a grid of pixels is fitted by a polynomial
+// in the place in the photo: of degree 0 (a gain), 1 or 2 (PhotoLight). Weights make residuals
+// those of display values, in which noise is about even, with Cauchy's weights against what is not
+// light (edges, what the foam does not know yet). Least squares by iterated reweighting. Saturated,
+// black and transparent pixels are left out.
+//
+// The first refinement decides, once for the scene: the photos are divided into blocks of pixels
+// like a chessboard, fields are fitted to either colour and compared on the other. The light of
+// photos is refined where this lowers the squared error of the display values on these held-back
+// pixels by kLeastLightGain or more; a higher degree is chosen where it lowers it by another
+// kLeastDegreeGain. It waits for the next refinement where the foam shows less than kLeastContrast
+// of the photos' contrast: what such a foam lacks would pass for light. Held-out photos take no
+// part.
+//
+// Of the fields, only differences between photos are known: their mean over the training photos is
+// taken out.
+
+// Shares of the squared error on held-back pixels. Unchanged photos (`tabletop`) reach 0.001.
+inline constexpr double kLeastLightGain = 0.04;
+inline constexpr double kLeastDegreeGain = 0.01;
+inline constexpr double kLeastContrast = 0.7;
+
+// Highest degree of a field.
+inline constexpr int kMaxLightDegree = 2;
+
+// A pixel of a photo and its render.
+struct LightPair {
+  // PlaceInPhoto.
+  Eigen::Vector2d place;
+  // Display values; the render's may exceed 1.
+  Eigen::Vector3d photo;
+  Eigen::Vector3d render;
+  // Colour on the chessboard, 0 or 1.
+  int half = 0;
+};
+
+// Logarithm of a photo's light over its render's: constant, then ShadingTerms.
+using LightField = Eigen::Matrix<double, 3, 1 + kNumShadingTerms>;
+
+// Fits a field of `degree` 0 to kMaxLightDegree to the pairs, or to those of one `half` (0, 1; -1:
+// all). Zero without usable pairs: a weak prior draws all coefficients there.
+LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int half);
+
+class LightRefiner {
+ public:
+  using RenderPixels = TrainingHooks::RenderPixels;
+
+  // `lights` are the scene's so far [views], or empty. `mode`: kOff never changes them, kOn chooses
+  // a degree without a least gain. Refine looks at about `num_rays` pixels of all photos.
+  // `scene` must outlive this object.
+  LightRefiner(TrainingScene* scene,
+               std::vector<PhotoLight> lights,
+               EffectSwitch mode,
+               int64_t num_rays);
+
+  // Fits the lights to renders and sets those of the scene (TrainingScene::SetLights). Decodes
+  // photos again that are not in memory. The result does not depend on the number of threads.
+  void Refine(const RenderPixels& render);
+
+  // Returns whether a Refine has found out if the scene calls for it.
+  bool IsDecided() const { return decided_; }
+  // Returns whether the lights are refined; false before the first Refine.
+  bool IsOn() const { return degree_ >= 0; }
+  // Returns the degree of the fields, -1 where lights are not refined.
+  int degree() const { return degree_; }
+  // Returns the share of the squared error on held-back pixels that fields explained when it was
+  // decided.
+  double explained() const { return explained_; }
+  // Returns the spread of the gains, and of the rest of the fields over the photos: roots of mean
+  // squares of logarithms.
+  double GainSpread() const;
+  double ShadingSpread() const;
+  // [views] The current lights; empty where none differs.
+  const std::vector<PhotoLight>& lights() const { return lights_; }
+  // Returns a line about the decision and the fields.
+  std::string Report() const;
+  // Returns the effect "shading" for effects.json.
+  Effect MakeEffect() const;
+
+  // Describes the decision and the lights for checkpoints. After reading, Restore must be called.
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    archive->Number("light_decided", &decided_);
+    archive->Number("light_degree", &degree_);
+    archive->Number("light_explained", &explained_);
+    if constexpr (Archive::kIsReader) {
+      if (degree_ >= 0) lights_.resize(scene_->NumViews());
+    }
+    if (degree_ < 0) return;
+    for (size_t view = 0; view < lights_.size(); ++view) {
+      const std::string name = "light_" + std::to_string(view) + "_";
+      PhotoLight& light = lights_[view];
+      for (int i = 0; i < 3; ++i) archive->Number(name + std::to_string(i), &light.gain[i]);
+      for (int i = 0; i < light.shading.size(); ++i) {
+        archive->Number(name + std::to_string(3 + i), &light.shading.data()[i]);
+      }
+    }
+  }
+  // Sets the scene's lights to those that were read.
+  void Restore();
+
+ private:
+  std::vector<LightPair> PairsOf(int view, const RenderPixels& render) const;
+  void Decide(const std::vector<std::vector<LightPair>>& pairs);
+
+  TrainingScene* const scene_;
+  const EffectSwitch mode_;
+  const int64_t num_rays_;
+  std::vector<int> training_views_;
+  std::vector<PhotoLight> lights_;
+  bool decided_ = false;
+  int degree_ = -1;
+  double explained_ = 0;
+};
+
+}  // namespace semfoam

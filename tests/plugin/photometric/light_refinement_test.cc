@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/photometric/light_refinement.h"
+
+#include "foam/image/srgb.h"
+#include "foam/train/checkpoint_state.h"
+#include "foam/util/parallel.h"
+#include "foam/util/random.h"
+
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "tests/plugin/photo/changed_photos.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kTabletop = fs::path(SEMFOAM_TEST_DATA) / "tabletop";
+
+SceneOptions OptionsFor(const fs::path& workspace) {
+  SceneOptions options;
+  options.image_path = workspace / "images";
+  options.input_path = workspace / "sparse/0";
+  options.test_every = 8;
+  options.use_masks = false;
+  return options;
+}
+
+const TrainingScene& Tabletop() {
+  static const TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
+  return scene;
+}
+
+// A foam that shows the tabletop as its unchanged photos do.
+std::vector<RenderedRay> RenderOriginal(const std::vector<ViewPixel>& pixels) {
+  std::vector<RenderedRay> rendered(pixels.size());
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    TrainingRay ray;
+    if (!Tabletop().Ray(pixels[i].view, pixels[i].x, pixels[i].y, &ray)) continue;
+    rendered[i].color = ray.color;
+    rendered[i].opacity = 1;
+  }
+  return rendered;
+}
+
+// The tabletop photographed in other light.
+struct Changed {
+  explicit Changed(const CameraHabits& habits)
+      : gains(WriteChangedWorkspace(kTabletop, folder / "w", habits)),
+        scene(PlanScene(OptionsFor(folder / "w"))) {}
+
+  // Root of the mean square of the difference to the unchanged photos' display values, over the
+  // training photos, after the factor that is best for each channel of all photos.
+  double Difference() const {
+    double squares = 0;
+    int64_t count = 0;
+    for (int view = 1; view < scene.NumViews(); view += 3) {
+      if (scene.IsHeldOut(view)) continue;
+      for (int y = 0; y < 240; y += 7) {
+        for (int x = 0; x < 320; x += 7) {
+          TrainingRay ray, original;
+          scene.Ray(view, x, y, &ray);
+          Tabletop().Ray(view, x, y, &original);
+          if (!ray.color.allFinite() || original.color.maxCoeff() > 0.9) continue;
+          squares += (ray.color - original.color).squaredNorm() / 3;
+          ++count;
+        }
+      }
+    }
+    EXPECT_GT(count, 10'000);
+    return std::sqrt(squares / count);
+  }
+
+  TempFolder folder;
+  std::vector<Eigen::Vector3d> gains;
+  TrainingScene scene;
+};
+
+Eigen::Vector3d Display(const Eigen::Vector3d& light) {
+  return {DisplayFromLinear(light[0]), DisplayFromLinear(light[1]), DisplayFromLinear(light[2])};
+}
+
+// Pairs under this field, with noise, and a share of them with something else before the surface.
+std::vector<LightPair> PairsUnder(const LightField& field, double outliers) {
+  std::vector<LightPair> pairs;
+  CounterRandom random(3, 0x11, 0);
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      LightPair pair;
+      pair.place = PlaceInPhoto({x + 0.5, y + 0.5}, 64, 48);
+      pair.half = (x / 8 + y / 8) % 2;
+      const Eigen::Vector3d light = Eigen::Vector3d::Constant(0.1 + 0.3 * random.Uniform());
+      Eigen::Matrix<double, 1 + kNumShadingTerms, 1> terms;
+      terms << 1, ShadingTerms(pair.place);
+      pair.render = Display(light);
+      pair.photo = Display(light.array() * (field * terms).array().exp());
+      for (double& value : pair.photo) value += 0.01 * random.Normal();
+      if (random.Uniform() < outliers) pair.photo = {0.8, 0.3, 0.1};
+      pairs.push_back(pair);
+    }
+  }
+  return pairs;
+}
+
+TEST(FitLightField, FindsTheFieldBesideOutliers) {
+  LightField field;
+  field << 0.2, 0.1, -0.2, 0.1, 0, 0.05, -0.1, 0.2, 0, 0, 0.1, 0, 0, -0.1, 0.1, -0.2, 0, 0.2;
+  for (const double outliers : {0.0, 0.2}) {
+    const std::vector<LightPair> pairs = PairsUnder(field, outliers);
+    for (const int half : {-1, 0, 1}) {
+      const LightField found = FitLightField(pairs, 2, half);
+      double squares = 0;
+      for (const LightPair& pair : pairs) {
+        Eigen::Matrix<double, 1 + kNumShadingTerms, 1> terms;
+        terms << 1, ShadingTerms(pair.place);
+        squares += ((found - field) * terms).squaredNorm() / 3;
+      }
+      EXPECT_LT(std::sqrt(squares / pairs.size()), outliers > 0 ? 0.05 : 0.005)
+          << outliers << " " << half << "\n"
+          << found;
+    }
+  }
+  const std::vector<LightPair> pairs = PairsUnder(field, 0);
+  // A lower degree has no terms of a higher one.
+  EXPECT_TRUE(FitLightField(pairs, 0, -1).rightCols<kNumShadingTerms>().isZero(0));
+  EXPECT_TRUE(FitLightField(pairs, 1, -1).rightCols<3>().isZero(0));
+}
+
+TEST(FitLightField, KnowsNothingWithoutPixels) {
+  EXPECT_TRUE(FitLightField({}, 2, -1).isZero(0));
+  LightPair white;
+  white.place = {0, 0};
+  white.photo = white.render = {1, 1, 1};
+  EXPECT_TRUE(FitLightField({white}, 2, -1).isZero(0));
+}
+
+TEST(LightRefiner, LeavesUnchangedPhotosAlone) {
+  TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
+  LightRefiner refiner(&scene, {}, EffectSwitch::kAuto, 100'000);
+  // A foam that has not learned the details: noise, the same for every seed.
+  const auto blurred = [](const std::vector<ViewPixel>& pixels) {
+    std::vector<RenderedRay> rendered = RenderOriginal(pixels);
+    CounterRandom random(5, 0x12, pixels[0].view);
+    for (RenderedRay& ray : rendered) ray.color *= float(1 + 0.1 * random.Normal());
+    return rendered;
+  };
+  refiner.Refine(blurred);
+  EXPECT_TRUE(refiner.IsDecided());
+  EXPECT_FALSE(refiner.IsOn()) << refiner.Report();
+  EXPECT_TRUE(refiner.lights().empty());
+  EXPECT_LT(std::abs(refiner.explained()), 0.01);
+  EXPECT_THAT(refiner.Report(), HasSubstr("stays as it is"));
+}
+
+TEST(LightRefiner, TakesOutALampThatMoves) {
+  Changed changed({.exposure = 0.1, .white_balance = 0.05, .shading = 0.3, .seed = 2});
+  const double before = changed.Difference();
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 100'000);
+  refiner.Refine(RenderOriginal);
+  EXPECT_TRUE(refiner.IsOn()) << refiner.Report();
+  EXPECT_EQ(refiner.degree(), 1);
+  EXPECT_GT(refiner.explained(), 0.8);
+  const double after = changed.Difference();
+  EXPECT_GT(before, 0.03);
+  EXPECT_LT(after, 0.3 * before);
+  // Held-out photos are not looked at.
+  EXPECT_EQ(refiner.lights()[0].gain, Eigen::Vector3d::Ones());
+  EXPECT_TRUE(refiner.lights()[0].shading.isZero(0));
+  // The second time finds the same again, to which nothing is to be added.
+  const std::vector<PhotoLight> lights = refiner.lights();
+  refiner.Refine(RenderOriginal);
+  EXPECT_NEAR(refiner.lights()[9].gain[0], lights[9].gain[0], 1e-12);
+}
+
+TEST(LightRefiner, WaitsForAFoamThatShowsThePhotos) {
+  Changed changed({.exposure = 0.3, .seed = 4});
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 100'000);
+  refiner.Refine([](const std::vector<ViewPixel>& pixels) {
+    std::vector<RenderedRay> grey(pixels.size());
+    for (RenderedRay& ray : grey) {
+      ray.color = Eigen::Vector3f::Constant(0.5f);
+      ray.opacity = 1;
+    }
+    return grey;
+  });
+  EXPECT_FALSE(refiner.IsDecided());
+  refiner.Refine(RenderOriginal);
+  EXPECT_TRUE(refiner.IsOn());
+}
+
+TEST(LightRefiner, ObeysItsSwitch) {
+  Changed changed({.exposure = 0.3, .seed = 4});
+  LightRefiner off(&changed.scene, {}, EffectSwitch::kOff, 100'000);
+  off.Refine([](const std::vector<ViewPixel>&) -> std::vector<RenderedRay> {
+    ADD_FAILURE() << "renders for nothing";
+    return {};
+  });
+  EXPECT_FALSE(off.IsOn());
+  TrainingScene same(PlanScene(OptionsFor(kTabletop)));
+  LightRefiner on(&same, {}, EffectSwitch::kOn, 100'000);
+  on.Refine(RenderOriginal);
+  EXPECT_TRUE(on.IsOn());
+  EXPECT_LT(on.GainSpread(), 0.005);
+}
+
+TEST(LightRefiner, GivesTheSameOnAnyThreadsAndFromACheckpoint) {
+  Changed changed({.exposure = 0.1, .shading = 0.2, .seed = 6});
+  const auto gains_of = [](const LightRefiner& refiner) {
+    std::vector<double> numbers;
+    for (const PhotoLight& light : refiner.lights()) {
+      numbers.insert(numbers.end(), light.gain.data(), light.gain.data() + 3);
+      numbers.insert(numbers.end(), light.shading.data(), light.shading.data() + 15);
+    }
+    return numbers;
+  };
+  std::vector<double> first;
+  for (const int threads : {1, 2, 5}) {
+    const ThreadLimit limit(threads);
+    LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
+    refiner.Refine(RenderOriginal);
+    ASSERT_TRUE(refiner.IsOn());
+    if (first.empty()) first = gains_of(refiner);
+    EXPECT_EQ(gains_of(refiner), first) << threads;
+  }
+
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
+  refiner.Refine(RenderOriginal);
+  CheckpointContents contents;
+  StateWriter writer("light", &contents);
+  refiner.Serialize(&writer);
+  const fs::path path = changed.folder / "light.checkpoint";
+  WriteCheckpoint(path, contents);
+  const Checkpoint checkpoint(path);
+  changed.scene.SetLights({});
+  LightRefiner resumed(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
+  StateReader reader("light", checkpoint);
+  resumed.Serialize(&reader);
+  resumed.Restore();
+  EXPECT_EQ(gains_of(resumed), first);
+  EXPECT_LT(changed.Difference(), 0.02);
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -43,11 +43,13 @@ set(SEMFOAM_PUBLIC_HEADERS
     export/transfer/label_transfer.h)
 
 function(semfoam_install)
-  foreach(program semfoam semfoam_benchmark)
-    if(TARGET ${program})
-      install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-    endif()
-  endforeach()
+  if(TARGET semfoam)
+    install(TARGETS semfoam RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  endif()
+  if(TARGET semfoam_benchmark)
+    # In no package.
+    install(TARGETS semfoam_benchmark RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT benchmark)
+  endif()
   foreach(library foam plugin export controllers)
     set_target_properties(semfoam_${library} PROPERTIES EXPORT_NAME ${library})
   endforeach()
@@ -55,15 +57,16 @@ function(semfoam_install)
     CODE "set(SEMFOAM_SOURCE \"${PROJECT_SOURCE_DIR}\")
 set(SEMFOAM_HEADERS \"${SEMFOAM_PUBLIC_HEADERS}\")
 set(SEMFOAM_DESTINATION \"${SEMFOAM_INSTALL_INCLUDE}\")
-include(\"${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake\")")
+include(\"${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake\")"
+    COMPONENT development)
   install(TARGETS semfoam_foam semfoam_plugin semfoam_export semfoam_controllers semfoam_openvdb semfoam_openmesh
-          EXPORT SemanticFoamTargets)
+          EXPORT SemanticFoamTargets COMPONENT development)
   set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/SemanticFoam)
-  install(EXPORT SemanticFoamTargets NAMESPACE SemanticFoam:: DESTINATION ${folder})
+  install(EXPORT SemanticFoamTargets NAMESPACE SemanticFoam:: DESTINATION ${folder} COMPONENT development)
   configure_package_config_file(
     ${PROJECT_SOURCE_DIR}/cmake/SemanticFoamConfig.cmake.in ${PROJECT_BINARY_DIR}/SemanticFoamConfig.cmake
     INSTALL_DESTINATION ${folder})
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/SemanticFoamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/SemanticFoamConfig.cmake ${PROJECT_BINARY_DIR}/SemanticFoamConfigVersion.cmake
-          DESTINATION ${folder})
+          DESTINATION ${folder} COMPONENT development)
 endfunction()

@@ -70,8 +70,7 @@ void Describe(const OptionDescription& option, po::options_description* list) {
   if (!option.choices.empty()) help.append("{").append(Join(option.choices, ", ")).append("} ");
   help += option.help;
   for (const std::string& name : option.short_names) {
-    // The others are told of in one sentence.
-    if (name != WithoutItsGroup(option.name)) help.append("; --").append(name + " is the same");
+    help.append("; --").append(name + " is the same");
   }
   auto* value = po::value<std::string>();
   const bool names_default = !option.required && !option.default_text.empty();
@@ -540,11 +539,7 @@ std::string OptionManager::Help(bool all) const {
   std::map<std::string, po::options_description> lists;
   po::options_description general = List("Options of every command");
   size_t num_hidden = 0;
-  std::string in_group;
   for (const OptionDescription& option : description.options) {
-    if (in_group.empty() && !option.group.empty() && !option.short_names.empty()) {
-      in_group = option.name;
-    }
     if (!all && !option.frequent) {
       ++num_hidden;
     } else if (option.general) {
@@ -570,10 +565,6 @@ std::string OptionManager::Help(bool all) const {
   text << "\n";
   if (num_hidden > 0) {
     text << num_hidden << " more options: semfoam " << command_ << " --help_all\n";
-  }
-  if (!in_group.empty()) {
-    text << "A group may be left out where one option alone can be meant: --"
-         << WithoutItsGroup(in_group) << " for --" << in_group << ".\n";
   }
   text
       << "Numbers may be written as 300e3, 1.5k or 20M. Options can either be given on the command "

@@ -71,33 +71,6 @@ Eigen::Vector3d PlaneNormal(std::vector<Eigen::Vector3d> points) {
   return fit(&mean);
 }
 
-ExportableScene SceneWithObjects(const Model& model, const fs::path& foam_path) {
-  ExportableScene scene = MakeExportableScene(model, EveryObject());
-  if (scene.objects.empty()) {
-    throw UserError(foam_path.string(),
-                    ": has no objects; a foam has them where it was trained with instance masks.");
-  }
-  return scene;
-}
-
-ChosenObjects ChosenOf(const Model& model, const LabelFilter& filter, ExportableScene scene) {
-  ChosenObjects chosen;
-  for (const ObjectInfo* object : SelectObjects(scene, filter)) {
-    ObjectCells& cells = chosen.objects.emplace_back();
-    const auto label = std::find_if(model.labels.begin(),
-                                    model.labels.end(),
-                                    [&](const Label& one) { return one.id == object->id; });
-    cells.class_index = static_cast<ClassIndex>(label - model.labels.begin());
-    cells.cells = object->cells;
-    chosen.names.push_back(object->name + " (" + std::to_string(Value(object->id)) + ")");
-    chosen.num_cells += object->cells.size();
-  }
-  for (const int32_t object : scene.object_of_cell) chosen.is_in_object.push_back(object >= 0);
-  chosen.delaunay = std::move(scene.delaunay);
-  chosen.cell_labels = std::move(scene.labels);
-  return chosen;
-}
-
 }  // namespace
 
 PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text) {
@@ -194,20 +167,6 @@ void RequireValid(const ObjectSelection& selection) {
   if (!selection.pick.empty()) ParsePhotoPixel("pick", selection.pick);
 }
 
-ExportableSceneOptions EveryObject() {
-  ExportableSceneOptions options;
-  options.components.keep_fragments = true;
-  return options;
-}
-
-ChosenObjects ChooseObjects(const Model& model,
-                            const LabelChoice& choice,
-                            const fs::path& foam_path) {
-  ExportableScene scene = SceneWithObjects(model, foam_path);
-  const LabelFilter filter = FilterObjects(scene, choice);
-  return ChosenOf(model, filter, std::move(scene));
-}
-
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const fs::path& foam_path,
@@ -240,7 +199,7 @@ ChosenObjects ChooseObjects(const Model& model,
                     seen.label_id,
                     ", of which there is no object; choose a pixel of an object.");
   }
-  return ChosenOf(model, picked, std::move(scene));
+  return TakeObjects(model, picked, std::move(scene));
 }
 
 fs::path EditedFoamPath(const fs::path& output_path, const std::vector<fs::path>& inputs) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
 #include "foam/device/device.h"
-#include "foam/edit/object_editing.h"
 #include "foam/model/model.h"
 #include "foam/util/ids.h"
 #include "foam/view/view_renderer.h"
 #include "tools/cli/option_manager.h"
+#include "tools/controllers/chosen_objects.h"
 
 #include <filesystem>
 #include <string>
@@ -58,31 +57,8 @@ void AddSelectionOptions(OptionManager* options, ObjectSelection* selection);
 // Throws UserError where the options contradict each other. Must be called before any work.
 void RequireValid(const ObjectSelection& selection);
 
-// Selected objects of a model.
-struct ChosenObjects {
-  // Triangulation of the model, and the labels of its cells.
-  Delaunay delaunay;
-  CellLabels cell_labels;
-  // [sites] Whether the cell belongs to any object, selected or not.
-  std::vector<uint8_t> is_in_object;
-  std::vector<ObjectCells> objects;
-  // "mug (6)", one per object.
-  std::vector<std::string> names;
-  // Number of cells of all selected objects.
-  size_t num_cells = 0;
-};
-
-// Returns the options of exports, but with fragments, so that fragments can be selected by name.
-ExportableSceneOptions EveryObject();
-
-// Finds the objects that `choice` names (SelectObjects). Throws UserError when one does not exist,
-// or the model has no objects.
-ChosenObjects ChooseObjects(const Model& model,
-                            const LabelChoice& choice,
-                            const std::filesystem::path& foam_path);
-
-// Does the same; if `selection.pick` is given, finds the object at that pixel, rendered on
-// `device`. Throws UserError also where the pixel shows no object.
+// Finds the selected objects (chosen_objects.h); if `selection.pick` is given, the object at that
+// pixel, rendered on `device`. Throws UserError also where the pixel shows no object.
 ChosenObjects ChooseObjects(const Model& model,
                             const ObjectSelection& selection,
                             const std::filesystem::path& foam_path,

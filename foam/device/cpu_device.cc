@@ -141,8 +141,7 @@ class CpuTrainingDevice final : public TrainingDevice {
                                                     step.rates,
                                                     &state_.foam,
                                                     &density_,
-                                                    &state_.densification,
-                                                    state_.is_frozen);
+                                                    &state_.densification);
     result.batch = batch_.totals;
     return result;
   }

@@ -6,7 +6,9 @@
 #include "foam/render/update_loops.h"
 #include "foam/util/host_device.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace semfoam {
@@ -95,13 +97,14 @@ const std::vector<AdamCorrection>& AdamCorrections();
 // the bias correction, so that new cells start with it too.
 class FoamOptimizer {
  public:
-  explicit FoamOptimizer(const Foam& foam);
+  // Cells with `is_frozen` [N] keep their parameters and have no moments; empty: none is.
+  explicit FoamOptimizer(const Foam& foam, const std::vector<uint8_t>& is_frozen = {});
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
   // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
   // with `is_clear` [N] keep their density. Updates `density` [N or more], the activated densities.
   // A cell with a gradient that is not finite keeps its parameters; returns the number of such
-  // cells. So do cells with `is_frozen` [N]; empty: none is.
+  // cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
                const std::vector<Eigen::Vector3f>& sites,
@@ -110,8 +113,7 @@ class FoamOptimizer {
                const LearningRates& rates,
                Foam* foam,
                std::vector<float>* density,
-               DensificationStatistics* statistics,
-               const std::vector<uint8_t>& is_frozen = {});
+               DensificationStatistics* statistics);
 
   // Takes the classifier's part of Step: its weights [K][kIdentityDim], then its biases [K].
   // Returns how many of the two kept their parameters because of a gradient that is not finite.
@@ -121,13 +123,14 @@ class FoamOptimizer {
                          Foam* foam);
 
   // Rearranges the moments after a densification: new site k takes the moments of old site
-  // origin[k], or zeros where is_new[k].
+  // origin[k], or zeros where is_new[k]. It is frozen where that is.
   void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
 
   // Changes the SH degree of the moments; those of new coefficients are zero.
   void ChangeShDegree(int degree);
 
-  // Describes the moments and counts (foam/train/checkpoint_state.h), for a foam of the same sizes.
+  // Describes the moments and counts of the cells that are not frozen, in their order
+  // (foam/train/checkpoint_state.h), for a foam of the same sizes.
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Array("first_moments", &first_, first_.size());
@@ -139,21 +142,31 @@ class FoamOptimizer {
   }
 
   // Give access to the moments, rows [N][row().size], for a device that keeps them in its own
-  // memory.
+  // memory. No cell may be frozen.
   const ParameterRow& row() const { return row_; }
   std::vector<float>& first_moments() { return first_; }
   std::vector<float>& second_moments() { return second_; }
   std::vector<uint32_t>& steps() { return steps_; }
 
  private:
+  // In moments_of_: the cell is frozen.
+  static constexpr uint32_t kNoMoments = std::numeric_limits<uint32_t>::max();
+
+  // Returns which of the moments and counts are the site's, or kNoMoments.
+  uint32_t MomentsOf(size_t site) const {
+    return moments_of_.empty() ? static_cast<uint32_t>(site) : moments_of_[site];
+  }
+
   int sh_degree_;
   ParameterRow row_;
   // Length of a site's row.
   int stride_;
-  // [N][stride_] First and second moments.
+  // [N] MomentsOf(); empty: each site's are its own. M of the sites are not frozen.
+  std::vector<uint32_t> moments_of_;
+  // [M][stride_] First and second moments.
   std::vector<float> first_;
   std::vector<float> second_;
-  // [N] Number of steps of each site.
+  // [M] Number of steps of each site.
   std::vector<uint32_t> steps_;
   // Moments of the weights [K][kIdentityDim], then of the biases [K].
   std::vector<float> classifier_first_;

@@ -17,7 +17,10 @@
 namespace semfoam {
 namespace {
 
-// The arrays of a checkpoint with one row a site.
+// The arrays of a checkpoint with one row for each site that is not frozen.
+constexpr const char* kMomentArrays[] = {"first_moments", "second_moments", "steps"};
+
+// The arrays with one row a site.
 constexpr const char* kSiteArrays[] = {"positions",
                                        "raw_density",
                                        "sh",
@@ -25,9 +28,6 @@ constexpr const char* kSiteArrays[] = {"positions",
                                        "identity",
                                        "squared_error",
                                        "contribution",
-                                       "first_moments",
-                                       "second_moments",
-                                       "steps",
                                        "triangulated_positions",
                                        "plane_positions",
                                        "is_frozen",
@@ -46,8 +46,12 @@ constexpr const char* kSeconds[] = {"seconds", "seconds_triangulating"};
 // Numbers of the state that say how far the schedule has come, the same for all blocks.
 constexpr const char* kProgress[] = {"iteration", "densifications", "last_triangulation", "frozen"};
 
-bool IsSiteArray(const std::string& name) {
-  return std::find(std::begin(kSiteArrays), std::end(kSiteArrays), name) != std::end(kSiteArrays);
+// The array of a block's start that holds the positions of the seeds.
+constexpr char kSeeds[] = "seeds";
+
+template <size_t N>
+bool IsAmong(const char* const (&names)[N], const std::string& name) {
+  return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
 template <typename T>
@@ -88,13 +92,25 @@ void SetArray(const std::string& name, const std::vector<T>& values, OwnedConten
   SetArray(name, std::span<const T>(values), owned);
 }
 
-// Appends the row of a site of an array with `num_sites` rows.
+// Appends a row of an array with `num_rows` rows.
 void AppendRow(std::span<const std::byte> array,
-               size_t num_sites,
-               size_t site,
+               size_t num_rows,
+               size_t row,
                std::vector<std::byte>* rows) {
-  const size_t row = array.size() / num_sites;
-  rows->insert(rows->end(), array.begin() + site * row, array.begin() + (site + 1) * row);
+  const size_t size = array.size() / num_rows;
+  rows->insert(rows->end(), array.begin() + row * size, array.begin() + (row + 1) * size);
+}
+
+// Adds an array with these rows of one with `num_rows` rows.
+void AddRows(const CheckpointContents::Array& array,
+             size_t num_rows,
+             const std::vector<size_t>& chosen,
+             OwnedContents* owned) {
+  owned->bytes.emplace_back();
+  std::vector<std::byte>& rows = owned->bytes.back();
+  if (num_rows > 0) rows.reserve(array.bytes.size() / num_rows * chosen.size());
+  for (const size_t row : chosen) AppendRow(array.bytes, num_rows, row, &rows);
+  owned->contents.arrays.push_back({array.name, rows});
 }
 
 // Returns the sites with which a block begins.
@@ -151,6 +167,15 @@ int64_t IterationOf(const Checkpoint& checkpoint) {
   return iteration;
 }
 
+std::vector<SeedPoint> SeedsOf(const Checkpoint& start) {
+  const auto positions = ValuesOf<Eigen::Vector3f>(start.Contents(), kSeeds);
+  std::vector<SeedPoint> seeds;
+  for (const Eigen::Vector3f& position : positions) {
+    seeds.push_back({position, Eigen::Vector3f::Zero(), /*is_dense=*/false});
+  }
+  return seeds;
+}
+
 bool CanBeSplit(const CheckpointContents& contents) {
   const auto pending = contents.texts.find("pending");
   return (pending == contents.texts.end() || pending->second.empty()) &&
@@ -183,25 +208,30 @@ OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, Bl
   const BlockBox padded = block.box.Padded(block.halo);
   const std::vector<size_t> sites = SitesOfStart(positions, padded, block.rays.is_met);
 
+  std::vector<size_t> trained;
+  std::vector<uint8_t> is_frozen;
+  for (const size_t site : sites) {
+    is_frozen.push_back(!padded.Contains(positions[site]));
+    if (!is_frozen.back()) trained.push_back(site);
+  }
+
   OwnedContents start;
   start.contents.texts = all.texts;
   for (const CheckpointContents::Array& array : all.arrays) {
-    if (!IsSiteArray(array.name)) {
-      SetArray(array.name, array.bytes, &start);
-      continue;
+    if (IsAmong(kSiteArrays, array.name)) {
+      AddRows(array, positions.size(), sites, &start);
+    } else if (IsAmong(kMomentArrays, array.name)) {
+      AddRows(array, positions.size(), trained, &start);
+    } else {
+      start.contents.arrays.push_back(array);
     }
-    std::vector<std::byte> rows;
-    for (const size_t site : sites) AppendRow(array.bytes, positions.size(), site, &rows);
-    SetArray(array.name, rows, &start);
   }
-  std::vector<uint8_t> is_frozen;
   const std::vector<uint32_t> ancestor(sites.begin(), sites.end());
   const auto errors = ValuesOf<float>(start.contents, "squared_error");
   const auto contributions = ValuesOf<float>(start.contents, "contribution");
   std::vector<float> squared_error(errors.begin(), errors.end());
   std::vector<float> contribution(contributions.begin(), contributions.end());
   for (size_t k = 0; k < sites.size(); ++k) {
-    is_frozen.push_back(!padded.Contains(positions[sites[k]]));
     if (!is_frozen[k]) continue;
     squared_error[k] = 0;
     contribution[k] = 1;
@@ -219,6 +249,9 @@ OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, Bl
   SetArray("drawn_squares", ValuesOf<uint8_t>(own, "drawn_squares"), &start);
   block.options.Serialize(&options);
   start.contents.texts["training_options"] = own.texts["training_options"];
+  std::vector<Eigen::Vector3f> seeds;
+  for (const SeedPoint& seed : block.seeds) seeds.push_back(seed.position);
+  SetArray(kSeeds, seeds, &start);
   return start;
 }
 
@@ -226,9 +259,17 @@ OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box
   OwnedContents result;
   result.contents.texts = trained.texts;
   const auto positions = ValuesOf<Eigen::Vector3f>(trained, "positions");
-  std::vector<size_t> own;
+  const auto is_frozen = ValuesOf<uint8_t>(trained, "is_frozen");
+  // The sites in the box, none of which is frozen, and the rows of their moments.
+  std::vector<size_t> own, own_moments;
+  size_t num_moments = 0;
   for (size_t i = 0; i < positions.size(); ++i) {
-    if (box.Contains(positions[i])) own.push_back(i);
+    if (is_frozen[i]) continue;
+    if (box.Contains(positions[i])) {
+      own.push_back(i);
+      own_moments.push_back(num_moments);
+    }
+    ++num_moments;
   }
   result.contents.texts["state"]["sites"] = FormatNumber(own.size());
   const bool is_trained = Number<int64_t>(trained, "iteration") > begin;
@@ -236,12 +277,11 @@ OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box
     // The topology of the joined foam is that of all blocks' last positions.
     const bool is_topology =
         std::string(name) == "triangulated_positions" || std::string(name) == "plane_positions";
-    const auto array = ArrayOf(trained, is_topology && is_trained ? "positions" : name);
-    result.bytes.emplace_back();
-    for (const size_t site : own) {
-      AppendRow(array, positions.size(), site, &result.bytes.back());
-    }
-    result.contents.arrays.push_back({name, result.bytes.back()});
+    const auto bytes = ArrayOf(trained, is_topology && is_trained ? "positions" : name);
+    AddRows({name, bytes}, positions.size(), own, &result);
+  }
+  for (const char* name : kMomentArrays) {
+    AddRows({name, ArrayOf(trained, name)}, num_moments, own_moments, &result);
   }
   return result;
 }
@@ -252,47 +292,43 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
   joined.contents = split.Contents();
   auto& state = joined.contents.texts["state"];
   std::vector<CheckpointContents> parts;
+  std::vector<size_t> num_sites(blocks.size());
   // (ancestor, block, site) of each site.
   std::vector<std::tuple<uint32_t, uint32_t, uint32_t>> order;
-  for (const Checkpoint* const block : blocks) {
-    size_t num_sites = 0;
-    StateReader reader("state", *block);
-    reader.Number("sites", &num_sites);
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    StateReader reader("state", *blocks[b]);
+    reader.Number("sites", &num_sites[b]);
     std::vector<uint32_t> ancestor;
-    reader.Array("ancestor", &ancestor, num_sites);
-    for (size_t i = 0; i < num_sites; ++i) {
-      order.emplace_back(ancestor[i], parts.size(), static_cast<uint32_t>(i));
-    }
-    for (const char* name : kSiteArrays) {
-      if (num_sites > 0 && block->Array(name).size() % num_sites != 0) {
-        block->ThrowDamaged("its array '" + std::string(name) + "' has another length");
-      }
-    }
-    parts.push_back(block->Contents());
+    reader.Array("ancestor", &ancestor, num_sites[b]);
+    for (uint32_t i = 0; i < num_sites[b]; ++i) order.emplace_back(ancestor[i], b, i);
     for (const char* name : kProgress) {
-      if (block->Texts("state").at(name) != blocks[0]->Texts("state").at(name)) {
-        block->ThrowDamaged("its '" + std::string(name) + "' is not that of the other blocks");
+      const auto& state = blocks[b]->Texts("state");
+      if (state.count(name) == 0 || state.at(name) != blocks[0]->Texts("state").at(name)) {
+        blocks[b]->ThrowDamaged("its '" + std::string(name) + "' is not that of other blocks");
       }
     }
+    parts.push_back(blocks[b]->Contents());
   }
   std::sort(order.begin(), order.end());
-  std::erase_if(joined.contents.arrays,
-                [](const CheckpointContents::Array& array) { return IsSiteArray(array.name); });
-  for (const char* name : kSiteArrays) {
-    if (!split.HasArray(name)) continue;
+  joined.contents.arrays.clear();
+  for (const CheckpointContents::Array& array : split.Contents().arrays) {
+    if (!IsAmong(kSiteArrays, array.name) && !IsAmong(kMomentArrays, array.name)) {
+      joined.contents.arrays.push_back(array);
+      continue;
+    }
     joined.bytes.emplace_back();
     std::vector<std::byte>& rows = joined.bytes.back();
     std::vector<std::span<const std::byte>> arrays;
-    size_t bytes = 0;
-    for (const CheckpointContents& part : parts) {
-      arrays.push_back(ArrayOf(part, name));
-      bytes += arrays.back().size();
+    for (size_t b = 0; b < blocks.size(); ++b) {
+      arrays.push_back(blocks[b]->Array(array.name));
+      if (num_sites[b] > 0 && arrays[b].size() % num_sites[b] != 0) {
+        blocks[b]->ThrowDamaged("its array '" + array.name + "' has another length");
+      }
     }
-    rows.reserve(bytes);
     for (const auto& [ancestor, block, site] : order) {
-      AppendRow(arrays[block], Number<size_t>(parts[block], "sites"), site, &rows);
+      AppendRow(arrays[block], num_sites[block], site, &rows);
     }
-    joined.contents.arrays.push_back({name, rows});
+    joined.contents.arrays.push_back({array.name, rows});
   }
   // The cells of the cameras are found anew.
   const std::vector<uint32_t> start_cells(split.Array("start_cells").size() / sizeof(uint32_t), 0);

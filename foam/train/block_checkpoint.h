@@ -42,6 +42,8 @@ struct BlockTraining {
   BlockBox box;
   float halo = 0;
   BlockRays rays;
+  // The seeds of the run, which determine the space that stays empty (FreeSpace).
+  std::vector<SeedPoint> seeds;
   // The options of the run, but for the numbers of the block's sites.
   TrainingOptions options;
 };
@@ -53,14 +55,17 @@ TrainingOptions OptionsOfBlock(const TrainingOptions& options, int64_t block_sit
 // Replaces the values of `options` by those of the checkpoint.
 void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options);
 
-// Returns the checkpoint from which a block begins: sites outside of block and halo are frozen, and
-// those of them that no ray of the block meets are left out.
+// Returns the checkpoint from which a block begins. Borrows arrays of `split`. Sites outside of
+// block and halo are frozen, and those of them that no ray of the block meets are left out.
 OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block);
 
 // Returns the number of sites with which a block begins.
 size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
                      const BlockBox& padded,
                      const std::vector<uint8_t>& is_met);
+
+// Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.
+std::vector<SeedPoint> SeedsOf(const Checkpoint& start);
 
 // Returns the result of a block: of a checkpoint of its run, the sites in its box. Borrows arrays
 // of `trained`; `begin` is the iteration at which the space was split.

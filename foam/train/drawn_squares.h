@@ -4,9 +4,9 @@
 #include "foam/data/pixel_range.h"
 #include "foam/data/training_views.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace semfoam {
@@ -35,6 +35,13 @@ class DrawnSquares {
   // Returns whether rays are drawn from the square with this pixel.
   bool Contains(const ViewPixel& pixel) const {
     return IsAll() || is_drawn_[At(pixel.view, pixel.x / kSide, pixel.y / kSide)] != 0;
+  }
+
+  // Returns whether rays are drawn from any square of this view.
+  bool ContainsAnyOf(int view) const {
+    return IsAll() || std::any_of(is_drawn_.begin() + begins_[view],
+                                  is_drawn_.begin() + begins_[view + 1],
+                                  [](uint8_t is_drawn) { return is_drawn != 0; });
   }
 
   // Adds the square (x, y) of a view, counted in squares.

@@ -18,7 +18,7 @@ namespace semfoam {
 namespace {
 
 // Of rays that only pass through a block, one square in so many is drawn.
-constexpr uint64_t kPassingSquares = 4;
+constexpr uint64_t kPassingSquares = 16;
 constexpr uint64_t kPassingPurpose = 0x4b1;
 
 // Rays of a square that are looked at, in x and in y.
@@ -228,7 +228,7 @@ std::vector<BlockBox> SplitSpace(const std::vector<Eigen::Vector3f>& sites,
 
 float HaloWidth(const std::vector<float>& radii, const DensificationStatistics& statistics) {
   constexpr float kSeen = 0.1f;
-  constexpr float kLayers = 8;
+  constexpr float kLayers = 4;
   std::vector<float> seen;
   for (size_t i = 0; i < radii.size(); ++i) {
     if (statistics.contribution[i] > kSeen) seen.push_back(radii[i]);

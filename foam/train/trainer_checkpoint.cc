@@ -151,7 +151,7 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
   }
   SerializeArrays(num_sites, num_reports, &state);
   if (checkpoint->HasArray("is_frozen")) SerializeBlock(num_sites, &state);
-  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
+  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam, state_.is_frozen);
   state_.optimizer->Serialize(&state);
   guard_.Serialize(&guard);
   const TopologyUpdater::SavedSites sites = topology_.Read(*checkpoint, log_.iteration());

@@ -375,7 +375,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
     throw TrainingStopped();
   };
   BlocksRecord record;
-  run->when_stopped = [&](const TrainingScene& scene) {
+  run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
     const Checkpoint split(path / kSplit);
     double seconds = 0;
     ParseNumber(split.Texts("state").at("seconds"), &seconds);
@@ -386,6 +386,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       training.box = block.box;
       training.halo = plan.record.halo;
       training.rays = std::move(plan.rays[b]);
+      training.seeds = seeds;
       training.options = OptionsOfBlock(run->training, block.sites);
       OwnedContents start = BlockStart(split, scene, std::move(training));
       start.contents.texts["block"] = TextsOf(plan.record, block);
@@ -420,6 +421,7 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
   {
     const Checkpoint start(path / kStart);
     RequireOfBlock(start, record, block);
+    run->block_seeds = SeedsOf(start);
     if (IterationOf(start) >= record.merge_iteration) {
       write_result(start.Contents());
       return;

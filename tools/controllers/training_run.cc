@@ -520,7 +520,7 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
 }
 
 std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
-  if (!Sweeps(run)) return "";
+  if (!Sweeps(run) || !run.block_seeds.empty()) return "";
   SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos);
   const std::string report = found.Report();
   scene->AddSeeds(std::move(found.points));
@@ -576,7 +576,8 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   }
   run->training.sh_degree = effects.sh_degree;
   LogTrainingPlan(*run, effects);
-  const std::vector<SeedPoint> seeds = StartingSeeds(scene.Seeds(), run->training);
+  const std::vector<SeedPoint> seeds =
+      run->block_seeds.empty() ? StartingSeeds(scene.Seeds(), run->training) : run->block_seeds;
   if (const std::string report = CloudReport(*run, scene, seeds); !report.empty()) {
     LOG(INFO) << report;
   }
@@ -589,7 +590,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   try {
     summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
   } catch (const TrainingStopped&) {
-    if (run->when_stopped) run->when_stopped(scene);
+    if (run->when_stopped) run->when_stopped(scene, seeds);
     throw;
   }
   effects.effects.push_back(lights.MakeEffect());

@@ -47,15 +47,18 @@ struct TrainingRun {
   // Returns the path of a checkpoint to begin from instead of the beginning, where there is none to
   // resume from; empty: begin anew. Called when the photos' headers are read.
   std::function<std::filesystem::path()> begin_from;
+  // The seeds of a run that trains one block (SeedsOf); empty: those of the scene, and of a plane
+  // sweep.
+  std::vector<SeedPoint> block_seeds;
   // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
   int64_t block_sites = 0;
   // Parts of a checkpoint's identity besides options and inputs.
   std::map<std::string, std::string> more_identity;
   // Called, unless empty, as TrainingHooks::between_iterations, before checkpoints are written. May
-  // throw TrainingStopped: then `when_stopped` is called, unless empty, with the scene, when the
-  // training's memory is free again, and TrainAndWrite throws TrainingStopped.
+  // throw TrainingStopped: then `when_stopped` is called, unless empty, with scene and seeds, when
+  // the training's memory is free again, and TrainAndWrite throws TrainingStopped.
   std::function<void(int64_t iteration, const TrainingHooks::Save& save)> between_iterations;
-  std::function<void(const TrainingScene&)> when_stopped;
+  std::function<void(const TrainingScene&, const std::vector<SeedPoint>&)> when_stopped;
 
   // Called, unless empty, when the scene is planned, before photos are read, and when the labels
   // are known, before the training: may throw to refuse a run that would only fail afterwards.

@@ -49,7 +49,7 @@ class BlockTest : public ResumeTest {
   }
 
   void WriteStart(size_t block) const {
-    BlockTraining training{boxes_[block], halo_, rays_[block], BlockOptions()};
+    BlockTraining training{boxes_[block], halo_, rays_[block], Views().Seeds(400), BlockOptions()};
     WriteCheckpoint(StartOf(block), BlockStart(*split_, Views(), training).contents);
   }
 
@@ -61,6 +61,7 @@ class BlockTest : public ResumeTest {
     const auto path = folder_ / ("block" + std::to_string(block) + ".ckpt");
     TrainingHooks hooks;
     hooks.resume_from = std::make_unique<Checkpoint>(from);
+    const std::vector<SeedPoint> seeds = SeedsOf(Checkpoint(StartOf(block)));
     hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
       CheckpointContents contents;
       save(&contents);
@@ -69,7 +70,7 @@ class BlockTest : public ResumeTest {
       WriteCheckpoint(path, BlockResult(contents, boxes_[block], split_iteration_).contents);
       throw Stop();
     };
-    EXPECT_THROW(Train(BlockOptions(), std::move(hooks)), Stop);
+    EXPECT_THROW(TrainFoam(Views(), seeds, kClasses, BlockOptions(), std::move(hooks)), Stop);
     return std::make_unique<const Checkpoint>(path);
   }
 

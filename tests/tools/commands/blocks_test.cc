@@ -3,8 +3,8 @@
 // scene_splitter, foam_trainer --block_path and foam_merger.
 #include <algorithm>
 #include <csignal>
-#include <sstream>
 
+#include "tests/tools/block_jobs.h"
 #include "tests/tools/stopped_training.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,41 +14,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-std::vector<std::string> Splitter(const fs::path& output,
-                                  const std::string& blocks,
-                                  const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments = {"scene_splitter",
-                                        "--workspace_path",
-                                        kTabletop.string(),
-                                        "--output_path",
-                                        output.string(),
-                                        "--blocks",
-                                        blocks,
-                                        "--test_every",
-                                        "8"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return TinyTraining(arguments);
-}
-
-Outcome Merge(const fs::path& blocks, const fs::path& output) {
-  return RunSemfoam(
-      {"foam_merger", "--blocks_path", blocks.string(), "--output_path", output.string()});
-}
-
-// The lines of jobs.txt.
-std::vector<std::string> JobsOf(const fs::path& blocks) {
-  std::vector<std::string> jobs;
-  std::istringstream lines(ReadFile(blocks / "jobs.txt"));
-  for (std::string line; std::getline(lines, line);) jobs.push_back(line);
-  return jobs;
-}
-
-// Runs a job as a scheduler does: in a shell that finds `semfoam` on the path.
-int RunJob(const std::string& job) {
-  const std::string bin = fs::path(SEMFOAM_PROGRAM).parent_path().string();
-  return std::system(("PATH=" + Quoted(bin) + ":$PATH; " + job + " 2>/dev/null").c_str());
-}
 
 class Blocks : public testing::Test {
  protected:

@@ -103,6 +103,16 @@ void RunSceneSplitter(int argc, char** argv) {
       "output_path", &output_path, "folder for blocks.json, jobs.txt and a folder for each block");
   AddBlockRunOptions(&options, &run);
   AddCheckpointOptions(&options, &checkpoints);
+  options.SetFrequentOptions({"workspace_path",
+                              "blocks",
+                              "max_sites",
+                              "quality",
+                              "FoamTraining.num_rays",
+                              "FoamTraining.final_sites",
+                              "test_every",
+                              "resume",
+                              "progress",
+                              "num_threads"});
   if (!options.Parse(argc, argv)) return;
   FinishBlockRun(options, &run);
   RequireSeedCloudIsKept(run.training, output_path);

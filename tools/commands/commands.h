@@ -13,6 +13,7 @@ void RunFoamEvaluator(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunMaskAnalyzer(int argc, char** argv);
+void RunMaskImporter(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunObjectExtractor(int argc, char** argv);

@@ -163,7 +163,10 @@ MaskHeader HeaderOf(const Decoder& d) {
 }
 
 // Decodes the pixels of an open PNG.
-MaskHeader ReadRows(const fs::path& path, const RowFunction& on_row, Decoder* decoder) {
+MaskHeader ReadRows(const fs::path& path,
+                    const RowFunction& on_row,
+                    bool reads_alpha,
+                    Decoder* decoder) {
   Decoder& d = *decoder;
   const MaskHeader header = HeaderOf(d);
   RequireDecodingMemory(path, header.size, header.decoding_bytes);
@@ -175,12 +178,17 @@ MaskHeader ReadRows(const fs::path& path, const RowFunction& on_row, Decoder* de
   }
   std::vector<uint32_t> values(d.width);
   const int bytes = d.bits == 16 ? 2 : 1;
+  // Byte of a pixel where its alpha value begins; 0 where none is read.
+  const bool has_alpha = reads_alpha && (d.color_type & PNG_COLOR_MASK_ALPHA) != 0;
+  const int alpha_at = has_alpha ? (d.channels - 1) * bytes : 0;
   for (png_uint_32 y = 0; y < d.height; ++y) {
     if (!d.is_interlaced && !ReadNextRow(d)) ThrowUndecodable(path, d.message);
     const uint8_t* pixel = d.is_interlaced ? d.rows[y] : d.pixels.data();
     for (png_uint_32 x = 0; x < d.width; ++x, pixel += d.channels * bytes) {
       uint32_t value = pixel[0];
-      if (header.is_rgb) {
+      if (alpha_at > 0) {
+        value = bytes == 2 ? 256u * pixel[alpha_at] + pixel[alpha_at + 1] : pixel[alpha_at];
+      } else if (header.is_rgb) {
         value = pixel[0] + 256u * pixel[1] + 65536u * pixel[2];
       } else if (bytes == 2) {
         value = 256u * pixel[0] + pixel[1];
@@ -193,6 +201,14 @@ MaskHeader ReadRows(const fs::path& path, const RowFunction& on_row, Decoder* de
   return header;
 }
 
+MaskHeader ReadFileRows(const fs::path& path, const RowFunction& on_row, bool reads_alpha) {
+  RequireRegularFile(path, "a mask");
+  CheckPngChunks(path);
+  Decoder d;
+  OpenPng(path, &d);
+  return ReadRows(path, on_row, reads_alpha, &d);
+}
+
 }  // namespace
 
 MaskHeader ReadMaskHeader(const fs::path& path) {
@@ -202,11 +218,11 @@ MaskHeader ReadMaskHeader(const fs::path& path) {
 }
 
 MaskHeader ReadMaskRows(const fs::path& path, const RowFunction& on_row) {
-  RequireRegularFile(path, "a mask");
-  CheckPngChunks(path);
-  Decoder d;
-  OpenPng(path, &d);
-  return ReadRows(path, on_row, &d);
+  return ReadFileRows(path, on_row, /*reads_alpha=*/false);
+}
+
+MaskHeader ReadAlphaOrIdRows(const fs::path& path, const RowFunction& on_row) {
+  return ReadFileRows(path, on_row, /*reads_alpha=*/true);
 }
 
 MaskHeader ReadMaskRows(const fs::path& path, std::string_view png, const RowFunction& on_row) {
@@ -216,7 +232,7 @@ MaskHeader ReadMaskRows(const fs::path& path, std::string_view png, const RowFun
   if (d.file == nullptr) ThrowUndecodable(path, "out of memory");
   d.file_size = png.size();
   ReadUpToPixels(path, &d);
-  return ReadRows(path, on_row, &d);
+  return ReadRows(path, on_row, /*reads_alpha=*/false, &d);
 }
 
 MaskPng ReadMaskPng(const fs::path& path) {

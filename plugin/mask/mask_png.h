@@ -43,7 +43,13 @@ MaskHeader ReadMaskRows(
     const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
         on_row);
 
-// Does the same with a PNG in memory; `path` is for messages.
+// Does the same, but with the values of the alpha channel where there is one.
+MaskHeader ReadAlphaOrIdRows(
+    const std::filesystem::path& path,
+    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
+        on_row);
+
+// Does the same as ReadMaskRows with a PNG in memory; `path` is for messages.
 MaskHeader ReadMaskRows(
     const std::filesystem::path& path,
     std::string_view png,

@@ -29,6 +29,9 @@ constexpr const char* kLabelsFile = "labels.json";
 // The key of labels.json by which an import is known.
 constexpr const char* kImportedKey = "imported_from";
 constexpr size_t kMostNamesTold = 3;
+// A mask may be of a larger photo than the one that is trained on, but no picture is believed to be
+// of any size that a number can say.
+constexpr int kMostEnlarged = 16;
 
 std::string SizeText(const PhotoSize& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
@@ -75,6 +78,16 @@ LabelImage Draw(const ImportedPicture& picture,
                     " pixels, the photo ",
                     SizeText(photo_size),
                     "; the same shape, not stretched and not cropped, would be right.");
+  }
+  if (size.width > kMostEnlarged * photo_size.width) {
+    throw UserError(picture.file.string(),
+                    ": the mask of ",
+                    photo.filename().string(),
+                    " claims ",
+                    SizeText(size),
+                    " pixels, more than ",
+                    kMostEnlarged,
+                    " times those of the photo along each side; is it damaged?");
   }
   const uint64_t pixels = static_cast<uint64_t>(size.width) * static_cast<uint64_t>(size.height);
   RequireDecodingMemory(picture.file, size, sizeof(int32_t) * pixels);

@@ -102,7 +102,7 @@ std::optional<MaskFormat> FormatOfJson(const fs::path& file) {
   return std::nullopt;
 }
 
-// The format of the files with one extension: nothing where they are no masks.
+// The files that may be masks, by their extension in lower case.
 struct Candidates {
   std::map<std::string, std::vector<fs::path>> by_extension;
 
@@ -146,10 +146,12 @@ std::vector<fs::path> Filtered(const std::vector<fs::path>& files,
   return filtered;
 }
 
+// `is_folder`: whether the whole folder is meant, or one file in it.
 std::optional<RecognizedMasks> Recognize(const fs::path& folder,
+                                         bool is_folder,
                                          const Candidates& files,
                                          const std::vector<std::string>& photo_names) {
-  if (const fs::path cvat = FindCvat(folder); !cvat.empty()) {
+  if (const fs::path cvat = is_folder ? FindCvat(folder) : fs::path(); !cvat.empty()) {
     return RecognizedMasks{MaskFormat::kCvat, cvat, {}, {}};
   }
   if (const std::vector<fs::path> tables = Filtered(files.With(".csv"), IsSamTable);
@@ -190,38 +192,46 @@ std::optional<RecognizedMasks> Recognize(const fs::path& folder,
 
 }  // namespace
 
-RecognizedMasks RecognizeMasks(const fs::path& path, const std::vector<std::string>& photo_names) {
-  if (!fs::exists(path)) {
-    throw UserError(path.string(),
-                    ": there is no such file or folder; it should hold masks of the photos.");
-  }
+std::optional<RecognizedMasks> FindMasks(const fs::path& path,
+                                         const std::vector<std::string>& photo_names) {
+  if (!fs::exists(path)) return std::nullopt;
   if (!fs::is_directory(path)) RequireRegularFile(path, "a file of masks");
   const fs::path folder = fs::is_directory(path) ? path : ParentFolder(path);
   const Candidates files = FilesOf(path);
   std::optional<RecognizedMasks> masks =
-      Recognize(fs::is_directory(path) ? path : folder, files, photo_names);
-  if (!masks) {
-    // What is wrong with a single JSON, or with the only one, is worth telling.
-    if (files.With(".json").size() == 1) ReadJsonFile(files.With(".json")[0]);
-    throw UserError(path.string(),
-                    ": is of no known mask format; PNGs of ids or objects, COCO, LabelMe, Label "
-                    "Studio, YOLO, CVAT, SAM or NumPy masks would be right.");
-  }
+      Recognize(folder, fs::is_directory(path), files, photo_names);
+  if (!masks) return std::nullopt;
   const std::set<fs::path> taken(masks->files.begin(), masks->files.end());
   constexpr std::array kMaskExtensions = {".json", ".npy", ".npz", ".png", ".txt"};
-  for (const char* extension : kMaskExtensions) {
-    // Masks of SAM and CVAT are PNGs beside the tables that are listed.
-    const bool is_read_too =
-        masks->format == MaskFormat::kCvat ||
-        (masks->format == MaskFormat::kSamFolders && std::string(extension) == ".png") ||
-        (masks->format == MaskFormat::kNumpy && std::string(extension) == ".json");
+  for (const std::string extension : kMaskExtensions) {
+    // What is read beside the files that are listed.
+    const bool is_read_too = masks->format == MaskFormat::kCvat ||
+                             (masks->format == MaskFormat::kSamFolders && extension == ".png") ||
+                             (masks->format == MaskFormat::kNumpy && extension == ".json") ||
+                             (masks->format == MaskFormat::kIdPngs && extension == ".json");
     const std::vector<fs::path>& all = files.With(extension);
     const auto others = std::count_if(
         all.begin(), all.end(), [&](const fs::path& file) { return !taken.contains(file); });
-    if (others == 0 || is_read_too) continue;
-    masks->left_out.push_back(Plural(others, (std::string(extension) + " file").c_str()));
+    if (others > 0 && !is_read_too) {
+      masks->left_out.push_back(Plural(others, (extension + " file").c_str()));
+    }
   }
-  return std::move(*masks);
+  return masks;
+}
+
+RecognizedMasks RecognizeMasks(const fs::path& path, const std::vector<std::string>& photo_names) {
+  std::optional<RecognizedMasks> masks = FindMasks(path, photo_names);
+  if (masks) return std::move(*masks);
+  if (!fs::exists(path)) {
+    throw UserError(path.string(),
+                    ": there is no such file or folder; it should hold masks of the photos.");
+  }
+  // What is wrong with a single JSON, or with the only one, is worth telling.
+  const std::vector<fs::path> jsons = FilesOf(path).With(".json");
+  if (jsons.size() == 1) ReadJsonFile(jsons[0]);
+  throw UserError(path.string(),
+                  ": is of no known mask format; PNGs of ids or objects, COCO, LabelMe, Label "
+                  "Studio, YOLO, CVAT, SAM or NumPy masks would be right.");
 }
 
 ImportedMasks ReadMasks(const RecognizedMasks& masks) {

@@ -4,6 +4,7 @@
 #include "plugin/mask_import/imported_masks.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,10 @@ struct RecognizedMasks {
 // path, where there are none, and where the file that decides is damaged.
 RecognizedMasks RecognizeMasks(const std::filesystem::path& path,
                                const std::vector<std::string>& photo_names);
+
+// Does the same, but returns nothing where there are none.
+std::optional<RecognizedMasks> FindMasks(const std::filesystem::path& path,
+                                         const std::vector<std::string>& photo_names);
 
 // Reads them.
 ImportedMasks ReadMasks(const RecognizedMasks& masks);

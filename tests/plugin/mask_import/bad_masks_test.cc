@@ -181,6 +181,13 @@ TEST(BadMasks, Coco) {
        {"another shape",
         Set(coco, "/images/0/height", 24),
         {in, {"24 x 24", "24 x 18"}, "the same shape"}},
+       {"a huge image",
+        Change(coco,
+               [](Json& json) {
+                 json["images"][0]["width"] = 24 * 17;
+                 json["images"][0]["height"] = 18 * 17;
+               }),
+        {in, {"408 x 306"}, "times those of the photo"}},
        {"names of no photo",
         Change(coco,
                [](Json& json) {
@@ -518,8 +525,16 @@ TEST(BadMasks, Numpy) {
                   {{"cut", CutTo(zip, 80), {in_zip, {}, "no directory at its end"}},
                    {"empty", CutTo(zip, 0), {in_zip, {}, "no .npy file"}},
                    {"damaged data", flip(60), {in_zip, {}, "damaged data"}},
-                   {"no directory", flip(-6), {in_zip, {}, "damaged directory"}},
-                   {"another name", flip(-30), {in_zip, {"0 arrays"}, "one named mask"}},
+                   {"no directory",
+                    Replace(zip, "PK\x01\x02", "PK\x01\x03"),
+                    {in_zip, {}, "damaged directory"}},
+                   {"another name",
+                    [=](const fs::path& folder) {
+                      std::string bytes = ReadFile(folder / zip);
+                      bytes.replace(bytes.rfind("arr_0.npy"), 9, "arr_0.txt");
+                      WriteFile(folder / zip, bytes);
+                    },
+                    {in_zip, {"0 arrays"}, "one named mask"}},
                    {"another method",
                     [=](const fs::path& folder) {
                       std::string bytes = ReadFile(folder / zip);
@@ -648,7 +663,7 @@ TEST(BadMasks, Pngs) {
                     colors[1] = 77;
                     WritePng(folder / "masks/cam/0001.png", 24, 18, 8, PNG_COLOR_TYPE_RGB, colors);
                   },
-                  {"IN/masks/cam/0001.png", {"pred.json"}, "no id"}}});
+                  {"IN/masks/cam/0001.png", {"pred.json"}, "are no ids"}}});
 }
 
 TEST(BadMasks, Folders) {

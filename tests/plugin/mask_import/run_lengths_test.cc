@@ -65,7 +65,7 @@ TEST(RunLengths, DamagedOnesAreRefused) {
                {"X", "run 1 is cut"},
                {"O", "run 1 is negative"},
                {"111O1O", "run 6 is negative"},
-               {"ooooooooo", "run 1 has more than 9 characters"},
+               {"oooooooooo", "run 1 has more than 9 characters"},
                {"oooooooo?", "run 1 is longer than any picture"}};
   for (const auto& [text, error] : cases) {
     const RunLengths decoded = DecodeRunLengths(text);

@@ -27,6 +27,7 @@ constexpr CommandEntry kCommands[] = {
     {"mesh_evaluator", "scores meshes against reference meshes", RunMeshEvaluator},
     {"point_labeler", "labels SfM points by their tracks in the masks", RunPointLabeler},
     {"mask_analyzer", "says what is in the masks, and which look wrong", RunMaskAnalyzer},
+    {"mask_importer", "converts masks of other programs", RunMaskImporter},
     {"view_interpolator",
      "makes a film of the photos for a mask tracker, with views between",
      RunViewInterpolator},

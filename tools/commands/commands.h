@@ -32,6 +32,7 @@ void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);
 void RunLabelTransfer(int argc, char** argv);
 void RunMaskAnalyzer(int argc, char** argv);
+void RunMaskImporter(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunObjectExtractor(int argc, char** argv);

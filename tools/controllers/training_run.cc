@@ -15,6 +15,7 @@
 #include "plugin/photometric/light_refinement.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
+#include "tools/controllers/mask_importing.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_log.h"
@@ -148,6 +149,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
   values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
   values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
+  if (!run.scene.ignore_path.empty()) values["invert"] = FormatValue(run.scene.ignore_inverted);
   values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
@@ -545,6 +547,7 @@ void LogWarnings(const TrainingScene& scene) {
 
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
+  ImportMasksOf(&run->scene, folder->path() / "imported_masks");
   ScenePlan plan = PlanRun(*run);
   const ImageMemory images = PlanRunMemory(*run, plan);
   folder->SetIdentity(IdentityOf(*run, plan));

@@ -109,7 +109,8 @@ void LogWarnings(const TrainingScene& scene);
 // training. With CheckpointOptions::resume, continues where an earlier process was stopped, also
 // after the training; the result has the same bytes, except for the log. SIGINT and SIGTERM (after
 // HandleInterruptions) end it after the current iteration, with a checkpoint and a log line with
-// the resume command. Returns the model. The model's options are those that shape the result:
+// the resume command. Masks of other formats (ImportMasksOf) are converted into imported_masks/ in
+// the folder first. Returns the model. The model's options are those that shape the result:
 // quality, random_seed, test_every, mask_consistency and the training's, with the maximum SH degree
 // of the training; and "exposure" and "vignetting", if they are on. With a time budget, `run` and
 // the model receive the chosen schedule. Throws UserError for errors in the input, Interruption

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/image/image.h"
+
+#include <filesystem>
+
+namespace semfoam {
+
+// The text "Software" of the images that this program writes, by which it knows them again.
+inline constexpr char kImageSoftware[] = "Semantic Foam for COLMAP";
+
+// Writes a 16-bit grey PNG whose values are the label ids, with kImageSoftware, beside its target
+// and renames it into place; parent folders are created. CHECKs that ids fit, 0..65535, and that
+// there is a pixel. Throws UserError naming the file where it cannot be written.
+void WriteLabelPng(const std::filesystem::path& path, const LabelImage& labels);
+
+}  // namespace semfoam

@@ -18,7 +18,7 @@ namespace semfoam {
 namespace {
 
 // Of rays that only pass through a block, one square in so many is drawn.
-constexpr uint64_t kPassingSquares = 16;
+constexpr uint64_t kPassingSquares = 8;
 constexpr uint64_t kPassingPurpose = 0x4b1;
 
 // Rays of a square that are looked at, in x and in y.
@@ -75,8 +75,8 @@ BlockBox Between(BlockBox box, int axis, const std::vector<float>& cuts, size_t 
   return box;
 }
 
-// Of a view that shows fewer squares of a block, no rays are drawn.
-constexpr int kFewestSquares = 3200 / (DrawnSquares::kSide * DrawnSquares::kSide);
+// Of a view of which a block takes a smaller share, no rays are drawn.
+constexpr double kLeastShare = 0.02;
 
 // What a square of a view shows of one block.
 enum class Shows : uint8_t { kNothing, kSpace, kSurface };
@@ -258,15 +258,16 @@ std::vector<BlockRays> ChooseRays(const TrainingViews& views,
     const Eigen::Vector3f origin = views.Origin(view).cast<float>();
     for (size_t b = 0; b < boxes.size(); ++b) {
       const std::vector<Shows> squares = WhatSquaresShow(looks, size, origin, boxes[b], halo);
-      if (std::count(squares.begin(), squares.end(), Shows::kSurface) < kFewestSquares) continue;
+      const auto on_surface = std::count(squares.begin(), squares.end(), Shows::kSurface);
+      if (double(on_surface) < kLeastShare * double(size) || on_surface == 0) continue;
       BlockRays& rays = chosen[b];
       rays.views.push_back(view);
       std::vector<uint8_t> is_drawn(size, 0);
       for (int y = 0; y < down; ++y) {
         for (int x = 0; x < across; ++x) {
           const size_t at = static_cast<size_t>(y) * across + x;
-          const bool passes = squares[at] == Shows::kSpace &&
-                              CounterRandom(view, kPassingPurpose, at).Below(kPassingSquares) == 0;
+          if (squares[at] == Shows::kNothing) continue;
+          const bool passes = CounterRandom(view, kPassingPurpose, at).Below(kPassingSquares) == 0;
           if (!passes && !IsNearSurface(squares, across, down, x, y)) continue;
           is_drawn[at] = 1;
           rays.squares.Add(view, x, y);

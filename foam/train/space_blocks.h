@@ -65,10 +65,10 @@ struct BlockRays {
 };
 
 // Chooses the rays of each block by what a foam of the whole scene shows: all that end in the block
-// or its halo, and of those that pass through the block and end elsewhere, one in sixteen, which
-// keep its empty space empty. Views that show less than some 3000 pixels of a block have none
-// there. A foam without the cells that no ray meets shows the same: where a cell goes, its
-// neighbours' faces only become larger.
+// or its halo, and of those that pass through the block and end elsewhere, those beside the former
+// and one in eight of the others, which keep its empty space empty. Views of which a block takes
+// less than 2 % have none there. A foam without the cells that no ray meets shows the same: where a
+// cell goes, its neighbours' faces only become larger.
 std::vector<BlockRays> ChooseRays(const TrainingViews& views,
                                   const ViewRenderer& renderer,
                                   const std::vector<BlockBox>& boxes,

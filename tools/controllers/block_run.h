@@ -32,7 +32,7 @@ struct SplitOptions {
   int64_t max_sites = 0;
   // Shares of the run before the split and after the merge, > 0 and together at most 1.
   double coarse_share = 0.3;
-  double polish_share = 0.1;
+  double polish_share = 0.2;
 };
 
 // One block of a split, as blocks.json describes it.

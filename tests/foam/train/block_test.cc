@@ -15,7 +15,7 @@
 namespace semfoam {
 namespace {
 
-constexpr int64_t kSplit = 50, kMerge = 100;
+constexpr int64_t kSplit = 50, kMerge = 96;
 
 class BlockTest : public ResumeTest {
  protected:
@@ -127,23 +127,26 @@ TEST_F(BlockTest, RaysOfAllBlocksAreThoseOfThePhotosAndSomeMore) {
   double sum = 0;
   for (const BlockRays& rays : rays_) {
     EXPECT_GT(rays.share, 0.1);
-    EXPECT_LT(rays.share, 0.9);
+    EXPECT_LT(rays.share, 1);
+    EXPECT_FALSE(rays.views.empty());
     sum += rays.share;
   }
   EXPECT_GT(sum, 0.9);
+  EXPECT_LT(sum, 3.5);
+  int pixels = 0, drawn = 0;
   for (int view = 0; view < Views().NumViews(); ++view) {
     if (Views().IsHeldOut(view)) continue;
     for (int y = 0; y < Views().Height(view); ++y) {
       for (int x = 0; x < Views().Width(view); ++x) {
-        EXPECT_TRUE(std::any_of(rays_.begin(),
-                                rays_.end(),
-                                [&](const BlockRays& rays) {
-                                  return rays.squares.Contains({view, x, y});
-                                }))
-            << view << " " << x << " " << y;
+        ++pixels;
+        drawn += std::any_of(rays_.begin(), rays_.end(), [&](const BlockRays& rays) {
+          return rays.squares.Contains({view, x, y});
+        });
       }
     }
   }
+  // All but those where the coarse foam is half transparent.
+  EXPECT_GT(drawn, 0.9 * pixels);
 }
 
 TEST_F(BlockTest, UntrainedBlocksMakeTheRunThatWasSplit) {

@@ -147,6 +147,7 @@ TEST_F(Blocks, MergeRefusesWhatIsMissingCutForeignOrOlder) {
     json.replace(json.find(version), version.size(), "\"version\": 0");
     WriteFile(blocks / "blocks.json", json);
     ExpectMergeRefused(blocks, {"blocks.json", {"0", "1"}, "version"});
+    fs::remove(blocks / "01/block.ckpt");
     ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()}),
                   {"blocks.json", {"0", "1"}, "version"});
   }
@@ -160,8 +161,16 @@ TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
   ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--max_sites", "1000"})),
                 {"", {"blocks", "max_sites"}, "one of them"});
   ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_share", "0.95"})),
-                {"", {"polish_share", "0.1"}, "at most 1"});
-  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--FoamTraining.time_budget", "20"})),
+                {"", {"polish_share", "0.2"}, "at most 1"});
+  ExpectRefused(RunSemfoam({"scene_splitter",
+                            "--workspace_path",
+                            kTabletop.string(),
+                            "--output_path",
+                            output.string(),
+                            "--blocks",
+                            "2x2",
+                            "--FoamTraining.time_budget",
+                            "20"}),
                 {"", {"time_budget", "20"}, "fixed numbers"});
   EXPECT_THAT(FilesBelow(output), IsEmpty());
   ExpectRefused(RunSemfoam(Splitter(Split(), "2x2")), {"blocks.json", {}, "holds a split"});

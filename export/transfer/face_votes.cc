@@ -57,15 +57,19 @@ void SpreadPlaces(const PolygonMesh& mesh,
 }
 
 // Sums up the labels of a face by id, ascending.
-void AppendVotes(std::vector<SurfaceLabel>* labels, std::vector<FaceVote>* votes) {
+void AppendVotes(std::vector<SurfaceLabel>* labels,
+                 float weight_of_unknown,
+                 std::vector<FaceVote>* votes) {
   std::stable_sort(labels->begin(),
                    labels->end(),
                    [](const SurfaceLabel& a, const SurfaceLabel& b) { return a.id < b.id; });
   const size_t first = votes->size();
   for (const SurfaceLabel& label : *labels) {
-    if (votes->size() == first || votes->back().id != label.id) votes->push_back({label.id, 0});
     const bool is_known = label.id != kNoObject || label.confidence > 0;
-    votes->back().weight += is_known ? label.confidence : kNothingKnown;
+    const float weight = is_known ? label.confidence : weight_of_unknown;
+    if (!(weight > 0)) continue;
+    if (votes->size() == first || votes->back().id != label.id) votes->push_back({label.id, 0});
+    votes->back().weight += weight;
   }
   for (size_t k = first; k < votes->size(); ++k) {
     (*votes)[k].weight /= static_cast<float>(labels->size());
@@ -74,7 +78,10 @@ void AppendVotes(std::vector<SurfaceLabel>* labels, std::vector<FaceVote>* votes
 
 }  // namespace
 
-FaceVotes CollectFaceVotes(const PolygonMesh& mesh, double spacing, const LabelPlaces& label) {
+FaceVotes CollectFaceVotes(const PolygonMesh& mesh,
+                           double spacing,
+                           bool unknown_is_unlabelled,
+                           const LabelPlaces& label) {
   CHECK_GT(spacing, 0);
   const auto num_faces = static_cast<int64_t>(mesh.NumFaces());
   std::vector<std::vector<FaceVote>> of_block((num_faces + kBlock - 1) / kBlock);
@@ -91,7 +98,7 @@ FaceVotes CollectFaceVotes(const PolygonMesh& mesh, double spacing, const LabelP
       labels.resize(places.size());
       label(area, places, labels, &hint);
       const size_t before = votes.size();
-      AppendVotes(&labels, &votes);
+      AppendVotes(&labels, unknown_is_unlabelled ? kNothingKnown : 0, &votes);
       num_votes_of[f] = static_cast<uint8_t>(std::min<size_t>(votes.size() - before, 255));
       votes.resize(before + num_votes_of[f]);
     }

@@ -41,9 +41,13 @@ using LabelPlaces = std::function<void(const Eigen::Vector3d& normal,
                                        uint32_t* hint)>;
 
 // Collects votes at places that are spread evenly over each face, one for each `spacing` squared of
-// its area, from 1 to 256 of them. A place without a label votes for kNoObject, with a confidence
-// of 1/4, so that faces where nothing is known go with those around them. Calls `label` from
-// several threads. A face with a corner that is not finite has no votes.
-FaceVotes CollectFaceVotes(const PolygonMesh& mesh, double spacing, const LabelPlaces& label);
+// its area, from 1 to 256 of them. A place without a label and confidence votes for nothing, or,
+// with `unknown_is_unlabelled`, for kNoObject with a confidence of 1/4, so that small faces where
+// nothing is known go with those around them. Calls `label` from several threads. A face with a
+// corner that is not finite has no votes.
+FaceVotes CollectFaceVotes(const PolygonMesh& mesh,
+                           double spacing,
+                           bool unknown_is_unlabelled,
+                           const LabelPlaces& label);
 
 }  // namespace semfoam

@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <queue>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -31,7 +32,8 @@ constexpr uint32_t kNoNode = std::numeric_limits<uint32_t>::max();
 
 struct Link {
   uint32_t other = 0;
-  // Length of the edge times its flatness.
+  float length = 0;  // of the edge
+  // Length times flatness.
   float weight = 0;
 };
 
@@ -133,7 +135,7 @@ FaceGraph LinkFaces(const PolygonMesh& mesh, const FaceShape& shape) {
   });
   struct Pair {
     uint32_t a, b;
-    float weight;
+    float length, weight;
   };
   std::vector<Pair> pairs;
   FaceGraph graph;
@@ -142,7 +144,10 @@ FaceGraph LinkFaces(const PolygonMesh& mesh, const FaceShape& shape) {
     const Side &a = sides[k - 1], &b = sides[k];
     if (a.low != b.low || a.high != b.high || a.face == b.face) continue;
     const double length = (mesh.vertices[a.high] - mesh.vertices[a.low]).norm();
-    pairs.push_back({a.face, b.face, static_cast<float>(length * Flatness(shape, a, b))});
+    pairs.push_back({a.face,
+                     b.face,
+                     static_cast<float>(length),
+                     static_cast<float>(length * Flatness(shape, a, b))});
     ++graph.first[a.face + 1];
     ++graph.first[b.face + 1];
   }
@@ -150,8 +155,8 @@ FaceGraph LinkFaces(const PolygonMesh& mesh, const FaceShape& shape) {
   graph.links.resize(graph.first.back());
   std::vector<uint64_t> fill(graph.first.begin(), graph.first.end() - 1);
   for (const Pair& pair : pairs) {
-    graph.links[fill[pair.a]++] = {pair.b, pair.weight};
-    graph.links[fill[pair.b]++] = {pair.a, pair.weight};
+    graph.links[fill[pair.a]++] = {pair.b, pair.length, pair.weight};
+    graph.links[fill[pair.b]++] = {pair.a, pair.length, pair.weight};
   }
   return graph;
 }
@@ -176,8 +181,10 @@ std::vector<LabelId> LargestVotes(const PolygonMesh& mesh, const FaceVotes& vote
   return label;
 }
 
+bool HasVotes(const FaceVotes& votes, size_t f) { return !votes.Of(f).empty(); }
+
 // Returns whether each face is near enough to a doubtful one for the cut: one that has votes for
-// several labels or hardly any, or lies beside one of another label.
+// several labels or hardly any, or lies beside one of another label. Faces without votes are not.
 std::vector<uint8_t> FacesNearDoubt(const FaceGraph& graph,
                                     const FaceShape& shape,
                                     const FaceVotes& votes,
@@ -187,9 +194,12 @@ std::vector<uint8_t> FacesNearDoubt(const FaceGraph& graph,
   std::vector<float> distance(count, std::numeric_limits<float>::infinity());
   std::deque<uint32_t> queue;
   for (uint32_t f = 0; f < count; ++f) {
+    if (!HasVotes(votes, f)) continue;
     const auto of = votes.Of(f);
     bool is_doubtful = of.size() != 1 || of[0].weight < 0.5f;
-    for (const Link& link : graph.Of(f)) is_doubtful |= label[link.other] != label[f];
+    for (const Link& link : graph.Of(f)) {
+      is_doubtful |= HasVotes(votes, link.other) && label[link.other] != label[f];
+    }
     if (!is_doubtful) continue;
     distance[f] = 0;
     queue.push_back(f);
@@ -201,6 +211,7 @@ std::vector<uint8_t> FacesNearDoubt(const FaceGraph& graph,
       const double step = (shape.center[link.other] - shape.center[f]).norm();
       const auto to_other = static_cast<float>(distance[f] + step);
       if (to_other > reach || to_other >= distance[link.other]) continue;
+      if (!HasVotes(votes, link.other)) continue;
       distance[link.other] = to_other;
       queue.push_back(link.other);
     }
@@ -254,7 +265,9 @@ class GroupCut {
       labels_.push_back(label[f]);
       for (const FaceVote& vote : votes.Of(f)) labels_.push_back(vote.id);
       for (const Link& link : graph.Of(f)) {
-        if (!is_near[link.other]) labels_.push_back(label[link.other]);
+        if (!is_near[link.other] && HasVotes(votes, link.other)) {
+          labels_.push_back(label[link.other]);
+        }
       }
     }
     std::sort(labels_.begin(), labels_.end());
@@ -272,6 +285,7 @@ class GroupCut {
           if (f < link.other) pairs_.push_back({node, node_of[link.other], weight});
           continue;
         }
+        if (!HasVotes(votes, link.other)) continue;
         for (size_t k = 0; k < labels_.size(); ++k) {
           if (labels_[k] != label[link.other]) cost_[node * labels_.size() + k] += weight;
         }
@@ -363,33 +377,73 @@ class GroupCut {
   std::vector<Pair> pairs_;
 };
 
+// Relabels the faces near a doubtful one by the cuts of their groups.
+void CutGroups(const FaceGraph& graph,
+               const FaceShape& shape,
+               const FaceVotes& votes,
+               double smoothness,
+               std::vector<LabelId>* label) {
+  const std::vector<uint8_t> is_near =
+      FacesNearDoubt(graph, shape, votes, *label, kReach * smoothness);
+  const std::vector<std::vector<uint32_t>> groups = Groups(graph, is_near);
+  std::vector<uint32_t> node_of(label->size(), kNoNode);
+  for (const std::vector<uint32_t>& group : groups) {
+    for (uint32_t node = 0; node < group.size(); ++node) node_of[group[node]] = node;
+  }
+  std::vector<std::vector<LabelId>> solved(groups.size());
+  ParallelForBlocks(std::ssize(groups), 1, [&](int64_t g, int64_t) {
+    solved[g] =
+        GroupCut(graph, shape, votes, *label, is_near, node_of, groups[g], smoothness).Solve();
+  });
+  for (size_t g = 0; g < groups.size(); ++g) {
+    for (size_t node = 0; node < groups[g].size(); ++node) {
+      (*label)[groups[g][node]] = solved[g][node];
+    }
+  }
+}
+
+// Gives each face without votes the label of the nearest face with votes, along the mesh; an edge
+// is the farther the less flat it is.
+void FillFromAround(const FaceGraph& graph,
+                    const FaceShape& shape,
+                    const FaceVotes& votes,
+                    std::vector<LabelId>* label) {
+  using Reached = std::pair<float, uint32_t>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  std::vector<float> distance(label->size(), std::numeric_limits<float>::infinity());
+  for (uint32_t f = 0; f < label->size(); ++f) {
+    if (!HasVotes(votes, f)) continue;
+    distance[f] = 0;
+    next.emplace(0.f, f);
+  }
+  while (!next.empty()) {
+    const auto [at, f] = next.top();
+    next.pop();
+    if (at > distance[f]) continue;
+    for (const Link& link : graph.Of(f)) {
+      if (HasVotes(votes, link.other)) continue;
+      const double flatness =
+          std::max<double>(link.weight, kNoArea) / std::max<double>(link.length, kNoArea);
+      const double step = (shape.center[link.other] - shape.center[f]).norm();
+      const auto there = static_cast<float>(at + step / flatness);
+      if (!(there < distance[link.other])) continue;
+      distance[link.other] = there;
+      (*label)[link.other] = (*label)[f];
+      next.emplace(there, link.other);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<SurfaceLabel> CutFaceLabels(const PolygonMesh& mesh,
                                         const FaceVotes& votes,
                                         double smoothness) {
   std::vector<LabelId> label = LargestVotes(mesh, votes);
-  if (smoothness > 0) {
-    const FaceShape shape = MeasureFaces(mesh);
-    const FaceGraph graph = LinkFaces(mesh, shape);
-    const std::vector<uint8_t> is_near =
-        FacesNearDoubt(graph, shape, votes, label, kReach * smoothness);
-    const std::vector<std::vector<uint32_t>> groups = Groups(graph, is_near);
-    std::vector<uint32_t> node_of(mesh.NumFaces(), kNoNode);
-    for (const std::vector<uint32_t>& group : groups) {
-      for (uint32_t node = 0; node < group.size(); ++node) node_of[group[node]] = node;
-    }
-    std::vector<std::vector<LabelId>> solved(groups.size());
-    ParallelForBlocks(std::ssize(groups), 1, [&](int64_t g, int64_t) {
-      solved[g] =
-          GroupCut(graph, shape, votes, label, is_near, node_of, groups[g], smoothness).Solve();
-    });
-    for (size_t g = 0; g < groups.size(); ++g) {
-      for (size_t node = 0; node < groups[g].size(); ++node) {
-        label[groups[g][node]] = solved[g][node];
-      }
-    }
-  }
+  const FaceShape shape = MeasureFaces(mesh);
+  const FaceGraph graph = LinkFaces(mesh, shape);
+  if (smoothness > 0) CutGroups(graph, shape, votes, smoothness, &label);
+  FillFromAround(graph, shape, votes, &label);
   std::vector<SurfaceLabel> labels(mesh.NumFaces());
   for (size_t f = 0; f < mesh.NumFaces(); ++f) {
     labels[f] = {label[f], std::min(1.f, VoteFor(votes, f, label[f]))};

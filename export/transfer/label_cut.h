@@ -22,7 +22,9 @@ namespace semfoam {
 //
 // Vertices at the same place count as one, so that triangles that share nothing are joined; at an
 // edge of more than two faces each is joined with the next. Faces far from any other label keep
-// their largest vote. The confidence of a face is its vote for the label that it gets.
+// their largest vote. Faces without votes take the label of the nearest one that has some, along
+// the mesh, where creases are far; if there is none, kNoObject. The confidence of a face is its
+// vote for the label that it gets.
 std::vector<SurfaceLabel> CutFaceLabels(const PolygonMesh& mesh,
                                         const FaceVotes& votes,
                                         double smoothness);

@@ -5,7 +5,6 @@
 #include "export/scene/names.h"
 #include "export/transfer/face_votes.h"
 #include "export/transfer/label_cut.h"
-#include "export/transfer/matter_search.h"
 #include "export/transfer/ply_labels.h"
 #include "export/transfer/polygon_mesh.h"
 #include "foam/util/error.h"
@@ -18,7 +17,6 @@
 #include <limits>
 #include <map>
 #include <span>
-#include <sstream>
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
@@ -29,76 +27,64 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kBlock = 1024;
-// Vertices of a mesh that are held against the foam before it is labelled.
+// Vertices of a mesh that the source is asked about before it is labelled.
 constexpr size_t kMaxChecked = 5000;
-// Of them, those whose distance to the matter is told.
+// Places of which LabelSource::Why tells.
 constexpr size_t kMaxTold = 500;
 constexpr double kSmoothnessOfResolution = 2;
 
-// Counts the places that are far from all matter, and says what is odd about them.
+// Counts the places that the source does not know, and says what is odd about them.
 class FrameCheck {
  public:
-  FrameCheck(const MatterSearch& search, fs::path input)
-      : search_(search), input_(std::move(input)) {}
+  FrameCheck(const LabelSource& source, fs::path input)
+      : source_(source), input_(std::move(input)) {}
 
-  void Add(const Eigen::Vector3d& x, bool is_far) {
+  void Add(const Eigen::Vector3d& x, bool is_known) {
     if (!x.allFinite()) return;
-    if (is_far) ++far_;
+    if (!is_known) ++unknown_;
     // Every one at first, then every second, every fourth, ...
-    if (looked_at_++ % stride_ == 0) {
-      places_.push_back(x);
-      if (places_.size() == 2 * kMaxTold) {
-        for (size_t k = 0; k < kMaxTold; ++k) places_[k] = places_[2 * k];
-        places_.resize(kMaxTold);
-        stride_ *= 2;
-      }
-    }
+    if (asked_++ % stride_ != 0) return;
+    places_.push_back(x);
+    if (places_.size() < 2 * kMaxTold) return;
+    for (size_t k = 0; k < kMaxTold; ++k) places_[k] = places_[2 * k];
+    places_.resize(kMaxTold);
+    stride_ *= 2;
   }
 
-  int64_t far() const { return far_; }
-  int64_t looked_at() const { return looked_at_; }
-
-  // Throws UserError where most are far.
+  // Throws UserError where it does not know most.
   void Require() const {
-    if (looked_at_ == 0) {
+    if (asked_ == 0) {
       throw UserError(input_.string(), ": has no vertex with finite coordinates; is it damaged?");
     }
-    if (2 * far_ <= looked_at_) return;
-    std::vector<double> distances(places_.size());
-    ParallelForBlocks(std::ssize(places_), 8, [&](int64_t begin, int64_t end) {
-      for (int64_t k = begin; k < end; ++k) distances[k] = search_.DistanceToMatter(places_[k]);
-    });
-    const auto middle = distances.begin() + std::ssize(distances) / 2;
-    std::nth_element(distances.begin(), middle, distances.end());
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& x : places_) mean += x / static_cast<double>(places_.size());
-    std::ostringstream text;
-    text.precision(3);
-    text << ": " << 100 * far_ / looked_at_ << " % of its vertices are farther than "
-         << search_.tolerance() << " from all matter of the foam, half of them farther than "
-         << *middle << ", and their mean, " << Text(mean) << ", is off that of the matter, "
-         << Text(search_.MiddleOfMatter()) << ", by " << (mean - search_.MiddleOfMatter()).norm();
-    throw UserError(input_.string(),
-                    text.str(),
-                    "; give the similarity from the COLMAP frame to that of the file with ",
-                    Field{"transform"},
-                    ", or a larger ",
-                    Field{"tolerance"},
-                    ".");
+    if (2 * unknown_ <= asked_) return;
+    const std::string share = std::to_string(100 * unknown_ / asked_) + " % of its vertices ";
+    constexpr char kAdvice[] =
+        "; give the similarity from the COLMAP frame to that of the file with ";
+    if (source_.Tolerance() > 0) {
+      throw UserError(input_.string(),
+                      ": ",
+                      share,
+                      source_.Why(places_),
+                      kAdvice,
+                      Field{"transform"},
+                      ", or a larger ",
+                      Field{"tolerance"},
+                      ".");
+    }
+    throw UserError(
+        input_.string(), ": ", share, source_.Why(places_), kAdvice, Field{"transform"}, ".");
+  }
+
+  void Tell(TransferredLabels* result) const {
+    result->unknown = unknown_;
+    result->asked = asked_;
   }
 
  private:
-  static std::string Text(const Eigen::Vector3d& x) {
-    std::ostringstream text;
-    text.precision(6);
-    text << "(" << x.x() << ", " << x.y() << ", " << x.z() << ")";
-    return text.str();
-  }
-
-  const MatterSearch& search_;
+  const LabelSource& source_;
   const fs::path input_;
-  int64_t far_ = 0;
-  int64_t looked_at_ = 0;
+  int64_t unknown_ = 0;
+  int64_t asked_ = 0;
   int64_t stride_ = 1;
   std::vector<Eigen::Vector3d> places_;
 };
@@ -158,61 +144,79 @@ uint64_t NumVertices(const fs::path& input) {
   return count;
 }
 
-TransferredLabels TransferToCloud(const ExportableScene& scene,
-                                  const MatterSearch& search,
+TransferredLabels TransferToCloud(LabelSource* source,
                                   const fs::path& input,
                                   const fs::path& output,
                                   const TransferProgress& progress) {
   const auto num_points = static_cast<double>(NumVertices(input));
-  FrameCheck check(search, input);
+  if (source->NeedsWholeFile()) {
+    progress("looking at the points", 0);
+    source->LookAt(ReadPolygonMesh(input));
+  }
+  FrameCheck check(*source, input);
   LabelCount count;
-  std::vector<uint8_t> is_far;
+  std::vector<uint8_t> is_known;
   const auto label = [&](const PlyBlock& block, std::span<SurfaceLabel> labels) {
-    is_far.assign(labels.size(), 0);
+    is_known.assign(labels.size(), 0);
     ParallelForBlocks(std::ssize(labels), kBlock, [&](int64_t begin, int64_t end) {
       uint32_t hint = 0;
       for (int64_t i = begin; i < end; ++i) {
         const Eigen::Vector3d normal = block.normals.empty()
                                            ? Eigen::Vector3d(0, 0, 0)
                                            : Eigen::Vector3d(block.normals[i].cast<double>());
-        const MatterSearch::Found found = search.Find(block.positions[i], normal, &hint);
-        labels[i] = search.LabelOf(found);
-        is_far[i] = found.cell == kNoCell;
+        const LabelSource::Answer answer = source->Ask(block.positions[i], normal, &hint);
+        labels[i] = answer.label;
+        is_known[i] = answer.is_known;
       }
     });
     for (size_t i = 0; i < labels.size(); ++i) {
-      check.Add(block.positions[i], is_far[i]);
+      check.Add(block.positions[i], is_known[i]);
       count.AddVertex(block.positions[i], labels[i]);
     }
-    progress("points labelled",
-             static_cast<double>(block.first + labels.size()) / std::max(1.0, num_points));
+    progress("points labelled", static_cast<double>(block.first + labels.size()) / num_points);
   };
   CopyPlyWithLabels(
       input,
       output,
-      scene.label_table,
+      source->labels(),
       label,
       [](const PlyBlock&, std::span<SurfaceLabel>) {},
       [&] { check.Require(); });
-  TransferredLabels result = count.Finish(scene.label_table);
-  result.far = check.far();
-  result.looked_at = check.looked_at();
+  TransferredLabels result = count.Finish(source->labels());
+  check.Tell(&result);
   return result;
 }
 
-// Throws UserError where most of the mesh's vertices are far from all matter.
-void CheckFrame(const PolygonMesh& mesh, const MatterSearch& search, FrameCheck* check) {
+// Throws UserError where the source does not know most of the mesh's vertices.
+void CheckFrame(const PolygonMesh& mesh, const LabelSource& source, FrameCheck* check) {
   const size_t stride = (mesh.vertices.size() + kMaxChecked - 1) / kMaxChecked;
   uint32_t hint = 0;
   for (size_t v = 0; v < mesh.vertices.size(); v += stride) {
-    const MatterSearch::Found found = search.Find(mesh.vertices[v], Eigen::Vector3d::Zero(), &hint);
-    check->Add(mesh.vertices[v], found.cell == kNoCell);
+    check->Add(mesh.vertices[v],
+               source.Ask(mesh.vertices[v], Eigen::Vector3d::Zero(), &hint).is_known);
   }
   check->Require();
 }
 
-TransferredLabels TransferToMesh(const ExportableScene& scene,
-                                 const MatterSearch& search,
+// Vertices of no face are points.
+void LabelLooseVertices(const PolygonMesh& mesh,
+                        const LabelSource& source,
+                        std::vector<SurfaceLabel>* labels) {
+  std::vector<uint8_t> has_face(mesh.vertices.size(), 0);
+  for (const uint32_t corner : mesh.corners) has_face[corner] = 1;
+  ParallelForBlocks(std::ssize(mesh.vertices), kBlock, [&](int64_t begin, int64_t end) {
+    uint32_t hint = 0;
+    for (int64_t v = begin; v < end; ++v) {
+      if (has_face[v]) continue;
+      const Eigen::Vector3d normal = mesh.normals.empty()
+                                         ? Eigen::Vector3d(0, 0, 0)
+                                         : Eigen::Vector3d(mesh.normals[v].cast<double>());
+      (*labels)[v] = source.Ask(mesh.vertices[v], normal, &hint).label;
+    }
+  });
+}
+
+TransferredLabels TransferToMesh(LabelSource* source,
                                  double smoothness,
                                  const fs::path& input,
                                  const fs::path& output,
@@ -220,40 +224,29 @@ TransferredLabels TransferToMesh(const ExportableScene& scene,
   progress("reading", 0);
   const PolygonMesh mesh = ReadPolygonMesh(input);
   RequireValidMesh(input, mesh);
-  FrameCheck check(search, input);
-  CheckFrame(mesh, search, &check);
+  progress("looking at the mesh", 0.1);
+  source->LookAt(mesh);
+  FrameCheck check(*source, input);
+  CheckFrame(mesh, *source, &check);
 
-  progress("asking the foam", 0.2);
-  const FaceVotes votes =
-      CollectFaceVotes(mesh,
-                       search.resolution(),
-                       [&](const Eigen::Vector3d& normal,
-                           std::span<const Eigen::Vector3d> places,
-                           std::span<SurfaceLabel> labels,
-                           uint32_t* hint) {
-                         for (size_t k = 0; k < places.size(); ++k) {
-                           labels[k] = search.LabelOf(search.Find(places[k], normal, hint));
-                         }
-                       });
+  progress("collecting votes", 0.2);
+  const FaceVotes votes = CollectFaceVotes(mesh,
+                                           source->Resolution(),
+                                           source->UnknownIsUnlabelled(),
+                                           [&](const Eigen::Vector3d& normal,
+                                               std::span<const Eigen::Vector3d> places,
+                                               std::span<SurfaceLabel> labels,
+                                               uint32_t* hint) {
+                                             for (size_t k = 0; k < places.size(); ++k) {
+                                               labels[k] =
+                                                   source->Ask(places[k], normal, hint).label;
+                                             }
+                                           });
   progress("cutting", 0.5);
   const std::vector<SurfaceLabel> face_labels = CutFaceLabels(
-      mesh, votes, smoothness < 0 ? kSmoothnessOfResolution * search.resolution() : smoothness);
+      mesh, votes, smoothness < 0 ? kSmoothnessOfResolution * source->Resolution() : smoothness);
   std::vector<SurfaceLabel> vertex_labels = VertexLabels(mesh, face_labels);
-  {
-    // Vertices of no face are points.
-    std::vector<uint8_t> has_face(mesh.vertices.size(), 0);
-    for (const uint32_t corner : mesh.corners) has_face[corner] = 1;
-    ParallelForBlocks(std::ssize(mesh.vertices), kBlock, [&](int64_t begin, int64_t end) {
-      uint32_t hint = 0;
-      for (int64_t v = begin; v < end; ++v) {
-        if (has_face[v]) continue;
-        const Eigen::Vector3d normal = mesh.normals.empty()
-                                           ? Eigen::Vector3d(0, 0, 0)
-                                           : Eigen::Vector3d(mesh.normals[v].cast<double>());
-        vertex_labels[v] = search.LabelOf(search.Find(mesh.vertices[v], normal, &hint));
-      }
-    });
-  }
+  LabelLooseVertices(mesh, *source, &vertex_labels);
   progress("writing", 0.8);
   const auto take = [](const std::vector<SurfaceLabel>& from) {
     return [&from](const PlyBlock& block, std::span<SurfaceLabel> labels) {
@@ -261,7 +254,7 @@ TransferredLabels TransferToMesh(const ExportableScene& scene,
       std::copy_n(from.begin() + static_cast<int64_t>(block.first), labels.size(), labels.begin());
     };
   };
-  CopyPlyWithLabels(input, output, scene.label_table, take(vertex_labels), take(face_labels));
+  CopyPlyWithLabels(input, output, source->labels(), take(vertex_labels), take(face_labels));
   LabelCount count;
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     count.AddVertex(mesh.vertices[v], vertex_labels[v]);
@@ -269,9 +262,8 @@ TransferredLabels TransferToMesh(const ExportableScene& scene,
   for (size_t f = 0; f < mesh.NumFaces(); ++f) {
     count.AddFace(mesh.FaceArea(f).norm(), face_labels[f]);
   }
-  TransferredLabels result = count.Finish(scene.label_table);
-  result.far = check.far();
-  result.looked_at = check.looked_at();
+  TransferredLabels result = count.Finish(source->labels());
+  check.Tell(&result);
   return result;
 }
 
@@ -287,27 +279,24 @@ void LabelTransferOptions::RequireValid() const {
   }
 }
 
-TransferredLabels TransferLabels(const ExportableScene& scene,
+TransferredLabels TransferLabels(LabelSource* source,
                                  const fs::path& input,
                                  const fs::path& output,
-                                 const LabelTransferOptions& options,
+                                 double smoothness,
                                  const TransferProgress& progress) {
-  const MatterSearch search(scene, options.tolerance);
-  TransferredLabels result =
-      HasFaces(input) ? TransferToMesh(scene, search, options.smoothness, input, output, progress)
-                      : TransferToCloud(scene, search, input, output, progress);
-  result.tolerance = search.tolerance();
-  return result;
+  return HasFaces(input) ? TransferToMesh(source, smoothness, input, output, progress)
+                         : TransferToCloud(source, input, output, progress);
 }
 
 void WriteTransferSidecar(const fs::path& path,
-                          const ExportableScene& scene,
+                          const LabelSource& source,
                           const TransferredLabels& transferred,
                           const std::string& file,
-                          const std::string& source_checksum) {
+                          const std::string& source_checksum,
+                          const std::vector<WrittenFile>& parts) {
   using Json = nlohmann::ordered_json;
   const auto triple = [](const Eigen::Vector3d& x) { return Json::array({x.x(), x.y(), x.z()}); };
-  Json json = Json::parse(LabelTableJson(scene.label_table));
+  Json json = Json::parse(LabelTableJson(source.labels()));
   if (!source_checksum.empty()) json[kSourceModelKey] = source_checksum;
   int64_t labelled = 0;
   for (const TransferredLabel& label : transferred.labels) {
@@ -316,8 +305,8 @@ void WriteTransferSidecar(const fs::path& path,
   json["transfer"] = {{"file", file},
                       {"vertices", transferred.vertices},
                       {"faces", transferred.faces},
-                      {"labelled_vertices", labelled},
-                      {"tolerance", transferred.tolerance}};
+                      {"labelled_vertices", labelled}};
+  if (source.Tolerance() > 0) json["transfer"]["tolerance"] = source.Tolerance();
   json["objects"] = Json::array();
   for (const TransferredLabel& label : transferred.labels) {
     if (label.id == kNoObject) continue;
@@ -330,6 +319,9 @@ void WriteTransferSidecar(const fs::path& path,
                    {"confidence", label.confidence}};
     if (!label.box.isEmpty()) {
       object["bounding_box"] = Json::array({triple(label.box.min()), triple(label.box.max())});
+    }
+    for (const WrittenFile& part : parts) {
+      if (part.object_id == label.id) object["files"][part.format] = part.path;
     }
     json["objects"].push_back(object);
   }

@@ -121,6 +121,31 @@ TEST(LabelCut, OfTwoLabelsItIsTheLeast) {
   }
 }
 
+// Faces that nothing is known of go with those around them, as far as the next crease.
+TEST(LabelCut, FacesWithoutVotesGoWithThoseAround) {
+  PolygonMesh mesh;
+  AddFoldedGrid(24, 80, &mesh);
+  std::vector<std::vector<FaceVote>> faces(mesh.NumFaces());
+  for (size_t f = 0; f < mesh.NumFaces(); ++f) {
+    if (f % 24 == 3) faces[f] = {{kMug, 0.9f}};
+    if (f % 24 == 14) faces[f] = {{kTable, 0.9f}};
+  }
+  PolygonMesh apart = mesh;
+  for (Eigen::Vector3d& x : apart.vertices) x.z() += 9;
+  const auto first = static_cast<uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), apart.vertices.begin(), apart.vertices.end());
+  AddFace({first, first + 1, first + 2}, &mesh);
+  faces.emplace_back();
+  for (const double smoothness : {0., 1.}) {
+    const std::vector<SurfaceLabel> cut = CutFaceLabels(mesh, VotesOf(faces), smoothness);
+    for (size_t f = 0; f + 1 < mesh.NumFaces(); ++f) {
+      EXPECT_EQ(cut[f].id, f % 24 < 12 ? kMug : kTable) << f;
+      EXPECT_EQ(cut[f].confidence, faces[f].empty() ? 0 : 0.9f);
+    }
+    EXPECT_EQ(cut.back(), SurfaceLabel());
+  }
+}
+
 // Triangles that share no vertex, edges of three faces, faces without area, corners or votes,
 // corners that are not finite.
 TEST(LabelCut, TakesAnyMesh) {
@@ -195,7 +220,7 @@ TEST(FaceVotes, LargeFacesAreLookedAtEverywhere) {
       labels[k] = is_left ? SurfaceLabel{kMug, 0.5f} : SurfaceLabel{};
     }
   };
-  const FaceVotes votes = CollectFaceVotes(mesh, 0.5, label);
+  const FaceVotes votes = CollectFaceVotes(mesh, 0.5, true, label);
   ASSERT_EQ(votes.Of(0).size(), 2u);
   EXPECT_EQ(votes.Of(0)[0].id, kNoObject);
   EXPECT_NEAR(votes.Of(0)[0].weight, 0.25 * 0.7, 0.01);
@@ -203,7 +228,7 @@ TEST(FaceVotes, LargeFacesAreLookedAtEverywhere) {
   EXPECT_NEAR(votes.Of(0)[1].weight, 0.5 * 0.3, 0.015);
   // As a triangle's corner is at x = 0, 51 % of it is left of 3.
   EXPECT_NEAR(votes.Of(1)[1].weight, 0.5 * 0.51, 0.05);
-  EXPECT_EQ(CollectFaceVotes(mesh, 100, label).Of(0).size(), 1u);
+  EXPECT_EQ(CollectFaceVotes(mesh, 100, true, label).Of(0).size(), 1u);
 }
 
 }  // namespace

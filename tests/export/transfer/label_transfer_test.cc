@@ -37,10 +37,12 @@ class LabelTransferTest : public TemporaryFolderTest {
                              const LabelTransferOptions& options = {},
                              const ExportableScene* scene = nullptr) {
     std::ofstream(folder_ / "in.ply", std::ios::binary) << ply;
-    return TransferLabels(scene == nullptr ? scene_ : *scene,
+    FoamLabels source(scene == nullptr ? scene_ : *scene, options.tolerance);
+    tolerance_ = source.Tolerance();
+    return TransferLabels(&source,
                           folder_ / "in.ply",
                           folder_ / "out.ply",
-                          options,
+                          options.smoothness,
                           [](const std::string&, double) {});
   }
   PlyLabels Labels() { return ReadPlyLabels(folder_ / "out.ply"); }
@@ -74,6 +76,7 @@ class LabelTransferTest : public TemporaryFolderTest {
 
   const ExportableScene scene_;
   PolygonMesh mesh_;
+  double tolerance_ = 0;
 };
 
 TEST_F(LabelTransferTest, AMeshOfSomebodyElseGetsItsLabels) {
@@ -90,7 +93,7 @@ TEST_F(LabelTransferTest, AMeshOfSomebodyElseGetsItsLabels) {
   EXPECT_GE(right, mesh_.vertices.size() * 99 / 100);
   EXPECT_EQ(transferred.vertices, std::ssize(mesh_.vertices));
   EXPECT_EQ(transferred.faces, std::ssize(mesh_.corners) / 3);
-  EXPECT_EQ(transferred.far, 0);
+  EXPECT_EQ(transferred.unknown, 0);
   ASSERT_EQ(transferred.labels.size(), 2u);
   EXPECT_EQ(transferred.labels[0].name, "mug");
   EXPECT_NEAR(transferred.labels[0].area, transferred.area / 2, 0.01 * transferred.area);
@@ -124,8 +127,8 @@ TEST_F(LabelTransferTest, AScatteredCloudGetsItsLabels) {
     for (size_t v = 0; v < count; ++v) right += labels.vertices[v].id == Truth(mesh_.vertices[v]);
     EXPECT_GE(right, count * 97 / 100) << has_normals;
     for (size_t v = count; v < count + 50; ++v) EXPECT_EQ(labels.vertices[v], SurfaceLabel());
-    EXPECT_EQ(transferred.far, 50);
-    EXPECT_EQ(transferred.looked_at, static_cast<int64_t>(count) + 50);
+    EXPECT_EQ(transferred.unknown, 50);
+    EXPECT_EQ(transferred.asked, static_cast<int64_t>(count) + 50);
   }
 }
 
@@ -152,8 +155,9 @@ TEST_F(LabelTransferTest, TheFrameIsThatOfTheFiles) {
   for (Eigen::Vector3d& x : mesh.vertices) x = 100 * x + options.transform.translation;
   const TransferredLabels there = Transfer(PlyOf(mesh), {}, &moved);
   const PlyLabels labels = Labels();
+  const double tolerance = tolerance_;
   const TransferredLabels here = Transfer(PlyOf(mesh_));
-  EXPECT_NEAR(there.tolerance, 100 * here.tolerance, 1e-6);
+  EXPECT_NEAR(tolerance, 100 * tolerance_, 1e-6);
   EXPECT_NEAR(there.labels[0].area, 1e4 * here.labels[0].area, 100);
   const PlyLabels expected = Labels();
   size_t same = 0;

@@ -107,6 +107,88 @@ TEST_F(LabelTransferCommandTest, TheFrameOptionsAreThoseOfTheExporters) {
   EXPECT_GE(same, mesh_.NumFaces() - 4);
 }
 
+// The SfM points of the tabletop as a cloud, without a foam: the votes of all photos that see a
+// point say what those of its track say.
+TEST_F(LabelTransferCommandTest, MasksAloneTellTheLabels) {
+  const fs::path points = folder_ / "P" / "points.ply";
+  ASSERT_EQ(RunSemfoam({"point_labeler",
+                        "--workspace_path",
+                        kTabletop.string(),
+                        "--output_path",
+                        points.parent_path().string()})
+                .exit_code,
+            0);
+  const Outcome outcome = RunSemfoam({"label_transfer",
+                                      "--workspace_path",
+                                      kTabletop.string(),
+                                      "--input_path",
+                                      points.string(),
+                                      "--output_path",
+                                      (folder_ / "M").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("64 of 64 photos have a mask"));
+  const PlyLabels by_track = ReadPlyLabels(points);
+  const PlyLabels by_masks = ReadPlyLabels(folder_ / "M" / "points.ply");
+  ASSERT_EQ(by_masks.vertices.size(), by_track.vertices.size());
+  int sure = 0, same = 0;
+  for (size_t i = 0; i < by_track.vertices.size(); ++i) {
+    if (by_track.vertices[i].confidence < 0.95f) continue;
+    ++sure;
+    same += by_masks.vertices[i].id == by_track.vertices[i].id;
+  }
+  EXPECT_GT(sure, 4000);
+  EXPECT_GT(same, 0.9 * sure);
+  const json table = json::parse(ReadFile(folder_ / "M" / "labels.json"));
+  EXPECT_EQ(table["labels"]["6"], "mug");
+  EXPECT_EQ(table["objects"].size(), 13u);
+
+  const Outcome moved = RunSemfoam({"label_transfer",
+                                    "--workspace_path",
+                                    kTabletop.string(),
+                                    "--input_path",
+                                    points.string(),
+                                    "--output_path",
+                                    (folder_ / "far").string(),
+                                    "--transform",
+                                    "1 0 0 1000 0 1 0 0 0 0 1 0"});
+  EXPECT_EQ(moved.exit_code, 1);
+  EXPECT_THAT(moved.err, NamesMistake(points.string(), {"transform"}, "are seen by no photo"));
+  EXPECT_FALSE(fs::exists(folder_ / "far"));
+}
+
+TEST_F(LabelTransferCommandTest, ObjectsMayBeFilesOfTheirOwn) {
+  const fs::path out = folder_ / "out";
+  ASSERT_EQ(Run(folder_ / "a mesh.ply", out, {"--split", "1"}).exit_code, 0);
+  EXPECT_THAT(FilesBelow(out),
+              UnorderedElementsAre(
+                  "a mesh.ply", "labels.json", "objects/7_mug.ply", "objects/8_label_8.ply"));
+  const json table = json::parse(ReadFile(out / "labels.json"));
+  size_t faces = 0;
+  for (const json& object : table["objects"]) {
+    const PlyLabels part = ReadPlyLabels(out / object["files"]["ply"].get<std::string>());
+    EXPECT_EQ(part.faces.size(), object["faces"]);
+    for (const SurfaceLabel& label : part.faces) EXPECT_EQ(Value(label.id), object["id"]);
+    faces += part.faces.size();
+  }
+  EXPECT_EQ(faces, mesh_.NumFaces());
+  EXPECT_EQ(Run(folder_ / "a mesh.ply", out, {"--split", "1"}).exit_code, 0);
+  fs::remove(out / "labels.json");
+  fs::remove(out / "a mesh.ply");
+  EXPECT_THAT(Run(folder_ / "a mesh.ply", out, {"--split", "1"}).err,
+              NamesMistake((out / "objects").string(), {}, "would be lost"));
+}
+
+TEST_F(LabelTransferCommandTest, OneSourceOfLabelsIsNeeded) {
+  const std::string mesh = (folder_ / "a mesh.ply").string(), out = (folder_ / "out").string();
+  EXPECT_THAT(RunSemfoam({"label_transfer", "--input_path", mesh, "--output_path", out}).err,
+              NamesMistake("", {"foam_path", "workspace_path"}, "neither"));
+  EXPECT_THAT(Run(mesh, out, {"--workspace_path", kTabletop.string()}).err,
+              NamesMistake("", {"foam_path", "workspace_path"}, "both"));
+  EXPECT_THAT(Run(mesh, out, {"--mask_path", out}).err,
+              NamesMistake("", {"mask_path", "foam_path"}, "no effect"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
 TEST_F(LabelTransferCommandTest, NamesAreThoseOfTheUser) {
   WriteFile(folder_ / "names.json", R"({"labels": {"8": "cup"}})");
   ASSERT_EQ(Run(folder_ / "a mesh.ply",

@@ -130,7 +130,6 @@ void AddOptions(OptionManager* options,
                             "folder of the instance masks; by default object_mask/, then "
                             "Annotations/ of the workspace");
   AddMaskReadingOptions(options, masks);
-  options->AddShortName("label_zero", "FoamTraining.label_zero");
   options->AddDefaultOption("tolerance",
                             &transfer->tolerance,
                             "matter farther away than this, in the file's unit, is another "

@@ -347,17 +347,21 @@ void RequireValid(const SplitOptions& options) {
   }
 }
 
-BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, TrainingRun* run) {
-  RequireValid(options);
-  if (run->time_budget > 0) {
+void RequireSplittable(const TrainingRun& run) {
+  if (run.time_budget > 0) {
     throw FieldError("time_budget",
                      " is ",
-                     run->time_budget,
+                     run.time_budget,
                      "; a run in blocks has a schedule of fixed numbers, so 0 would be right.");
   }
-  if (run->device.kind() != DeviceKind::kCpu) {
+  if (run.device.kind() != DeviceKind::kCpu) {
     throw FieldError("device", " is a GPU; blocks are trained on the CPU, so cpu would be right.");
   }
+}
+
+BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, TrainingRun* run) {
+  RequireValid(options);
+  RequireSplittable(*run);
   const fs::path path = folder->path();
   const int64_t num_iterations = TrainingSchedule(run->training).num_iterations();
   const auto split_iteration =

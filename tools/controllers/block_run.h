@@ -72,6 +72,9 @@ BlocksRecord ReadBlocksRecord(const std::filesystem::path& blocks_path);
 // Throws UserError where the options are out of range.
 void RequireValid(const SplitOptions& options);
 
+// Throws UserError where a run cannot be trained in blocks: with a time budget, or on a GPU.
+void RequireSplittable(const TrainingRun& run);
+
 // Trains the beginning of `run` in `folder` and writes split.ckpt, a folder with start.ckpt for
 // each block, and blocks.json, the last of them. Throws UserError and Interruption as TrainAndWrite
 // does, and where no number of blocks keeps to max_sites.

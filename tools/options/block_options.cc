@@ -49,6 +49,7 @@ void FinishBlockRun(const OptionManager& options, BlockRunOptions* run) {
   }
   RequireValid(split);
   FinishTrainingRun(options, run->workspace_path, &run->training);
+  RequireSplittable(run->training.run);
 }
 
 std::filesystem::path ProjectPath(const std::filesystem::path& blocks_path) {

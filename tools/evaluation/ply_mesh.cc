@@ -14,6 +14,7 @@ PolygonSoup ReadPlyMesh(const std::filesystem::path& path) {
   mesh.vertices = std::move(polygons.vertices);
   mesh.faces.reserve(polygons.NumFaces());
   for (size_t f = 0; f < polygons.NumFaces(); ++f) {
+    if (polygons.Face(f).empty()) continue;  // an empty list of corners
     std::vector<size_t>& face = mesh.faces.emplace_back();
     for (const uint32_t corner : polygons.Face(f)) {
       face.push_back(corner == kNoVertex ? SIZE_MAX : corner);

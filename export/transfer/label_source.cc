@@ -34,7 +34,7 @@ std::string FoamLabels::Why(const std::vector<Eigen::Vector3d>& places) const {
   const auto middle = distances.begin() + std::ssize(distances) / 2;
   std::nth_element(distances.begin(), middle, distances.end());
   std::ostringstream text;
-  text.precision(3);
+  text.precision(6);
   text << "are farther than " << search_.tolerance()
        << " from all matter of the foam, half of them farther than " << *middle
        << MeansApart(places, "the matter", search_.MiddleOfMatter());
@@ -47,7 +47,7 @@ std::string MeansApart(const std::vector<Eigen::Vector3d>& places,
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& x : places) mean += x / static_cast<double>(places.size());
   std::ostringstream text;
-  text.precision(3);
+  text.precision(6);
   text << ", and their mean, " << Text(mean) << ", is off that of " << what << ", "
        << Text(mean_of_what) << ", by " << (mean - mean_of_what).norm();
   return text.str();

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMostPixels = 1 << 27;
 // Points of a cloud for each pixel of depth.
-constexpr double kPointsPerPixel = 4;
+constexpr double kPointsPerPixel = 16;
 // Triangles with longer sides, in pixels, are divided.
 constexpr double kLongestSide = 24;
 constexpr int kMostDivisions = 16;
@@ -243,7 +243,7 @@ SurfaceViews::SurfaceViews(const Reconstruction& model,
   for (const PhotoRecord& photo : records) pixels += 1.0 * photo.width * photo.height;
   const double mask_share = std::min(1.0, std::sqrt(kMostPixels / std::max(1.0, pixels)));
   const double most_of_cloud =
-      std::max(1024.0, static_cast<double>(vertices.size()) / kPointsPerPixel);
+      std::max(256.0, static_cast<double>(vertices.size()) / kPointsPerPixel);
 
   views_.resize(records.size());
   ForEachFile(static_cast<int64_t>(views_.size()), [&](int64_t v) {

@@ -37,7 +37,7 @@ class SurfaceViews {
   //
   // Depth images and masks are of the size of the masks, or smaller, where all of them together
   // would have more than 2^27 pixels (6 bytes each); of a cloud, those of depth have one pixel for
-  // four points at most. Runs in parallel over the photos; the result does not depend on the
+  // 16 points at most. Runs in parallel over the photos; the result does not depend on the
   // threads. Throws UserError as CorrectedPhotos::Mask does.
   SurfaceViews(const Reconstruction& model,
                const CorrectedPhotos& photos,

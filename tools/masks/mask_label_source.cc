@@ -23,13 +23,36 @@ std::vector<std::array<uint32_t, 3>> TrianglesOf(const PolygonMesh& mesh) {
   return triangles;
 }
 
+// Box of the points from the 1 % to the 99 % quantile of each coordinate, wider by its diagonal on
+// every side.
+Eigen::AlignedBox3d WideBox(const std::vector<Point3D>& points) {
+  Eigen::AlignedBox3d box;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Point3D& point : points) {
+      if (point.position.allFinite()) values.push_back(point.position[axis]);
+    }
+    if (values.empty()) return box;
+    std::sort(values.begin(), values.end());
+    const size_t outside = values.size() / 100;
+    box.min()[axis] = values[outside];
+    box.max()[axis] = values[values.size() - 1 - outside];
+  }
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(box.diagonal().norm());
+  return {box.min() - margin, box.max() + margin};
+}
+
 }  // namespace
 
 MaskLabels::MaskLabels(const Reconstruction& model,
                        const CorrectedPhotos& photos,
                        std::vector<Label> labels,
                        const ExportTransform& transform)
-    : model_(model), photos_(photos), labels_(std::move(labels)), transform_(transform) {}
+    : model_(model),
+      photos_(photos),
+      labels_(std::move(labels)),
+      transform_(transform),
+      box_(WideBox(model.points)) {}
 
 Eigen::Vector3d MaskLabels::ModelFromFile(const Eigen::Vector3d& x) const {
   return transform_.rotation.transpose() * (x - transform_.translation) / transform_.scale;
@@ -56,8 +79,9 @@ void MaskLabels::LookAt(const PolygonMesh& mesh) {
 LabelSource::Answer MaskLabels::Ask(const Eigen::Vector3d& x,
                                     const Eigen::Vector3d& normal,
                                     uint32_t*) const {
-  const MaskVerdict verdict =
-      views_->Vote(ModelFromFile(x), transform_.rotation.transpose() * normal);
+  const Eigen::Vector3d place = ModelFromFile(x);
+  if (!box_.isEmpty() && !box_.contains(place)) return {};
+  const MaskVerdict verdict = views_->Vote(place, transform_.rotation.transpose() * normal);
   return {{LabelIdOf(labels_, verdict.class_index), verdict.confidence}, verdict.num_views > 0};
 }
 
@@ -69,7 +93,7 @@ std::string MaskLabels::Why(const std::vector<Eigen::Vector3d>& places) const {
     sum += point.position;
     ++count;
   }
-  std::string text = "are seen by no photo";
+  std::string text = "are seen by no photo or far from all that the photos show";
   if (count == 0) return text;
   const Eigen::Vector3d mean =
       transform_.scale * (transform_.rotation * (sum / static_cast<double>(count))) +

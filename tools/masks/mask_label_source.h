@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 namespace semfoam {
 
 // The labels of masks for a surface that hides itself from the photos (SurfaceViews): no foam, no
@@ -44,6 +46,9 @@ class MaskLabels : public LabelSource {
   const CorrectedPhotos& photos_;
   const std::vector<Label> labels_;
   const ExportTransform transform_;
+  // Beyond it nothing of the model can be: three times as wide as the robust extent of its points.
+  // Empty: the model has no points.
+  Eigen::AlignedBox3d box_;
   std::unique_ptr<const SurfaceViews> views_;
   double resolution_ = 1;
 };

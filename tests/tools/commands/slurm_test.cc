@@ -45,6 +45,9 @@ class SlurmTest : public testing::Test {
               WithPath() + "\nset -e\nblocks=" + Quoted(Split().string()) +
                   "\noutput=" + Quoted((*folder_ / "out").string()) + "\n" + script);
     fs::remove_all(*folder_ / "out");
+    for (const std::string name : {"00", "01", "02", "03"}) {
+      fs::remove(Split() / name / "block.ckpt");
+    }
     const int status =
         std::system((runner + " sh " + Quoted((*folder_ / "script").string())).c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;

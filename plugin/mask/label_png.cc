@@ -24,6 +24,8 @@ struct Encoder {
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   std::string bytes;
   std::vector<png_byte> row;
+  // Empty: 16-bit grey.
+  std::vector<png_color> palette;
 
   ~Encoder() { png_destroy_write_struct(&png, &info); }
 };
@@ -40,11 +42,14 @@ bool Encode(const LabelImage& labels, Encoder& e) {
                e.info,
                static_cast<png_uint_32>(labels.width),
                static_cast<png_uint_32>(labels.height),
-               16,
-               PNG_COLOR_TYPE_GRAY,
+               e.palette.empty() ? 16 : 8,
+               e.palette.empty() ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_PALETTE,
                PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
+  if (!e.palette.empty()) {
+    png_set_PLTE(e.png, e.info, e.palette.data(), static_cast<int>(e.palette.size()));
+  }
   png_text text = {};
   text.compression = PNG_TEXT_COMPRESSION_NONE;
   text.key = const_cast<char*>("Software");
@@ -55,9 +60,10 @@ bool Encode(const LabelImage& labels, Encoder& e) {
   png_write_info(e.png, e.info);
   for (int y = 0; y < labels.height; ++y) {
     const int32_t* ids = labels.data.data() + static_cast<size_t>(y) * labels.width;
+    png_byte* byte = e.row.data();
     for (int x = 0; x < labels.width; ++x) {
-      e.row[2 * static_cast<size_t>(x)] = static_cast<png_byte>(ids[x] >> 8);
-      e.row[2 * static_cast<size_t>(x) + 1] = static_cast<png_byte>(ids[x] & 0xff);
+      if (e.palette.empty()) *byte++ = static_cast<png_byte>(ids[x] >> 8);
+      *byte++ = static_cast<png_byte>(ids[x] & 0xff);
     }
     png_write_row(e.png, e.row.data());
   }
@@ -65,18 +71,33 @@ bool Encode(const LabelImage& labels, Encoder& e) {
   return true;
 }
 
+void Write(const std::filesystem::path& path, const LabelImage& labels, Encoder* encoder) {
+  CHECK(labels.width > 0 && labels.height > 0);
+  CHECK_EQ(labels.data.size(), static_cast<size_t>(labels.width) * labels.height);
+  encoder->row.resize(2 * static_cast<size_t>(labels.width));
+  if (!Encode(labels, *encoder)) {
+    throw UserError(path.string(), ": this image cannot be written; is it too large?");
+  }
+  WriteTextFile(path, encoder->bytes);
+}
+
 }  // namespace
 
 void WriteLabelPng(const std::filesystem::path& path, const LabelImage& labels) {
-  CHECK(labels.width > 0 && labels.height > 0);
-  CHECK_EQ(labels.data.size(), static_cast<size_t>(labels.width) * labels.height);
   for (const int32_t id : labels.data) CHECK(id >= 0 && id <= 65535) << id;
   Encoder encoder;
-  encoder.row.resize(2 * static_cast<size_t>(labels.width));
-  if (!Encode(labels, encoder)) {
-    throw UserError(path.string(), ": this image cannot be written; is it too large?");
-  }
-  WriteTextFile(path, encoder.bytes);
+  Write(path, labels, &encoder);
+}
+
+void WritePalettePng(const std::filesystem::path& path,
+                     const LabelImage& labels,
+                     const std::vector<std::array<uint8_t, 3>>& colors) {
+  CHECK(!colors.empty() && colors.size() <= 256) << colors.size();
+  const auto num_colors = static_cast<int32_t>(colors.size());
+  for (const int32_t id : labels.data) CHECK(id >= 0 && id < num_colors) << id;
+  Encoder encoder;
+  for (const auto& [red, green, blue] : colors) encoder.palette.push_back({red, green, blue});
+  Write(path, labels, &encoder);
 }
 
 }  // namespace semfoam

@@ -3,6 +3,7 @@
 
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
+#include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
 #include "foam/util/error.h"
@@ -184,10 +185,19 @@ TrainingSummary Trainer::Finish(const Device& device) {
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
+  const ViewRenderer renderer(summary_.foam, device);
+  const bool spreads_labels = summary_.foam.HasSemantics() && !TrainsBlock() &&
+                              FewViewsHaveLabels(views_);
+  std::vector<float> labelled;
   summary_.statistics = MeasureCells(summary_.foam,
-                                     ViewRenderer(summary_.foam, device),
+                                     renderer,
                                      views_,
-                                     StatisticsStride(views_, options_.num_rays));
+                                     StatisticsStride(views_, options_.num_rays),
+                                     spreads_labels ? &labelled : nullptr);
+  if (spreads_labels) {
+    summary_.spread_cells =
+        SpreadLabels(renderer.delaunay(), summary_.statistics, labelled, &summary_.foam);
+  }
   return std::move(summary_);
 }
 

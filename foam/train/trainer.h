@@ -73,6 +73,9 @@ struct TrainingSummary {
   int64_t unstable_iterations = 0;
   // TrainingGuard::explained_contrast at the end.
   double explained_contrast = NAN;
+  // Number of cells that have another class since labels were spread; -1: they were not
+  // (foam/train/label_spreading.h).
+  int64_t spread_cells = -1;
   // All reports.
   std::vector<TrainingProgress> log;
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,6 +23,8 @@ struct CellObservation {
   float passed;
   float stopped;
   Eigen::Vector3f color;
+  // Whether the ray's pixel has a class.
+  bool is_labelled;
 };
 
 // Maximum number of rays whose observations are in memory at a time; the rays of kRowsPerBlock rows
@@ -35,6 +38,7 @@ constexpr size_t kRaysAtOnce = 256;
 
 // Appends what a ray saw of every cell in which it passed, stopped or showed something.
 void AddObservations(const RayTrace& trace,
+                     bool is_labelled,
                      size_t num_sites,
                      std::vector<CellObservation>* observations) {
   for (int k = 0; k < trace.num_segments; ++k) {
@@ -48,7 +52,8 @@ void AddObservations(const RayTrace& trace,
                              trace.weight[k],
                              passed,
                              stopped,
-                             {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
+                             {trace.color[0][k], trace.color[1][k], trace.color[2][k]},
+                             is_labelled});
   }
 }
 
@@ -61,6 +66,8 @@ struct PixelGrid {
   uint32_t start_cell;
   CellShading<float> shading;
   float cutoff_tau;
+  // The view's pixels; null: none is taken for labelled.
+  const ViewPixels* pixels;
 };
 
 // Casts the pixels of rows [begin, end) of the grid.
@@ -71,13 +78,17 @@ void ObserveRows(const PixelGrid& grid,
                  std::vector<CellObservation>* observations) {
   const TrainingViews& views = grid.views;
   std::vector<Eigen::Vector3f> directions;
+  std::vector<uint8_t> is_labelled;
   for (int64_t row = begin; row < end; ++row) {
     directions.clear();
+    is_labelled.clear();
     Eigen::Vector3f direction;
+    const int y = static_cast<int>(row * grid.stride);
     for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
-      if (views.RayDirection(grid.view, x, static_cast<int>(row * grid.stride), &direction)) {
-        directions.push_back(direction);
-      }
+      if (!views.RayDirection(grid.view, x, y, &direction)) continue;
+      directions.push_back(direction);
+      is_labelled.push_back(grid.pixels != nullptr &&
+                            grid.pixels->At(x, y).Class() != kUnlabelled);
     }
     for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
       const std::span<RayTrace> traces =
@@ -88,7 +99,9 @@ void ObserveRows(const PixelGrid& grid,
         traces[i].start_cell = grid.start_cell;
       }
       TraceRays(grid.renderer.geometry(), grid.shading, grid.cutoff_tau, traces);
-      for (const RayTrace& trace : traces) AddObservations(trace, num_sites, observations);
+      for (size_t i = 0; i < traces.size(); ++i) {
+        AddObservations(traces[i], is_labelled[first + i] != 0, num_sites, observations);
+      }
     }
   }
 }
@@ -100,6 +113,7 @@ class ObservationSums {
       : passed_(num_sites, 0.0),
         stopped_(num_sites, 0.0),
         weight_(num_sites, 0.0),
+        labelled_(num_sites, 0.0),
         weighted_color_(num_sites, Eigen::Vector3d::Zero()) {
     statistics_.contribution.assign(num_sites, 0.f);
   }
@@ -110,8 +124,12 @@ class ObservationSums {
     if (!(s.weight > kNegligibleWeight)) return;
     statistics_.contribution[s.cell] = std::max(statistics_.contribution[s.cell], s.weight);
     weight_[s.cell] += s.weight;
+    if (s.is_labelled) labelled_[s.cell] += s.weight;
     weighted_color_[s.cell] += s.weight * s.color.cast<double>();
   }
+
+  // Returns the sum of each cell's weights in labelled pixels.
+  std::vector<float> Labelled() const { return {labelled_.begin(), labelled_.end()}; }
 
   // Call it once, after the last Add. Cells that no ray saw get the colour of their constant SH
   // term.
@@ -134,7 +152,7 @@ class ObservationSums {
  private:
   CellStatistics statistics_;
   std::vector<double> passed_, stopped_;
-  std::vector<double> weight_;
+  std::vector<double> weight_, labelled_;
   std::vector<Eigen::Vector3d> weighted_color_;
 };
 
@@ -149,14 +167,18 @@ int64_t CellStatisticsBytes(int64_t num_sites) {
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
-                            int stride) {
+                            int stride,
+                            std::vector<float>* labelled) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
   const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
     const uint32_t start = renderer.StartCell(views.Origin(view));
-    const PixelGrid grid{renderer, views, view, stride, start, renderer.shading(), cutoff_tau};
+    const bool asks_labels = labelled != nullptr && views.HasLabels(view);
+    const std::unique_ptr<ViewPixels> pixels = asks_labels ? views.OpenView(view) : nullptr;
+    const PixelGrid grid{
+        renderer, views, view, stride, start, renderer.shading(), cutoff_tau, pixels.get()};
     const int columns = (views.Width(view) + stride - 1) / stride;
     const int rows = (views.Height(view) + stride - 1) / stride;
     const int rows_in_memory =
@@ -174,6 +196,7 @@ CellStatistics MeasureCells(const Foam& foam,
       }
     }
   }
+  if (labelled != nullptr) *labelled = sums.Labelled();
   return sums.Finish(foam);
 }
 

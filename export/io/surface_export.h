@@ -23,7 +23,7 @@ inline constexpr EnumName<SurfaceMethod> kSurfaceMethodNames[] = {
     {SurfaceMethod::kCells, "cells"}, {SurfaceMethod::kSmooth, "smooth"}};
 
 struct SurfaceExportOptions {
-  SurfaceMethod method = SurfaceMethod::kCells;
+  SurfaceMethod method = SurfaceMethod::kSmooth;
   // Maximum number of triangles of each object (Decimate), for kSmooth only; 0: no maximum.
   int64_t target_faces = 0;
 

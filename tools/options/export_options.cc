@@ -59,8 +59,8 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
                 "MeshExport.method",
                 &surface->method,
                 kSurfaceMethodNames,
-                "cells = the exact faces of the cells; smooth = an iso-surface through "
-                "them, smoothed, with the same volume");
+                "smooth = an iso-surface through the cells, smoothed, with the same volume; cells "
+                "= their exact faces");
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");

@@ -119,8 +119,6 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
 }
 
 void LeaveOutFragments(ExportableScene* scene) {
-  constexpr double kTinyShare = 1e-3;
-  constexpr double kUnsure = 0.85;
   constexpr size_t kFewestCells = 10;
   std::vector<MeanConfidence> confidence;
   MeanConfidence of_all;
@@ -138,13 +136,13 @@ void LeaveOutFragments(ExportableScene* scene) {
     const double share = static_cast<double>(object.cells.size()) / static_cast<double>(num_cells);
     std::vector<Component> components;
     size_t largest = 0;
-    if (share < kTinyShare) {
+    if (share < kFragmentShare) {
       components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
       for (const Component& component : components) {
         largest = std::max(largest, component.cells.size());
       }
     }
-    const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
+    const bool is_unsure = confidence[index].Value() < kFragmentConfidence * of_all.Value();
     const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
     const bool is_speck = object.cells.size() == 1;
     const bool is_fragment = !components.empty() && (is_unsure || is_strewn || is_speck);

@@ -46,6 +46,20 @@ void LogTilt(const ExportTransform& transform) {
   }
 }
 
+// Logs the fragments together.
+void LogLeftovers(const ExportableScene& scene) {
+  int64_t fragments = 0, cells = 0;
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    if (!label.is_fragment) continue;
+    ++fragments;
+    cells += label.left_out.cells;
+  }
+  if (fragments == 0) return;
+  LOG(INFO) << "Leftovers: " << fragments << (fragments == 1 ? " fragment" : " fragments") << " of "
+            << cells << (cells == 1 ? " cell" : " cells")
+            << ", without files; keep_fragments makes objects of them";
+}
+
 // Logs what is left out of the objects, and which labels have no object.
 void LogLeftOut(const ExportableScene& scene) {
   for (const ObjectInfo& object : scene.objects) {
@@ -55,8 +69,9 @@ void LogLeftOut(const ExportableScene& scene) {
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
-              << Describe(label.left_out) << (label.is_fragment ? "; keep_fragments keeps it" : "");
+              << Describe(label.left_out);
   }
+  LogLeftovers(scene);
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
     if (!without_cells.empty()) without_cells += ", ";

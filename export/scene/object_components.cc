@@ -84,6 +84,29 @@ void LeaveOut(const ExportableScene& scene,
   left_out->volume += file_volume;
 }
 
+int64_t CountComponents(const ExportableScene& scene, const std::vector<uint32_t>& cells) {
+  std::vector<uint8_t> is_left(scene.delaunay.num_cells, 0);
+  for (const uint32_t cell : cells) is_left[cell] = 1;
+  int64_t count = 0;
+  std::vector<uint32_t> reached;
+  for (const uint32_t start : cells) {
+    if (!is_left[start]) continue;
+    ++count;
+    is_left[start] = 0;
+    reached.assign(1, start);
+    while (!reached.empty()) {
+      const uint32_t cell = reached.back();
+      reached.pop_back();
+      for (const uint32_t next : scene.delaunay.Neighbors(cell)) {
+        if (!is_left[next]) continue;
+        is_left[next] = 0;
+        reached.push_back(next);
+      }
+    }
+  }
+  return count;
+}
+
 void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
   CHECK_GE(options.min_cells, 0);
   CHECK_GE(options.keep_largest, 0);

@@ -14,6 +14,9 @@ void LeaveOut(const ExportableScene& scene,
               const std::vector<uint32_t>& component,
               LeftOutComponents* left_out);
 
+// Counts the connected components of `cells`.
+int64_t CountComponents(const ExportableScene& scene, const std::vector<uint32_t>& cells);
+
 // Counts the connected components of every object, and removes those that `options` exclude: first
 // the ones with too few cells, then all but the largest. Their cells belong to no object; an object
 // that loses all of its components is moved from `objects` to `labels_left_out`. The largest is the

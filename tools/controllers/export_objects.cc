@@ -2,6 +2,7 @@
 #include "tools/controllers/export_objects.h"
 
 #include "export/scene/names.h"
+#include "export/scene/whole_scene.h"
 #include "foam/util/error.h"
 #include "tools/controllers/object_photos.h"
 
@@ -100,6 +101,17 @@ ExportableScene PrepareExport(const Model& model,
   return scene;
 }
 
+bool IsWhole(const Model& model) { return !model.foam.HasSemantics(); }
+
+ExportableScene PrepareWhole(const Model& model,
+                             const ExportTransform& transform,
+                             const ComponentOptions& components) {
+  ExportableSceneOptions options;
+  options.transform = transform;
+  options.components = components;
+  return MakeWholeScene(model, options);
+}
+
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path) {
   if (!scene.objects.empty()) return;
   if (!scene.labels_left_out.empty()) {
@@ -117,10 +129,10 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
                     " labels has solid cells, so there is no surface to write; a longer training "
                     "would be right, or volume_exporter, which writes the whole scene.");
   }
-  throw UserError(foam_path.string(),
-                  ": has no labels, so there is no object whose surface could be written; a "
-                  "training with masks would be right, or volume_exporter, which writes the whole "
-                  "scene.");
+  throw UserError(
+      foam_path.string(),
+      ": nothing in it is solid, so there is no surface to write; a longer training would "
+      "be right.");
 }
 
 }  // namespace semfoam

@@ -51,8 +51,13 @@ void SegmentScene(SceneSegmenterOptions options) {
     finished.files = WriteVolumes(scene, output_path, volume);
   }
   if (options.formats != std::set<ExportFormat>{ExportFormat::kVdb}) {
+    surface.crop = volume.crop;
     const std::vector<WrittenFile> meshes =
-        WriteMeshes(scene, output_path, options.formats, surface);
+        IsWhole(model) ? WriteWholeMesh(PrepareWhole(model, scene.transform, options.components),
+                                        output_path,
+                                        options.formats,
+                                        surface)
+                       : WriteMeshes(scene, output_path, options.formats, surface);
     finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
   }
   WriteLabels(scene, output_path, finished);

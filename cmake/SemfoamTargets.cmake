@@ -23,6 +23,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT SEMFOAM_SANITIZE)
   list(APPEND SEMFOAM_ROUNDING_FLAGS -fno-tree-slp-vectorize)
 endif()
 target_compile_options(semfoam_flags INTERFACE ${SEMFOAM_ROUNDING_FLAGS})
+if(CMAKE_POSITION_INDEPENDENT_CODE)
+  # Functions are called and inlined as in a program: nobody replaces them.
+  target_compile_options(semfoam_flags INTERFACE -fno-semantic-interposition)
+endif()
 target_include_directories(semfoam_flags INTERFACE ${PROJECT_SOURCE_DIR})
 if(SEMFOAM_SANITIZE)
   target_compile_options(semfoam_flags INTERFACE -fsanitize=${SEMFOAM_SANITIZE} -fno-sanitize-recover=all

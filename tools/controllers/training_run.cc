@@ -24,6 +24,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <sstream>
@@ -181,12 +182,12 @@ std::string CloudReport(const TrainingRun& run,
   return text.str();
 }
 
-// Trains, with checkpoints. After a signal, writes a last checkpoint and throws Interruption.
+// Trains, with checkpoints. After a signal, or where TrainingRun::when_reported stops
+// it, writes a last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
                       const std::vector<SeedPoint>& seeds,
-                      const TrainingOptions& training,
+                      const TrainingRun& run,
                       const CheckpointTexts& texts,
-                      const Device& device,
                       std::unique_ptr<Checkpoint> checkpoint,
                       LightRefiner* lights,
                       TrainingFolder* folder) {
@@ -194,7 +195,8 @@ TrainingSummary Train(const TrainingScene& scene,
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
   ProgressLine line;
   TrainingHooks hooks;
-  hooks.device = device;
+  hooks.device = run.device;
+  bool goes_on = true;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
       line.Show(CountProgress(
@@ -202,6 +204,7 @@ TrainingSummary Train(const TrainingScene& scene,
     } else {
       line.Update(progress);
     }
+    if (run.when_reported && !run.when_reported(progress)) goes_on = false;
   };
   hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
     const bool first = !lights->IsDecided();
@@ -209,7 +212,7 @@ TrainingSummary Train(const TrainingScene& scene,
     if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
   };
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
-    const int signal = InterruptionRequested();
+    const int signal = goes_on ? InterruptionRequested() : SIGINT;
     if (signal == 0 && !folder->IsDue()) return;
     CheckpointContents contents;
     contents.texts = texts;
@@ -228,7 +231,7 @@ TrainingSummary Train(const TrainingScene& scene,
   }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
-  return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
+  return TrainFoam(scene, seeds, scene.NumClasses(), run.training, std::move(hooks));
 }
 
 bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
@@ -554,8 +557,8 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
       &scene, effects.lights, run->effects.shading, run->training.num_rays / kRefinementShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
-  TrainingSummary summary = Train(
-      scene, seeds, run->training, texts, run->device, std::move(checkpoint), &lights, folder);
+  TrainingSummary summary =
+      Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
   effects.effects.push_back(lights.MakeEffect());
   effects.lights = lights.lights();
   ReportTraining(summary, run);

@@ -52,6 +52,10 @@ struct TrainingRun {
   // Called, unless empty, when scene.foam, effects.json and training_log.csv are written, before
   // TrainingFolder::EndTraining, with the reports of the log.
   std::function<void(const std::vector<TrainingProgress>&, const TrainingFolder&)> when_written;
+  // Called, unless empty, with each report of the training, about once a second, from the thread of
+  // TrainAndWrite. Returns whether to go on; if not, the training ends after the current iteration
+  // with a checkpoint and throws Interruption(SIGINT).
+  std::function<bool(const TrainingProgress&)> when_reported;
 };
 
 // Sets the paths of `run->scene` that are empty to the usual folders of COLMAP and mask trackers in

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Semantic Foam for COLMAP: trains, renders, evaluates, edits and exports foams.
+
+    import semfoam
+
+    foam = semfoam.train("OUT", workspace_path="W", quality="low", test_every=8,
+                         progress=lambda p: print(p.iteration, p.held_out_psnr))
+    view = foam.render(foam.photos[0].name)        # view.color, view.label, view.depth
+    mesh = foam.objects[0].mesh(method="smooth")   # mesh.vertices, mesh.faces
+"""
+
+from semfoam._semfoam import (
+    Cells,
+    Error,
+    Foam,
+    Mesh,
+    Object,
+    Photo,
+    Progress,
+    Rendering,
+    Stopped,
+    __version__,
+    load,
+    segment,
+    set_num_threads,
+    set_verbose,
+    train,
+)
+
+__all__ = [
+    "Cells",
+    "Error",
+    "Foam",
+    "Mesh",
+    "Object",
+    "Photo",
+    "Progress",
+    "Rendering",
+    "Stopped",
+    "load",
+    "segment",
+    "set_num_threads",
+    "set_verbose",
+    "train",
+]

@@ -72,6 +72,18 @@ if(SEMFOAM_BUILD_TOOLS)
       nlohmann-json3-dev
       zlib1g-dev)
 endif()
+if(SEMFOAM_BUILD_PYTHON)
+  set(CPACK_COMPONENTS_ALL "")
+  semfoam_package(
+    COMPONENT python
+    NAME python3-semfoam
+    SECTION python
+    SHLIBDEPS
+    SUMMARY "Semantic Foam for COLMAP: Python module"
+    DESCRIPTION
+      "import semfoam trains, renders, evaluates, edits and exports foams from\nPython, with cells, renders and meshes as numpy arrays."
+    DEPENDS "python3 (>= 3.11)" "python3 (<< 3.12)" python3-numpy)
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME semfoam)

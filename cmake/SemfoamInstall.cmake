@@ -39,7 +39,8 @@ set(SEMFOAM_PUBLIC_HEADERS
     export/io/surface_export.h
     export/io/volume_export.h
     export/scene/exportable_scene.h
-    export/scene/object_surface.h)
+    export/scene/object_surface.h
+    export/transfer/label_transfer.h)
 
 function(semfoam_install)
   if(TARGET semfoam)

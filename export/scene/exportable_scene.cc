@@ -54,7 +54,6 @@ std::vector<uint8_t> CellsWithCameras(const Model& model, const ExportableScene&
 // `object_of_cell` gets `object_index` for each of their cells.
 std::vector<std::vector<uint32_t>> PhotographedComponents(
     const ExportableScene& scene,
-    const std::vector<uint8_t>& is_matter,
     const std::vector<uint32_t>& matter_of_class,
     ClassIndex class_index,
     int32_t object_index,
@@ -66,7 +65,7 @@ std::vector<std::vector<uint32_t>> PhotographedComponents(
     (*object_of_cell)[start] = object_index;
     for (size_t k = 0; k < component.size(); ++k) {
       for (const uint32_t next : scene.delaunay.Neighbors(component[k])) {
-        if (next >= scene.NumSites() || !is_matter[next] ||
+        if (next >= scene.NumSites() || !scene.is_matter[next] ||
             scene.labels.class_index[next] != class_index ||
             (*object_of_cell)[next] == object_index) {
           continue;
@@ -214,14 +213,11 @@ std::vector<uint8_t> FindMatter(const CellStatistics& statistics,
 }
 
 // Makes the objects, by ascending id, of their photographed components of matter.
-void GatherObjects(const Model& model,
-                   const std::vector<uint8_t>& is_matter,
-                   float min_component_share,
-                   ExportableScene* scene) {
+void GatherObjects(const Model& model, float min_component_share, ExportableScene* scene) {
   std::vector<std::vector<uint32_t>> matter_of_class(model.foam.num_classes);
   for (uint32_t i = 0; i < scene->NumSites(); ++i) {
     const ClassIndex c = scene->labels.class_index[i];
-    if (is_matter[i] && c != kUnlabelled) matter_of_class[Value(c)].push_back(i);
+    if (scene->is_matter[i] && c != kUnlabelled) matter_of_class[Value(c)].push_back(i);
   }
   std::vector<int32_t> classes(model.foam.num_classes);
   std::iota(classes.begin(), classes.end(), 0);
@@ -233,13 +229,12 @@ void GatherObjects(const Model& model,
     if (label.id == kNoObject) continue;
     const int32_t index = static_cast<int32_t>(scene->objects.size());
     ObjectInfo object;
-    GatherComponents(
-        *scene,
-        PhotographedComponents(
-            *scene, is_matter, matter_of_class[k], ClassIndex{k}, index, &scene->object_of_cell),
-        min_component_share,
-        &object,
-        &scene->object_of_cell);
+    GatherComponents(*scene,
+                     PhotographedComponents(
+                         *scene, matter_of_class[k], ClassIndex{k}, index, &scene->object_of_cell),
+                     min_component_share,
+                     &object,
+                     &scene->object_of_cell);
     if (object.cells.empty()) {
       scene->labels_without_cells.push_back(label);
       continue;
@@ -274,10 +269,8 @@ void FindObjects(const Model& model,
                  const std::vector<double>& face_areas,
                  ExportableScene* scene) {
   scene->object_of_cell.assign(scene->NumSites(), -1);
-  GatherObjects(model,
-                FindMatter(model.statistics, options.fewest_looks, *scene),
-                options.components.min_cells > 0 ? 0 : options.min_component_share,
-                scene);
+  scene->is_matter = FindMatter(model.statistics, options.fewest_looks, *scene);
+  GatherObjects(model, options.components.min_cells > 0 ? 0 : options.min_component_share, scene);
   if (options.fill_hidden_space && !scene->objects.empty()) {
     const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
     if (!model.statistics.passed.empty()) {

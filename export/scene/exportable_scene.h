@@ -142,6 +142,8 @@ struct ExportableScene {
   std::vector<float> color_weight;
   // [N] Whether the cell is photographed.
   std::vector<uint8_t> photographed;
+  // [N] Whether the cell is matter: solid, and no haze that nearly all rays pass.
+  std::vector<uint8_t> is_matter;
   // [N] Index into `objects`; -1: none.
   std::vector<int32_t> object_of_cell;
 

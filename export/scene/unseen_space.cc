@@ -1,48 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/unseen_space.h"
 
+#include "foam/util/min_cut.h"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <glog/logging.h>
 
 namespace semfoam {
-namespace {
-
-// Boost's own form of a flow network.
-using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
-using Network = boost::adjacency_list<
-    boost::vecS,
-    boost::vecS,
-    boost::directedS,
-    boost::property<boost::vertex_index_t,
-                    long,
-                    boost::property<boost::vertex_color_t,
-                                    boost::default_color_type,
-                                    boost::property<boost::vertex_distance_t,
-                                                    long,
-                                                    boost::property<boost::vertex_predecessor_t,
-                                                                    Traits::edge_descriptor>>>>,
-    boost::property<
-        boost::edge_capacity_t,
-        int64_t,
-        boost::property<boost::edge_residual_capacity_t,
-                        int64_t,
-                        boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
-
-void AddEdge(Network* network, size_t from, size_t to, int64_t forth, int64_t back) {
-  const auto edge = boost::add_edge(from, to, *network).first;
-  const auto reverse = boost::add_edge(to, from, *network).first;
-  boost::put(boost::edge_capacity, *network, edge, forth);
-  boost::put(boost::edge_capacity, *network, reverse, back);
-  boost::put(boost::edge_reverse, *network, edge, reverse);
-  boost::put(boost::edge_reverse, *network, reverse, edge);
-}
-
-}  // namespace
 
 std::vector<uint32_t> UnseenInside(const Delaunay& delaunay,
                                    const std::vector<double>& face_areas,
@@ -72,8 +39,7 @@ std::vector<uint32_t> UnseenInside(const Delaunay& delaunay,
     }
   }
   const double unit = total_area > 0 ? std::ldexp(1.0, 61) / total_area : 0;
-  const size_t source = unseen.size(), sink = source + 1;
-  Network network(unseen.size() + 2);
+  MinCut cut(unseen.size());
   for (size_t node = 0; node < unseen.size(); ++node) {
     const uint32_t cell = unseen[node];
     int64_t to_inside = 0, to_open = 0;
@@ -81,23 +47,19 @@ std::vector<uint32_t> UnseenInside(const Delaunay& delaunay,
       const uint32_t next = delaunay.neighbors[e];
       const int64_t area = static_cast<int64_t>(face_areas[e] * unit);
       if (is_unseen(next)) {
-        if (cell < next) AddEdge(&network, node, node_of.at(next), area, area);
+        if (cell < next) cut.AddEdge(node, node_of.at(next), area, area);
       } else if (next < delaunay.num_sites && knowledge[next] == CellKnowledge::kInside) {
         to_inside += area;
       } else {
         to_open += area;
       }
     }
-    if (to_inside > 0) AddEdge(&network, source, node, to_inside, 0);
-    if (to_open > 0) AddEdge(&network, node, sink, to_open, 0);
+    cut.AddTerminals(node, to_inside, to_open);
   }
-  boost::boykov_kolmogorov_max_flow(network, source, sink);
-  // The search tree of the source is what is left of its side.
+  const std::vector<uint8_t> is_inside = cut.SourceSide();
   std::vector<uint32_t> hidden;
-  const auto color = boost::get(boost::vertex_color, network);
-  const auto side = boost::color_traits<boost::default_color_type>::black();
   for (size_t node = 0; node < unseen.size(); ++node) {
-    if (color[node] == side) hidden.push_back(unseen[node]);
+    if (is_inside[node]) hidden.push_back(unseen[node]);
   }
   std::sort(hidden.begin(), hidden.end());
   return hidden;

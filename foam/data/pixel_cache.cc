@@ -86,7 +86,7 @@ std::unique_ptr<PixelCache::Chapter> PixelCache::Plan(int64_t begin, int64_t num
   }
   std::vector<char> is_read(views_.NumViews(), 0);
   for (const PixelRange& range : plan_.ranges) {
-    for (const int view : range.views()) is_read[view] = 1;
+    for (const int view : range.views()) is_read[view] = !plan_.is_used || plan_.is_used(view);
   }
   if (!kept_are_read_) {
     for (const ViewPixel& pixel : plan_.kept) is_read[pixel.view] = 1;

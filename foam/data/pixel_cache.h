@@ -31,6 +31,9 @@ struct DrawingPlan {
   bool may_grow = false;
   // Which of the ranges the iteration may draw from; ascending, at least one.
   std::function<std::vector<int>(int64_t iteration)> ranges_at;
+  // Returns whether drawn pixels of this view are used; those of others are not read. Empty: all
+  // are.
+  std::function<bool(int view)> is_used;
 };
 
 // Holds the drawn pixels of photos that do not fit into memory. The pixels of each iteration are

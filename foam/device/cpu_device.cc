@@ -6,6 +6,7 @@
 #include "foam/render/cell_shading.h"
 #include "foam/render/ray_tracer.h"
 #include "foam/render/total_variation.h"
+#include "foam/util/array_rows.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -79,7 +80,9 @@ class CpuTrainingDevice final : public TrainingDevice {
   void Rearrange(const Rearrangement& plan) override {
     semfoam::Rearrange(plan, state_.densification, {}, &state_.foam);
     state_.optimizer->Rearrange(plan.origin, plan.is_new);
-    state_.densification.Reset(state_.foam.NumSites());
+    Gather(plan.origin, 1, &state_.is_frozen);
+    Gather(plan.origin, 1, &state_.ancestor);
+    state_.ResetDensification();
   }
 
   void UploadTopology() override {}

@@ -90,15 +90,20 @@ const std::vector<AdamCorrection>& AdamCorrections() {
   return corrections;
 }
 
-FoamOptimizer::FoamOptimizer(const Foam& foam)
+FoamOptimizer::FoamOptimizer(const Foam& foam, const std::vector<uint8_t>& is_frozen)
     : sh_degree_(foam.sh_degree),
       row_(foam.sh_degree, foam.HasSemantics(), foam.HasColorGradients()),
       stride_(row_.size),
-      first_(foam.NumSites() * stride_, 0.f),
-      second_(foam.NumSites() * stride_, 0.f),
-      steps_(foam.NumSites(), 0),
       classifier_first_(foam.num_classes * (kIdentityDim + 1), 0.f),
-      classifier_second_(classifier_first_) {}
+      classifier_second_(classifier_first_) {
+  CHECK(is_frozen.empty() || is_frozen.size() == foam.NumSites());
+  uint32_t count = 0;
+  for (const uint8_t frozen : is_frozen) moments_of_.push_back(frozen ? kNoMoments : count++);
+  const size_t num_moments = is_frozen.empty() ? foam.NumSites() : count;
+  first_.assign(num_moments * stride_, 0.f);
+  second_.assign(num_moments * stride_, 0.f);
+  steps_.assign(num_moments, 0);
+}
 
 int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
@@ -110,7 +115,7 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                             std::vector<float>* density,
                             DensificationStatistics* statistics) {
   const uint32_t num_sites = static_cast<uint32_t>(foam->NumSites());
-  CHECK_EQ(steps_.size(), num_sites);
+  CHECK_EQ(moments_of_.empty() ? steps_.size() : moments_of_.size(), num_sites);
   CHECK_GE(sites.size(), num_sites);
   CHECK_EQ(is_clear.size(), num_sites);
   CHECK_EQ(step_lengths.size(), num_sites);
@@ -125,6 +130,8 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
     batch->gradients.Group(static_cast<uint32_t>(number), &bucket);
     alignas(64) CellRow gradient, change;
     for (size_t i = bucket.first_cell(); i < bucket.last_cell(); ++i) {
+      const uint32_t m = MomentsOf(i);
+      if (m == kNoMoments) continue;
       const auto records = bucket.Of(i);
       if (records.empty() && !has_tv) continue;
       std::fill_n(gradient.begin(), records.empty() ? row_.position : stride_, 0.f);
@@ -141,17 +148,17 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
       }
       const ParameterSpan stepped =
           ParametersToStep(row_, !records.empty(), totals.largest_weight, has_tv);
-      if (!AdamStep(CorrectionAt(steps_[i]),
+      if (!AdamStep(CorrectionAt(steps_[m]),
                     stepped.end - stepped.begin,
                     &gradient[stepped.begin],
                     &rate[stepped.begin],
-                    &first_[i * stride_ + stepped.begin],
-                    &second_[i * stride_ + stepped.begin],
+                    &first_[size_t{m} * stride_ + stepped.begin],
+                    &second_[size_t{m} * stride_ + stepped.begin],
                     &change[stepped.begin])) {
         ++not_finite;
         continue;
       }
-      ++steps_[i];
+      ++steps_[m];
       if (!records.empty()) {
         statistics->squared_error[i] += totals.squared_error;
         statistics->contribution[i] = std::max(statistics->contribution[i], totals.largest_weight);
@@ -201,14 +208,27 @@ int64_t FoamOptimizer::StepClassifier(const std::vector<float>& weight_gradient,
 
 void FoamOptimizer::Rearrange(const std::vector<uint32_t>& origin,
                               const std::vector<uint8_t>& is_new) {
-  Gather(origin, stride_, &first_);
-  Gather(origin, stride_, &second_);
-  Gather(origin, 1, &steps_);
-  for (size_t k = 0; k < origin.size(); ++k) {
-    if (!is_new[k]) continue;
-    std::fill_n(&first_[k * stride_], stride_, 0.f);
-    std::fill_n(&second_[k * stride_], stride_, 0.f);
-    steps_[k] = 0;
+  // Of the moments and counts that there will be: where they come from, and of which sites they
+  // are.
+  std::vector<uint32_t> old, sites, moments_of;
+  for (uint32_t k = 0; k < origin.size(); ++k) {
+    const uint32_t m = MomentsOf(origin[k]);
+    if (!moments_of_.empty()) {
+      moments_of.push_back(m == kNoMoments ? kNoMoments : static_cast<uint32_t>(old.size()));
+    }
+    if (m == kNoMoments) continue;
+    old.push_back(m);
+    sites.push_back(k);
+  }
+  moments_of_ = std::move(moments_of);
+  Gather(old, stride_, &first_);
+  Gather(old, stride_, &second_);
+  Gather(old, 1, &steps_);
+  for (size_t m = 0; m < sites.size(); ++m) {
+    if (!is_new[sites[m]]) continue;
+    std::fill_n(&first_[m * stride_], stride_, 0.f);
+    std::fill_n(&second_[m * stride_], stride_, 0.f);
+    steps_[m] = 0;
   }
 }
 

@@ -6,7 +6,9 @@
 #include "foam/render/update_loops.h"
 #include "foam/util/host_device.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace semfoam {
@@ -63,9 +65,11 @@ struct DensificationStatistics {
   // [N] Largest rendering weight over all rays.
   std::vector<float> contribution;
 
-  void Reset(size_t num_sites) {
+  // `is_frozen` [N], or empty: these are neither pruned nor divided.
+  void Reset(size_t num_sites, const std::vector<uint8_t>& is_frozen = {}) {
     squared_error.assign(num_sites, 0.f);
     contribution.assign(num_sites, 0.f);
+    for (size_t i = 0; i < is_frozen.size(); ++i) contribution[i] = is_frozen[i];
   }
 };
 
@@ -93,7 +97,8 @@ const std::vector<AdamCorrection>& AdamCorrections();
 // the bias correction, so that new cells start with it too.
 class FoamOptimizer {
  public:
-  explicit FoamOptimizer(const Foam& foam);
+  // Cells with `is_frozen` [N] keep their parameters and have no moments; empty: none is.
+  explicit FoamOptimizer(const Foam& foam, const std::vector<uint8_t>& is_frozen = {});
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
   // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
@@ -118,13 +123,14 @@ class FoamOptimizer {
                          Foam* foam);
 
   // Rearranges the moments after a densification: new site k takes the moments of old site
-  // origin[k], or zeros where is_new[k].
+  // origin[k], or zeros where is_new[k]. It is frozen where that is.
   void Rearrange(const std::vector<uint32_t>& origin, const std::vector<uint8_t>& is_new);
 
   // Changes the SH degree of the moments; those of new coefficients are zero.
   void ChangeShDegree(int degree);
 
-  // Describes the moments and counts (foam/train/checkpoint_state.h), for a foam of the same sizes.
+  // Describes the moments and counts of the cells that are not frozen, in their order
+  // (foam/train/checkpoint_state.h), for a foam of the same sizes.
   template <typename Archive>
   void Serialize(Archive* archive) {
     archive->Array("first_moments", &first_, first_.size());
@@ -136,21 +142,31 @@ class FoamOptimizer {
   }
 
   // Give access to the moments, rows [N][row().size], for a device that keeps them in its own
-  // memory.
+  // memory. No cell may be frozen.
   const ParameterRow& row() const { return row_; }
   std::vector<float>& first_moments() { return first_; }
   std::vector<float>& second_moments() { return second_; }
   std::vector<uint32_t>& steps() { return steps_; }
 
  private:
+  // In moments_of_: the cell is frozen.
+  static constexpr uint32_t kNoMoments = std::numeric_limits<uint32_t>::max();
+
+  // Returns which of the moments and counts are the site's, or kNoMoments.
+  uint32_t MomentsOf(size_t site) const {
+    return moments_of_.empty() ? static_cast<uint32_t>(site) : moments_of_[site];
+  }
+
   int sh_degree_;
   ParameterRow row_;
   // Length of a site's row.
   int stride_;
-  // [N][stride_] First and second moments.
+  // [N] MomentsOf(); empty: each site's are its own. M of the sites are not frozen.
+  std::vector<uint32_t> moments_of_;
+  // [M][stride_] First and second moments.
   std::vector<float> first_;
   std::vector<float> second_;
-  // [N] Number of steps of each site.
+  // [M] Number of steps of each site.
   std::vector<uint32_t> steps_;
   // Moments of the weights [K][kIdentityDim], then of the biases [K].
   std::vector<float> classifier_first_;

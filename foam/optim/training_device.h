@@ -31,6 +31,18 @@ struct TrainingState {
   DensificationStatistics densification;
   // Adjacency and face planes of the sites, which lag behind their positions.
   TrainingTopology topology;
+
+  // Of a run that trains one block of the space (foam/train/block_checkpoint.h); both are empty in
+  // others.
+  //
+  // [N] 1: the site lies outside of the block and keeps its parameters; it is neither pruned nor
+  // divided.
+  std::vector<uint8_t> is_frozen;
+  // [N] Index of the site that it was, or descends from, when the space was split.
+  std::vector<uint32_t> ancestor;
+
+  // Clears the statistics for the next densification, in which frozen sites count as seen.
+  void ResetDensification() { densification.Reset(foam.NumSites(), is_frozen); }
 };
 
 // Input of one iteration.

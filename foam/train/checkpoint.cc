@@ -131,6 +131,13 @@ void Checkpoint::ThrowNoCheckpoint() const {
       "output folder.");
 }
 
+CheckpointContents Checkpoint::Contents() const {
+  CheckpointContents contents;
+  contents.texts = texts_;
+  for (const auto& [name, bytes] : arrays_) contents.arrays.push_back({name, Array(name)});
+  return contents;
+}
+
 void Checkpoint::ThrowDamaged(const std::string& what) const {
   throw DamagedCheckpoint(path_.string(),
                           ": this checkpoint is cut or damaged (",

@@ -72,6 +72,9 @@ class Checkpoint {
   // Returns the bytes of an array. Throws DamagedCheckpoint where there is none of that name.
   std::span<const std::byte> Array(const std::string& name) const;
 
+  // Returns all texts and arrays, the latter borrowed and in the order of their names.
+  CheckpointContents Contents() const;
+
   // Throws a DamagedCheckpoint that names the file, for errors in the texts or arrays.
   [[noreturn]] void ThrowDamaged(const std::string& what) const;
 

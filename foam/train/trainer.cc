@@ -4,6 +4,7 @@
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
 #include "foam/train/trainer_internal.h"
+#include "foam/train/training_rays.h"
 #include "foam/util/error.h"
 #include "foam/view/cell_statistics.h"
 #include "foam/view/view_renderer.h"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <iomanip>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -66,7 +68,7 @@ void Trainer::Begin(const std::vector<SeedPoint>& seeds, int num_classes) {
     state_.foam.color_gradient.assign(state_.foam.NumSites() * kColorGradientDim, 0.f);
   }
   state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
-  state_.densification.Reset(state_.foam.NumSites());
+  state_.ResetDensification();
   OpenPixelCache();
   device_->Upload();
   topology_.Triangulate(log_.iteration());
@@ -86,7 +88,9 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     sh_degree_.Update(log_.iteration());
     topology_.Update(log_.iteration());
     schedule_.FitToSeconds(views_, log_.iteration(), log_.Seconds(), evaluator_.seconds());
-    if (const auto quality = evaluator_.EvaluateIfDue(log_.iteration())) log_.SetQuality(*quality);
+    // A block is a part of what the held-out views show.
+    const auto quality = TrainsBlock() ? std::nullopt : evaluator_.EvaluateIfDue(log_.iteration());
+    if (quality) log_.SetQuality(*quality);
     if (log_.iteration() >= schedule_.num_iterations()) break;
     AdaptViewsIfDue(hooks);
     if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
@@ -112,11 +116,16 @@ void Trainer::Iterate() {
   summary_.nonfinite_pixels +=
       pixels_.Draw(iteration, schedule_.num_iterations(), start_cells, &rays_);
   if (rays_.empty()) return;
+  // The loss is a mean over the rays drawn; a cell gets the gradient that it gets where rays are
+  // drawn from whole photos.
+  const double share =
+      TrainsBlock() ? double(rays_.size()) / (kTileRays * NumTiles(options_.rays_per_iteration))
+                    : 1;
   const RayLossWeights weights{
-      1,
-      options_.opacity_weight,
-      options_.quantile_weight * std::min(2 * schedule_.RunFraction(iteration), 1.0),
-      options_.identity_weight,
+      share,
+      share * options_.opacity_weight,
+      share * options_.quantile_weight * std::min(2 * schedule_.RunFraction(iteration), 1.0),
+      share * options_.identity_weight,
       options_.identity_to_density};
   const bool has_tv =
       state_.foam.HasSemantics() && options_.tv_weight > 0 && iteration % kTvInterval == 0;

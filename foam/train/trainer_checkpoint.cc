@@ -43,6 +43,13 @@ void Trainer::SerializeArrays(size_t num_sites, size_t num_reports, Archive* arc
   log_.SerializeReports(num_reports, archive);
 }
 
+template <typename Archive>
+void Trainer::SerializeBlock(size_t num_sites, Archive* archive) {
+  archive->Array("is_frozen", &state_.is_frozen, num_sites);
+  archive->Array("ancestor", &state_.ancestor, num_sites);
+  pixels_.squares().Serialize(views_, archive);
+}
+
 namespace {
 
 constexpr char kCpu[] = "cpu", kGpu[] = "cuda";
@@ -88,6 +95,7 @@ void Trainer::Save(CheckpointContents* contents) {
   state.Number("reports", &num_reports);
   SerializeNumbers(&state);
   SerializeArrays(num_sites, num_reports, &state);
+  if (TrainsBlock()) SerializeBlock(num_sites, &state);
   state_.optimizer->Serialize(&state);
   guard_.Serialize(&guard);
   topology_.Save(contents);
@@ -142,7 +150,8 @@ void Trainer::Resume(int num_classes, std::unique_ptr<const Checkpoint> checkpoi
     checkpoint->ThrowDamaged("its iteration is beyond the end of the run");
   }
   SerializeArrays(num_sites, num_reports, &state);
-  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam);
+  if (checkpoint->HasArray("is_frozen")) SerializeBlock(num_sites, &state);
+  state_.optimizer = std::make_unique<FoamOptimizer>(state_.foam, state_.is_frozen);
   state_.optimizer->Serialize(&state);
   guard_.Serialize(&guard);
   const TopologyUpdater::SavedSites sites = topology_.Read(*checkpoint, log_.iteration());

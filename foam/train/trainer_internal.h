@@ -51,6 +51,11 @@ class Trainer {
   void SerializeNumbers(Archive* archive);
   template <typename Archive>
   void SerializeArrays(size_t num_sites, size_t num_reports, Archive* archive);
+  // Describes what makes this the run of one block (block_checkpoint.h).
+  template <typename Archive>
+  void SerializeBlock(size_t num_sites, Archive* archive);
+
+  bool TrainsBlock() const { return !state_.is_frozen.empty(); }
 
   // Declared first, because the seconds of a run include the construction of the other members.
   TrainingLog log_;

@@ -45,8 +45,9 @@ HeldOutEvaluator::HeldOutEvaluator(const TrainingViews& views,
       device_(device) {}
 
 std::optional<HeldOutQuality> HeldOutEvaluator::EvaluateIfDue(int64_t iteration) {
-  if (schedule_.RunFraction(iteration) * kNumEvaluations < num_evaluations_ + 1) return {};
-  ++num_evaluations_;
+  const auto due = static_cast<int>(schedule_.RunFraction(iteration) * kNumEvaluations);
+  if (due <= num_evaluations_) return {};
+  num_evaluations_ = due;
   const auto begin = std::chrono::steady_clock::now();
   const HeldOutQuality quality = Evaluate();
   seconds_ += SecondsSince(begin);

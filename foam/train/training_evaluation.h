@@ -64,6 +64,7 @@ class HeldOutEvaluator {
   const CameraCells& camera_cells_;
   const TrainingState& state_;
   TrainingDevice* const device_;
+  // Number of evaluations that were due so far, of which one alone is made at a time.
   int num_evaluations_ = 0;
   double seconds_ = 0;
 };

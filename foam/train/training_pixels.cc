@@ -54,8 +54,13 @@ void TrainingPixels::OpenCache(int64_t first_iteration,
   plan.may_grow = options_.seconds > 0;
   plan.kept = ProbePixels();
   num_probes_kept_ = plan.kept.size();
-  const std::vector<ViewPixel> held_out = HeldOutPixels();
-  plan.kept.insert(plan.kept.end(), held_out.begin(), held_out.end());
+  if (squares_.IsAll()) {
+    const std::vector<ViewPixel> held_out = HeldOutPixels();
+    plan.kept.insert(plan.kept.end(), held_out.begin(), held_out.end());
+  } else {
+    // A block is not held against held-out views.
+    plan.is_used = [this](int view) { return squares_.ContainsAnyOf(view); };
+  }
   if (HasProbes()) {
     plan.ranges_at = [probe_use = std::move(probe_use)](int64_t iteration) {
       switch (probe_use(iteration)) {
@@ -95,6 +100,7 @@ int64_t TrainingPixels::Draw(int64_t iteration,
                   options_.rays_per_iteration,
                   options_.random_seed,
                   iteration,
+                  squares_,
                   rays);
 }
 

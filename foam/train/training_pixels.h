@@ -5,6 +5,7 @@
 #include "foam/data/pixel_range.h"
 #include "foam/data/training_views.h"
 #include "foam/render/ray_batch.h"
+#include "foam/train/drawn_squares.h"
 #include "foam/train/training_options.h"
 
 #include <cstdint>
@@ -58,6 +59,9 @@ class TrainingPixels {
                const std::vector<uint32_t>& start_cells,
                std::vector<BatchRay>* rays);
 
+  // The squares that iterations draw from: all, but for a run that trains one block.
+  DrawnSquares& squares() { return squares_; }
+
   // Returns the rays of the probes, always of the same pixels; empty without probes.
   std::vector<BatchRay> ProbeRays(const std::vector<uint32_t>& start_cells) const;
 
@@ -82,6 +86,7 @@ class TrainingPixels {
   PixelRange drawn_;
   // The pixels of the probes' photos; empty when the SH degree is final.
   PixelRange probes_;
+  DrawnSquares squares_;
   // Null for views that hold their pixels.
   std::unique_ptr<PixelCache> cache_;
   // Number of probes among the cache's kept pixels; they come first.

@@ -60,6 +60,7 @@ int64_t DrawRays(const TrainingViews& views,
                  int rays_per_iteration,
                  uint64_t seed,
                  int64_t iteration,
+                 const DrawnSquares& squares,
                  std::vector<BatchRay>* rays) {
   const int num_tiles = NumTiles(rays_per_iteration);
   const std::vector<int64_t> tiles = DrawTiles(seed, iteration, num_tiles, pixels);
@@ -71,6 +72,7 @@ int64_t DrawRays(const TrainingViews& views,
   ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const ViewPixel corner = pixels.At(tiles[i / kTileRays]);
+      if (!squares.Contains(corner)) continue;
       const ViewPixel pixel = TilePixel(corner,
                                         static_cast<int>(i % kTileRays),
                                         views.Width(corner.view),

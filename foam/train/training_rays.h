@@ -4,6 +4,7 @@
 #include "foam/data/pixel_range.h"
 #include "foam/data/training_views.h"
 #include "foam/render/ray_batch.h"
+#include "foam/train/drawn_squares.h"
 
 #include <cstdint>
 #include <optional>
@@ -31,7 +32,7 @@ inline int NumTiles(int rays_per_iteration) {
 // pixels without a ray (a lens that cannot be inverted there) and pixels whose colour is not
 // finite; returns the number of the latter. Random numbers are keyed by (seed, iteration).
 // `start_cells` [NumViews]. `values` holds the pixels of each tile for views that do not hold them
-// (PixelCache::Drawn); otherwise null.
+// (PixelCache::Drawn); otherwise null. Leaves out tiles whose corner is not in `squares`.
 int64_t DrawRays(const TrainingViews& views,
                  const PixelRange& pixels,
                  const PixelValue* values,
@@ -39,6 +40,7 @@ int64_t DrawRays(const TrainingViews& views,
                  int rays_per_iteration,
                  uint64_t seed,
                  int64_t iteration,
+                 const DrawnSquares& squares,
                  std::vector<BatchRay>* rays);
 
 }  // namespace semfoam

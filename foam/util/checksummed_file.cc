@@ -5,6 +5,7 @@
 #include "foam/util/json_file.h"
 
 #include <bit>
+#include <cstdio>
 #include <cstring>
 
 #include <nlohmann/json.hpp>
@@ -68,6 +69,14 @@ class RunningChecksum {
  private:
   XXH64_state_t state_;
 };
+
+std::string ChecksumText(const std::vector<std::span<const std::byte>>& parts) {
+  RunningChecksum checksum;
+  for (const std::span<const std::byte> part : parts) checksum.Add(part.data(), part.size());
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(checksum.Take()));
+  return text;
+}
 
 ChecksummedWriter::ChecksummedWriter(const std::filesystem::path& path,
                                      const ChecksummedFormat& format,

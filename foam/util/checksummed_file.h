@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -53,6 +54,9 @@ std::optional<nlohmann::json> ParseHeaderText(std::string_view text);
 
 // Computes the XXH64 of bytes that arrive in parts.
 class RunningChecksum;
+
+// Returns the XXH64 of all these bytes, one part after the other, as 16 hexadecimal digits.
+std::string ChecksumText(const std::vector<std::span<const std::byte>>& parts);
 
 // Writes such a file from its beginning to its end, beside its target, and moves it into place
 // (foam/util/output_file.h). Copies no block.

@@ -18,9 +18,10 @@ using Json = nlohmann::json;
 
 constexpr int kMaxDepth = 64;
 
-}  // namespace
+// Whether to keep a value that has been read.
+using Keep = std::function<bool(int depth, Json::parse_event_t event, const Json& value)>;
 
-Json ParseJson(const std::filesystem::path& path, std::string_view text) {
+Json Parse(const std::filesystem::path& path, std::string_view text, const Keep& keep) {
   // Of the objects that are open at the moment, the outermost first.
   std::vector<std::set<std::string>> keys;
   const auto check = [&](int depth, Json::parse_event_t event, const Json& value) {
@@ -39,7 +40,7 @@ Json ParseJson(const std::filesystem::path& path, std::string_view text) {
                       Shortened(value.get_ref<const std::string&>()),
                       "\" twice in one place; once would be right.");
     }
-    return true;
+    return keep(depth, event, value);
   };
   try {
     return Json::parse(text, check);
@@ -62,6 +63,32 @@ Json ParseJson(const std::filesystem::path& path, std::string_view text) {
                     std::numeric_limits<double>::max(),
                     ", which a double does not hold; is it damaged?");
   }
+}
+
+}  // namespace
+
+Json ParseJson(const std::filesystem::path& path, std::string_view text) {
+  return Parse(path, text, [](int, Json::parse_event_t, const Json&) { return true; });
+}
+
+Json ReadJsonFile(
+    const std::filesystem::path& path,
+    const std::string& key,
+    const std::function<void(const nlohmann::json& element, size_t index)>& on_element) {
+  const int depth_of_elements = key.empty() ? 1 : 2;
+  std::string root_key;
+  size_t index = 0;
+  const auto keep = [&](int depth, Json::parse_event_t event, const Json& value) {
+    if (event == Json::parse_event_t::key && depth == 1 && !key.empty()) {
+      root_key = value.get_ref<const std::string&>();
+    }
+    if (event != Json::parse_event_t::object_end || depth != depth_of_elements || root_key != key) {
+      return true;
+    }
+    on_element(value, index++);
+    return false;
+  };
+  return Parse(path, ReadFileBytes(path, "a JSON file"), keep);
 }
 
 Json ReadJsonFile(const std::filesystem::path& path) {

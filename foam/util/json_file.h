@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,6 +20,15 @@ nlohmann::json ParseJson(const std::filesystem::path& path, std::string_view tex
 
 // Reads and parses a file: ReadFileBytes, then ParseJson.
 nlohmann::json ReadJsonFile(const std::filesystem::path& path);
+
+// Reads a file whose root is an object, and hands the objects in the root's list `key` to
+// `on_element(element, index)`, one after another in their order: they are not kept, so that long
+// lists take the memory of one element. The result has an empty list in their place. With an empty
+// key, the list is the root itself.
+nlohmann::json ReadJsonFile(
+    const std::filesystem::path& path,
+    const std::string& key,
+    const std::function<void(const nlohmann::json& element, size_t index)>& on_element);
 
 // Returns `value` as a whole number if it is written as one (7, not 7.0 or 7.5) and lies in [low,
 // high]; otherwise nothing.

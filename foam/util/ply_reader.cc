@@ -9,6 +9,8 @@
 #include <cstring>
 #include <system_error>
 
+#include <glog/logging.h>
+
 namespace semfoam {
 namespace {
 
@@ -118,7 +120,29 @@ size_t PlyReader::NextLength(const PlyProperty& property) {
                   " can follow; is it damaged?");
 }
 
+void PlyReader::KeepBytes() {
+  CHECK_EQ(at_, header_.data);
+  keeps_bytes_ = true;
+}
+
+void PlyReader::TakeBytes(std::string* bytes) {
+  CHECK(keeps_bytes_);
+  if (!kept_.empty()) bytes->append(kept_);
+  kept_.clear();
+  bytes->append(buffer_.data() + kept_from_, at_ - kept_from_);
+  kept_from_ = at_;
+}
+
+bool PlyReader::SkipBytes() {
+  if (at_ == end_) Fill(1);
+  const bool has_any = at_ < end_;
+  at_ = end_;
+  return has_any;
+}
+
 bool PlyReader::Fill(size_t least) {
+  if (keeps_bytes_) kept_.append(buffer_.data() + kept_from_, at_ - kept_from_);
+  kept_from_ = 0;
   std::memmove(buffer_.data(), buffer_.data() + at_, end_ - at_);
   end_ -= at_;
   at_ = 0;

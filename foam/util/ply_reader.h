@@ -32,6 +32,13 @@ class PlyReader {
   // than the rest of the file.
   template <typename Take>
   void ReadRecords(const PlyElement& element, const Take& take) {
+    ReadRecords(element, take, [](uint64_t, size_t) {});
+  }
+
+  // Does the same, and calls `after(record, column)` behind the last number of each property, also
+  // of an empty list.
+  template <typename Take, typename After>
+  void ReadRecords(const PlyElement& element, const Take& take, const After& after) {
     if (element.properties.empty()) return;  // however many
     element_ = &element;
     for (record_ = 0; record_ < element.count; ++record_) {
@@ -39,9 +46,21 @@ class PlyReader {
         const PlyProperty& property = element.properties[column];
         const size_t length = property.is_list ? NextLength(property) : 1;
         for (size_t k = 0; k < length; ++k) take(record_, column, Next(property, property.type));
+        after(record_, column);
       }
     }
   }
+
+  // Keeps the bytes of what is read, from the beginning of the file on, until they are taken. Must
+  // be called before the first record is read.
+  void KeepBytes();
+  // Appends to `bytes` the kept bytes, as they are in the file: the header first, then those of
+  // each number behind the one before. In text, the blanks and the line's end before a number are
+  // its own.
+  void TakeBytes(std::string* bytes);
+  // Moves behind the next bytes that are left of the file, after the last record; returns false
+  // where there are none.
+  bool SkipBytes();
 
   // Throws UserError where the rest of the file is too short for the records of the next element,
   // each of its least length. Reads nothing.
@@ -83,6 +102,10 @@ class PlyReader {
   size_t end_ = 0;
   // Number of bytes read so far.
   uint64_t num_read_ = 0;
+  // The bytes of KeepBytes: `kept_`, then [kept_from_, at_) of the buffer.
+  bool keeps_bytes_ = false;
+  std::string kept_;
+  size_t kept_from_ = 0;
   PlyHeader header_;
   bool is_text_ = false;
   bool is_big_endian_ = false;

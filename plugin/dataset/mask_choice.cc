@@ -6,9 +6,12 @@
 #include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/mask_png.h"
 #include "plugin/mask/mask_tables.h"
+#include "plugin/mask_import/photo_matching.h"
 #include "plugin/util/files.h"
 
+#include <map>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 namespace {
@@ -42,6 +45,26 @@ void PairWithPhotos(ScenePlan* plan) {
 }
 
 }  // namespace
+
+void ChooseIgnoredPixels(const SceneOptions& options, ScenePlan* plan) {
+  plan->ignore_files.resize(plan->photos.size());
+  plan->ignore_inverted = options.ignore_inverted;
+  if (options.ignore_path.empty()) return;
+  if (!fs::is_directory(options.ignore_path)) {
+    throw UserError(options.ignore_path.string(),
+                    ": there is no such folder; it should hold a PNG for each photo whose pixels "
+                    "are to be ignored in part.");
+  }
+  const std::map<std::string, fs::path> files = ListMasks(options.ignore_path);
+  if (files.empty()) throw UserError(NoMaskIn(options.ignore_path), ".");
+  std::vector<std::string> names, photos;
+  for (const auto& [name, file] : files) names.push_back(name);
+  for (const PhotoRecord& photo : plan->photos) photos.push_back(photo.name);
+  const PhotoMatching matching = MatchPhotos(options.ignore_path.string(), names, photos);
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (matching.photos[i] >= 0) plan->ignore_files[matching.photos[i]] = files.at(names[i]);
+  }
+}
 
 std::vector<fs::path> WorkspacesOf(const SceneOptions& options) {
   std::vector<fs::path> workspaces;

@@ -20,4 +20,8 @@ std::vector<std::filesystem::path> WorkspacesOf(const SceneOptions& options);
 // PlanScene throws about masks and label names.
 void ChooseMasks(const SceneOptions& options, ScenePlan* plan);
 
+// Sets the plan's binary masks of ignored pixels, found by the photos' names in all spellings
+// (MatchPhotos). Throws UserError where the folder is missing, has no PNG or none of a photo.
+void ChooseIgnoredPixels(const SceneOptions& options, ScenePlan* plan);
+
 }  // namespace semfoam

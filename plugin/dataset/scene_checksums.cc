@@ -4,6 +4,7 @@
 #include "foam/util/error.h"
 #include "plugin/util/files.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -131,6 +132,10 @@ std::string ChecksumOfModel(const ScenePlan& plan) {
 SceneChecksums ChecksumsOf(const ScenePlan& plan) {
   std::vector<fs::path> masks = plan.masks.masks;
   masks.push_back(plan.labels_file);
+  const auto is_given = [](const fs::path& file) { return !file.empty(); };
+  if (std::any_of(plan.ignore_files.begin(), plan.ignore_files.end(), is_given)) {
+    masks.insert(masks.end(), plan.ignore_files.begin(), plan.ignore_files.end());
+  }
   return {ChecksumOfModel(plan),
           ChecksumOfCloud(plan),
           ChecksumOfFiles(plan.files),

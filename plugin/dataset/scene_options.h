@@ -24,6 +24,10 @@ struct SceneOptions {
   // Folder of the masks; empty: what FindMaskFolder finds in workspace_path, then beside
   // image_path, if anything.
   std::filesystem::path mask_path;
+  // Folder of binary masks of pixels that nothing is learned from (ReadIgnoredPixels); empty: none.
+  std::filesystem::path ignore_path;
+  // Whether they exclude what is not black.
+  bool ignore_inverted = false;
   // Folder that may hold the masks; empty: none.
   std::filesystem::path workspace_path;
   // File of the labels' names; empty: labels.json beside the mask folder, if there is one.

@@ -60,6 +60,7 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.mask_consistency = options.mask_consistency;
   ChoosePhotos(options, model, ImagesFile(model_folder), &plan);
   ChooseMasks(options, &plan);
+  ChooseIgnoredPixels(options, &plan);
   plan.warnings = WarningsOf(options, model_folder, model, plan);
   plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);

@@ -32,6 +32,10 @@ struct ScenePlan {
   std::vector<uint64_t> mask_decoding;
   // Masks of `files`; all empty without masks.
   MaskPairing masks;
+  // [photos] Binary masks of ignored pixels; empty where a photo has none.
+  std::vector<std::filesystem::path> ignore_files;
+  // Copied from SceneOptions.
+  bool ignore_inverted = false;
   // Empty: no masks; no names.
   std::filesystem::path mask_folder;
   std::filesystem::path labels_file;
@@ -77,8 +81,8 @@ struct ScenePlan {
 // Throws UserError, one sentence naming the file: whatever ReadReconstruction and PairMasks throw;
 // no registered image; a registered image without a photo, or whose photo is no image or has
 // another aspect than its camera; a mask or label path that is given but missing; a mask path
-// without a mask; a label path without masks; what ReadSeedCloud throws of the
-// dense cloud; what ReadPhotoHeader and ReadMaskHeader throw of the
+// without a mask; a label path without masks; an ignore path without a mask of a photo; what
+// ReadSeedCloud throws of the dense cloud; what ReadPhotoHeader and ReadMaskHeader throw of the
 // photos and masks. Throws FieldError where test_every holds out everything or is negative.
 ScenePlan PlanScene(const SceneOptions& options);
 

@@ -82,6 +82,9 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
     if (holds_pixels_) views_[i].photo = std::move(photo);
     photo = Image8();
     const PhotoSize size = {Width(static_cast<int>(i)), Height(static_cast<int>(i))};
+    if (!plan_.ignore_files[i].empty()) {
+      views_[i].ignored = ReadIgnoredPixels(plan_.ignore_files[i], size, plan_.ignore_inverted);
+    }
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = std::move(mask.contents);
@@ -201,7 +204,7 @@ const Image8& TrainingScene::Photo(int view) const {
 
 bool TrainingScene::RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const {
   const View& v = views_[view];
-  if (!v.rays->Direction(x, y, direction)) return false;
+  if (v.ignored.Contains(x, y) || !v.rays->Direction(x, y, direction)) return false;
   *direction = RotateToWorld(v.world_from_cam, *direction);
   return true;
 }

@@ -8,6 +8,7 @@
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/dataset/scene_plan.h"
 #include "plugin/mask/class_image.h"
+#include "plugin/mask/ignored_pixels.h"
 #include "plugin/mask/mask_classes.h"
 #include "plugin/mask/mask_consistency.h"
 #include "plugin/mask/mask_decoding.h"
@@ -90,6 +91,8 @@ class TrainingScene final : public TrainingViews {
   const Image8& Photo(int view) const;
   // Returns the survey at the places of ScenePlan::tracks in this view, in their order.
   const PhotoSurvey& Survey(int view) const { return surveys_[view]; }
+  // Whether nothing is learned from this pixel (SceneOptions::ignore_path): it has no ray.
+  bool IsIgnored(int view, int x, int y) const { return views_[view].ignored.Contains(x, y); }
   bool HasMask(int view) const { return !plan_.masks.masks[view].empty(); }
   // Returns the label ids (Label::id) of a view's pixels at the photo's size; 0 where unlabelled or
   // without a mask.
@@ -104,13 +107,15 @@ class TrainingScene final : public TrainingViews {
   std::vector<std::string> Warnings() const;
   // Returns the report on the correction of the masks by the tracks.
   const MaskConsistencyReport& Consistency() const { return consistency_; }
-  // Returns one line about the photos: how many, how many held out, what was left out or rescaled.
+  // Returns one line about the photos: how many, how many held out, what was left out, rescaled or
+  // ignored.
   std::string PhotoReport() const;
 
  private:
   struct View {
     Image8 photo;
     ClassImage classes;
+    IgnoredPixels ignored;
     // Camera centre in the normalised frame, and rotation.
     Eigen::Vector3d origin;
     Eigen::Matrix3d world_from_cam;

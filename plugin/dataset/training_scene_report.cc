@@ -6,6 +6,7 @@
 #include "plugin/util/plural.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace semfoam {
@@ -54,6 +55,15 @@ std::string TrainingScene::PhotoReport() const {
   if (plan_.num_unregistered > 0) text << ", " << plan_.num_unregistered << " more not registered";
   if (plan_.num_rescaled > 0) text << ", " << plan_.num_rescaled << " rescaled";
   if (plan_.num_reduced > 0) text << ", " << plan_.num_reduced << " reduced";
+  double ignored = 0, pixels = 0;
+  for (int view = 0; view < NumViews(); ++view) {
+    ignored += static_cast<double>(views_[view].ignored.NumPixels());
+    pixels += static_cast<double>(Width(view)) * Height(view);
+  }
+  if (ignored > 0) {
+    const auto percent = std::max<int64_t>(1, std::llround(100 * ignored / pixels));
+    text << ", " << percent << " % of the pixels ignored";
+  }
   text << "; " << plan_.seeds.size() << " of " << plan_.num_points << " SfM points";
   return text.str();
 }

@@ -48,11 +48,9 @@ class IdTable {
   uint16_t last_index_ = 0;
 };
 
-// Returns the pixel of a mask in which the centre of a photo's pixel falls, along one axis:
-// floor((i + 1/2) mask / photo).
-int64_t MaskPixel(int64_t i, int mask, int photo) { return (2 * i + 1) * mask / (2 * photo); }
+}  // namespace
 
-void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& photo) {
+void RequireAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& photo) {
   if (SameAspect(mask, photo)) return;
   throw UserError(path.string(),
                   ": is ",
@@ -66,8 +64,6 @@ void CheckAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize& p
                   "; a mask of the photo's aspect would be right, made of the undistorted photo if "
                   "COLMAP undistorted it.");
 }
-
-}  // namespace
 
 DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
   DecodedMask mask;
@@ -98,7 +94,7 @@ DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {
       });
   mask.contents.size = header.size;
   mask.contents.is_rgb = header.is_rgb;
-  CheckAspect(path, header.size, photo_size);
+  RequireAspect(path, header.size, photo_size);
   return mask;
 }
 

@@ -38,6 +38,17 @@ struct DecodedMask {
 // fit into memory.
 DecodedMask DecodeMask(const std::filesystem::path& path, const PhotoSize& photo_size);
 
+// Returns the pixel of a mask in which the centre of a photo's pixel falls, along one axis of
+// `mask` and `photo` pixels: floor((i + 1/2) mask / photo).
+inline int64_t MaskPixel(int64_t i, int mask, int photo) {
+  return (2 * i + 1) * mask / (2 * int64_t{photo});
+}
+
+// Throws UserError naming the file where the mask's aspect is not the photo's, to a pixel.
+void RequireAspect(const std::filesystem::path& path,
+                   const PhotoSize& mask,
+                   const PhotoSize& photo);
+
 // Decodes a mask that had `contents` when it was decoded before. Throws UserError also where its
 // ids have changed.
 DecodedMask DecodeMaskAgain(const std::filesystem::path& path,

@@ -94,6 +94,15 @@ MaskPairing PairMasks(const fs::path& mask_folder, const std::vector<std::string
   return pairing;
 }
 
+bool HavePhotos(const fs::path& mask_folder, const std::vector<std::string>& photo_names) {
+  const std::map<std::string, fs::path> all = ListMasks(mask_folder);
+  return std::any_of(photo_names.begin(), photo_names.end(), [&](const std::string& photo) {
+    const std::vector<std::string> names = MaskNames(photo);
+    return std::any_of(
+        names.begin(), names.end(), [&](const std::string& name) { return all.contains(name); });
+  });
+}
+
 std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_names) {
   std::vector<std::string> short_names, whole_names;
   for (const std::string& photo : photo_names) {

@@ -31,6 +31,10 @@ void RequireMasks(const MaskPairing& pairing, const std::filesystem::path& mask_
 MaskPairing PairMasks(const std::filesystem::path& mask_folder,
                       const std::vector<std::string>& photo_names);
 
+// Returns whether PairMasks would find the mask of at least one photo in the folder.
+bool HavePhotos(const std::filesystem::path& mask_folder,
+                const std::vector<std::string>& photo_names);
+
 // Returns names for the masks of these photos, relative to their folder, with which PairMasks gives
 // each photo its own mask: `a/b.png` for `a/b.jpg`. Where a photo would then get the mask of
 // another one, as with `a/b.jpg` and `a/b.png`, all are named as COLMAP names them, `a/b.jpg.png`.

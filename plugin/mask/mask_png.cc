@@ -17,6 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using RowFunction =
+    std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>;
+
 // What libpng is told to do with trouble: keep its words and leave by longjmp. No object with a
 // destructor may be made between setjmp and there, so all of them live here.
 struct Decoder {
@@ -100,18 +103,14 @@ bool ReadEnd(Decoder& d) {
                   "); is the copy complete?");
 }
 
-// Reads up to the pixels.
-void OpenPng(const fs::path& path, Decoder* decoder) {
+// Reads up to the pixels, from d->file, which has d->file_size bytes.
+void ReadUpToPixels(const fs::path& path, Decoder* decoder) {
   Decoder& d = *decoder;
-  RequireRegularFile(path, "a mask");
-  d.file = std::fopen(path.c_str(), "rb");
-  if (d.file == nullptr) throw UserError(path.string(), ": cannot be read; is it still there?");
   png_byte signature[8];
   if (std::fread(signature, 1, 8, d.file) != 8 || png_sig_cmp(signature, 0, 8) != 0) {
     throw UserError(path.string(), ": is no PNG file, where a mask of object ids should be.");
   }
   std::rewind(d.file);
-  d.file_size = fs::file_size(path);
   d.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &d, OnError, OnWarning);
   if (d.png != nullptr) d.info = png_create_info_struct(d.png);
   if (d.info == nullptr) ThrowUndecodable(path, "out of memory");
@@ -133,12 +132,29 @@ void OpenPng(const fs::path& path, Decoder* decoder) {
   }
 }
 
+void OpenPng(const fs::path& path, Decoder* decoder) {
+  RequireRegularFile(path, "a mask");
+  decoder->file = std::fopen(path.c_str(), "rb");
+  if (decoder->file == nullptr) {
+    throw UserError(path.string(), ": cannot be read; is it still there?");
+  }
+  decoder->file_size = fs::file_size(path);
+  ReadUpToPixels(path, decoder);
+}
+
 MaskHeader HeaderOf(const Decoder& d) {
   MaskHeader header;
   header.size = {static_cast<int>(d.width), static_cast<int>(d.height)};
   header.is_rgb = d.channels >= 3;
   header.is_palette = d.color_type == PNG_COLOR_TYPE_PALETTE;
   header.bits = d.bits;
+  png_colorp palette = nullptr;
+  int num_colors = 0;
+  if (header.is_palette && png_get_PLTE(d.png, d.info, &palette, &num_colors) != 0) {
+    for (int i = 0; i < num_colors; ++i) {
+      header.palette.push_back(palette[i].red + 256u * palette[i].green + 65536u * palette[i].blue);
+    }
+  }
   const uint64_t row_bytes = png_get_rowbytes(d.png, d.info);
   header.decoding_bytes =
       sizeof(uint32_t) * d.width +
@@ -146,22 +162,12 @@ MaskHeader HeaderOf(const Decoder& d) {
   return header;
 }
 
-}  // namespace
-
-MaskHeader ReadMaskHeader(const fs::path& path) {
-  Decoder d;
-  OpenPng(path, &d);
-  return HeaderOf(d);
-}
-
-MaskHeader ReadMaskRows(
-    const fs::path& path,
-    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
-        on_row) {
-  RequireRegularFile(path, "a mask");
-  CheckPngChunks(path);
-  Decoder d;
-  OpenPng(path, &d);
+// Decodes the pixels of an open PNG.
+MaskHeader ReadRows(const fs::path& path,
+                    const RowFunction& on_row,
+                    bool reads_alpha,
+                    Decoder* decoder) {
+  Decoder& d = *decoder;
   const MaskHeader header = HeaderOf(d);
   RequireDecodingMemory(path, header.size, header.decoding_bytes);
   const size_t row_bytes = png_get_rowbytes(d.png, d.info);
@@ -172,12 +178,17 @@ MaskHeader ReadMaskRows(
   }
   std::vector<uint32_t> values(d.width);
   const int bytes = d.bits == 16 ? 2 : 1;
+  // Byte of a pixel where its alpha value begins; 0 where none is read.
+  const bool has_alpha = reads_alpha && (d.color_type & PNG_COLOR_MASK_ALPHA) != 0;
+  const int alpha_at = has_alpha ? (d.channels - 1) * bytes : 0;
   for (png_uint_32 y = 0; y < d.height; ++y) {
     if (!d.is_interlaced && !ReadNextRow(d)) ThrowUndecodable(path, d.message);
     const uint8_t* pixel = d.is_interlaced ? d.rows[y] : d.pixels.data();
     for (png_uint_32 x = 0; x < d.width; ++x, pixel += d.channels * bytes) {
       uint32_t value = pixel[0];
-      if (header.is_rgb) {
+      if (alpha_at > 0) {
+        value = bytes == 2 ? 256u * pixel[alpha_at] + pixel[alpha_at + 1] : pixel[alpha_at];
+      } else if (header.is_rgb) {
         value = pixel[0] + 256u * pixel[1] + 65536u * pixel[2];
       } else if (bytes == 2) {
         value = 256u * pixel[0] + pixel[1];
@@ -188,6 +199,40 @@ MaskHeader ReadMaskRows(
   }
   if (!ReadEnd(d)) ThrowUndecodable(path, d.message);
   return header;
+}
+
+MaskHeader ReadFileRows(const fs::path& path, const RowFunction& on_row, bool reads_alpha) {
+  RequireRegularFile(path, "a mask");
+  CheckPngChunks(path);
+  Decoder d;
+  OpenPng(path, &d);
+  return ReadRows(path, on_row, reads_alpha, &d);
+}
+
+}  // namespace
+
+MaskHeader ReadMaskHeader(const fs::path& path) {
+  Decoder d;
+  OpenPng(path, &d);
+  return HeaderOf(d);
+}
+
+MaskHeader ReadMaskRows(const fs::path& path, const RowFunction& on_row) {
+  return ReadFileRows(path, on_row, /*reads_alpha=*/false);
+}
+
+MaskHeader ReadAlphaOrIdRows(const fs::path& path, const RowFunction& on_row) {
+  return ReadFileRows(path, on_row, /*reads_alpha=*/true);
+}
+
+MaskHeader ReadMaskRows(const fs::path& path, std::string_view png, const RowFunction& on_row) {
+  if (png.empty()) ThrowUndecodable(path, "it is empty");
+  Decoder d;
+  d.file = ::fmemopen(const_cast<char*>(png.data()), png.size(), "rb");
+  if (d.file == nullptr) ThrowUndecodable(path, "out of memory");
+  d.file_size = png.size();
+  ReadUpToPixels(path, &d);
+  return ReadRows(path, on_row, /*reads_alpha=*/false, &d);
 }
 
 MaskPng ReadMaskPng(const fs::path& path) {

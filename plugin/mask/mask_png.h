@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace semfoam {
@@ -18,6 +19,8 @@ struct MaskHeader {
   // Whether it stores colours; false: grey values or palette indices.
   bool is_rgb = false;
   bool is_palette = false;
+  // Colours of the palette, R + 256 G + 65536 B, by index; empty without one.
+  std::vector<uint32_t> palette;
   // Bits of a channel, as stored: 1, 2, 4, 8 or 16.
   int bits = 0;
   // Memory in bytes that ReadMaskRows takes: that of one row, or of all rows where they are
@@ -37,6 +40,19 @@ MaskHeader ReadMaskHeader(const std::filesystem::path& path);
 // all fit into memory; also what on_row throws.
 MaskHeader ReadMaskRows(
     const std::filesystem::path& path,
+    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
+        on_row);
+
+// Does the same, but with the values of the alpha channel where there is one.
+MaskHeader ReadAlphaOrIdRows(
+    const std::filesystem::path& path,
+    const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
+        on_row);
+
+// Does the same as ReadMaskRows with a PNG in memory; `path` is for messages.
+MaskHeader ReadMaskRows(
+    const std::filesystem::path& path,
+    std::string_view png,
     const std::function<void(const MaskHeader& header, int y, std::span<const uint32_t> values)>&
         on_row);
 

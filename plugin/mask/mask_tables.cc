@@ -77,8 +77,11 @@ std::set<MaskId> ReadPredictedIds(const fs::path& file) {
 
 fs::path FindLabelsFile(const fs::path& labels_path, const fs::path& mask_folder) {
   if (labels_path.empty()) {
-    const fs::path file = ParentFolder(mask_folder) / "labels.json";
-    return !mask_folder.empty() && fs::is_regular_file(file) ? file : fs::path();
+    if (mask_folder.empty()) return {};
+    for (const fs::path& folder : {mask_folder, ParentFolder(mask_folder)}) {
+      if (fs::is_regular_file(folder / "labels.json")) return folder / "labels.json";
+    }
+    return {};
   }
   if (fs::is_regular_file(labels_path)) return labels_path;
   throw UserError(labels_path.string(),

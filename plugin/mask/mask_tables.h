@@ -21,7 +21,8 @@ std::filesystem::path FindPredictions(const std::filesystem::path& mask_folder);
 std::set<MaskId> ReadPredictedIds(const std::filesystem::path& file);
 
 // Returns the file of the labels' names: `labels_path` where it is given (throws UserError when
-// there is no such file), else labels.json beside `mask_folder`; empty where there is none.
+// there is no such file), else labels.json in `mask_folder`, else beside it; empty where there is
+// none.
 std::filesystem::path FindLabelsFile(const std::filesystem::path& labels_path,
                                      const std::filesystem::path& mask_folder);
 

@@ -3,6 +3,7 @@
 
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/seeds.h"
+#include "plugin/mask/corrected_masks.h"
 #include "plugin/mask/mask_evidence.h"
 #include "plugin/mask/mask_png.h"
 #include "plugin/util/files.h"
@@ -87,10 +88,12 @@ std::vector<IdSamples> DecodeMasks(const std::vector<PixelObservations>& tracks,
 void CorrectAndObserve(const ModelSeeds& seeds,
                        MaskConsistency consistency,
                        const std::vector<ViewEvidence>& evidence,
-                       MaskedPhotos* photos) {
+                       CorrectedPhotos* corrected) {
+  MaskedPhotos* const photos = &corrected->photos;
   MaskCorrection correction = CorrectMasks(
       seeds.seeds, seeds.tracks, photos->photos, consistency, photos->given.labels, evidence);
   photos->consistency = std::move(correction.report);
+  corrected->rewriter = correction.rewriter;
   const MaskRewriter* rewriter = correction.rewriter.get();
   if (rewriter != nullptr) photos->labels = rewriter->labels();
   CollectObservations(
@@ -101,6 +104,34 @@ void CorrectAndObserve(const ModelSeeds& seeds,
         return ViewMasks{std::move(given), std::move(corrected)};
       },
       photos);
+}
+
+// LoadMaskedPhotos, with what corrects the masks.
+CorrectedPhotos Load(const Reconstruction* model,
+                     std::vector<PhotoRecord> photos,
+                     const MaskPairing& pairing,
+                     const std::filesystem::path& mask_folder,
+                     LabelZero label_zero,
+                     MaskConsistency consistency) {
+  CHECK_EQ(photos.size(), pairing.masks.size());
+  CorrectedPhotos corrected;
+  MaskedPhotos& result = corrected.photos;
+  result.pairing = pairing;
+  result.size_warning = ShrinkToMasks(pairing, &photos);
+  result.photos = std::move(photos);
+  ModelSeeds seeds;
+  if (model != nullptr) seeds = FindSeeds(*model, &result);
+  std::vector<IdSamples> samples = DecodeMasks(seeds.tracks, &result);
+  result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
+  result.labels = result.given.labels;
+  std::vector<ViewEvidence> evidence;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    evidence.push_back(GiveClasses(result.given.Of(result.contents[i]), samples[i]));
+    samples[i] = {};
+  }
+  if (model != nullptr) CorrectAndObserve(seeds, consistency, evidence, &corrected);
+  for (ViewEvidence& view : evidence) result.pixels.push_back(std::move(view.pixels_of));
+  return corrected;
 }
 
 }  // namespace
@@ -163,24 +194,22 @@ MaskedPhotos LoadMaskedPhotos(const Reconstruction* model,
                               const std::filesystem::path& mask_folder,
                               LabelZero label_zero,
                               MaskConsistency consistency) {
-  CHECK_EQ(photos.size(), pairing.masks.size());
-  MaskedPhotos result;
-  result.pairing = pairing;
-  result.size_warning = ShrinkToMasks(pairing, &photos);
-  result.photos = std::move(photos);
-  ModelSeeds seeds;
-  if (model != nullptr) seeds = FindSeeds(*model, &result);
-  std::vector<IdSamples> samples = DecodeMasks(seeds.tracks, &result);
-  result.given = NumberMasks(result.contents, pairing, mask_folder, label_zero);
-  result.labels = result.given.labels;
-  std::vector<ViewEvidence> evidence;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    evidence.push_back(GiveClasses(result.given.Of(result.contents[i]), samples[i]));
-    samples[i] = {};
-  }
-  if (model != nullptr) CorrectAndObserve(seeds, consistency, evidence, &result);
-  for (ViewEvidence& view : evidence) result.pixels.push_back(std::move(view.pixels_of));
-  return result;
+  return Load(model, std::move(photos), pairing, mask_folder, label_zero, consistency).photos;
+}
+
+CorrectedPhotos LoadCorrectedPhotos(const Reconstruction& model,
+                                    std::vector<PhotoRecord> photos,
+                                    const MaskPairing& pairing,
+                                    const std::filesystem::path& mask_folder,
+                                    LabelZero label_zero,
+                                    MaskConsistency consistency) {
+  return Load(&model, std::move(photos), pairing, mask_folder, label_zero, consistency);
+}
+
+ClassImage CorrectedPhotos::Mask(int view) const {
+  ClassImage given = photos.GivenMask(view);
+  if (rewriter == nullptr) return given;
+  return rewriter->Rewrite(view, photos.photos[view], given);
 }
 
 }  // namespace semfoam

@@ -31,12 +31,6 @@ class Trust {
   std::map<std::pair<int32_t, ClassIndex>, float> weights_;
 };
 
-float BorderWeight(int radius, const PhotoRecord& photo) {
-  const int pixel = SafeRadius(photo) / kSafePixels;
-  const float distance = static_cast<float>(radius) / static_cast<float>(pixel);
-  return (distance + 0.5f) / (kSafePixels + 0.5f);
-}
-
 PointLabel Winner(const std::vector<Vote<ClassIndex>>& votes) {
   PointLabel label;
   float most = 0, total = 0;
@@ -51,6 +45,12 @@ PointLabel Winner(const std::vector<Vote<ClassIndex>>& votes) {
 }
 
 }  // namespace
+
+float BorderWeight(int radius, const PhotoRecord& photo) {
+  const int pixel = SafeRadius(photo) / kSafePixels;
+  const float distance = static_cast<float>(radius) / static_cast<float>(pixel);
+  return (distance + 0.5f) / (kSafePixels + 0.5f);
+}
 
 std::vector<PointLabel> LabelPoints(const MaskedPhotos& photos) {
   const Trust trust(photos.consistency);

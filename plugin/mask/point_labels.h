@@ -17,6 +17,10 @@ struct PointLabel {
   float confidence = 0;
 };
 
+// Returns the weight, 0..1, of a pixel whose square of this radius is all of one class
+// (UniformRadius): borders are ragged, and what lies on the edge of an object is on either side.
+float BorderWeight(int radius, const PhotoRecord& photo);
+
 // Returns one label for each point of the model. Each observation votes for the class of its pixel
 // in the corrected masks, with the product of two weights:
 //

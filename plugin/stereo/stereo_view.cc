@@ -108,7 +108,8 @@ StereoView MakeStereoView(const TrainingScene& scene, int view) {
       for (int k = 0; k < samples * samples && is_seen; ++k) {
         const std::optional<Eigen::Vector2d> at =
             photo_pixel(x + (k % samples + 0.5) / samples, y + (k / samples + 0.5) / samples);
-        is_seen = at && AddInterpolated(*pixels, photo.width, photo.height, *at, &sum);
+        is_seen = at && AddInterpolated(*pixels, photo.width, photo.height, *at, &sum) &&
+                  !scene.IsIgnored(view, static_cast<int>(at->x()), static_cast<int>(at->y()));
       }
       const std::optional<Eigen::Vector2d> middle = photo_pixel(x + 0.5, y + 0.5);
       if (!is_seen || !middle) continue;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/plugin/colmap/small_model.h"
+#include "tests/plugin/mask_import/mask_formats.h"
 #include "tests/plugin/test_util.h"
 #include "tests/small_files.h"
 
@@ -174,6 +175,49 @@ void WriteTexts(const fs::path& folder) {
   WriteFile(folder / "options" / "help", "path=a\n--8<--\n-h");
 }
 
+// Of each format, the first of its files that the target reads.
+void WriteImportedMasks(const fs::path& folder) {
+  const ExactScene scene;
+  const TempFolder temp;
+  const struct {
+    const char* format;
+    const char* file;
+    char kind;
+  } files[] = {{"coco_polygons", "annotations/instances_default.json", 'c'},
+               {"coco_raw_runs", "annotations/instances_default.json", 'c'},
+               {"coco_compressed_runs", "annotations/instances_default.json", 'c'},
+               {"sam_lists", "0001.json", 's'},
+               {"grounded_sam", "0_results.json", 's'},
+               {"label_studio", "project.json", 't'},
+               {"labelme", "0001.json", 'm'},
+               {"yolo", "labels/0001.txt", 'y'},
+               {"npy_i8_fortran", "mask_data/mask_0001.npy", 'n'},
+               {"npz_deflated", "0001.npz", 'n'},
+               {"npz_stored", "0001.npz", 'n'}};
+  const std::vector<FormatSample> samples = AllFormats();
+  const fs::path out = folder / "mask_import";
+  for (const auto& [format, file, kind] : files) {
+    for (const FormatSample& sample : samples) {
+      if (sample.name != format) continue;
+      sample.write(scene, temp / format);
+      WriteFile(out / format, kind + ReadFile(temp / format / file));
+    }
+  }
+  const LabelImage& mask = scene.masks[0];
+  WriteFile(out / "run_lengths",
+            "r" + EncodeRunLengths(LengthsOfRuns({{3, 7}, {40, 44}, {107, 108}}, {12, 9})));
+  const std::vector<uint8_t> brush = BrushOf(std::vector<uint8_t>(12 * 9, 255));
+  WriteFile(out / "brush", "b" + std::string(brush.begin(), brush.end()));
+  const std::string npy = NpyOf(mask, "<u2", false);
+  std::string huge = npy;
+  huge.replace(huge.find("(18, 24)"), 8, "(9999999,99999999)");
+  WriteFile(out / "huge_npy", "n" + huge);
+  WriteFile(out / "huge_coco",
+            R"(c{"categories": [{"id": 1, "name": "a"}], "images": [{"id": 1, "file_name": "a",
+            "width": 65535, "height": 65535}], "annotations": [{"image_id": 1, "category_id": 1,
+            "segmentation": {"size": [65535, 65535], "counts": [0, 4294836225]}}]})");
+}
+
 void WriteMeshes(const fs::path& folder) {
   WriteFile(folder / "mesh" / "obj",
             "ov 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1/1 -1 2\n");
@@ -250,6 +294,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   semfoam::WriteModels(folder);
   semfoam::WriteMasks(folder);
+  semfoam::WriteImportedMasks(folder);
   semfoam::WriteFoams(folder);
   semfoam::WriteTexts(folder);
   semfoam::WriteMeshes(folder);

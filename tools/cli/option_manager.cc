@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <set>
 #include <sstream>
@@ -30,24 +31,6 @@ std::string Join(const std::vector<std::string>& parts, const std::string& separ
     joined += part;
   }
   return joined;
-}
-
-// Returns the text as one word of a POSIX shell.
-std::string ShellQuoted(const std::string& text) {
-  const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string("_-+=./:,@%").find(c) != std::string::npos;
-  });
-  if (is_plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      quoted += "'\\''";
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "'";
 }
 
 std::string Trim(const std::string& text) {
@@ -122,7 +105,10 @@ OptionManager::OptionManager(std::string command, std::string summary)
   AddDefaultOption("log_to_stderr", &log_to_stderr_, "0 = only warnings and errors");
   AddDefaultOption("log_level", &log_level_, "verbosity of the log, as glog's v");
   num_general_ = options_.size();
-  for (Option& option : options_) option.frequent = false;
+  for (Option& option : options_) {
+    option.is_common = true;
+    option.frequent = false;
+  }
 }
 
 void OptionManager::AddDeviceOption() {
@@ -350,13 +336,18 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
           !meant.empty() ? meant : "; `semfoam " + command_ + " --help_all` lists those it has.");
     }
   }
+  const bool has_stand_in =
+      std::any_of(options_.begin(), options_.end(), [&](const Option& option) {
+        return option.stands_in &&
+               (from_command_line.count(option.name) != 0 || from_file.count(option.name) != 0);
+      });
   for (Option& option : options_) {
     const auto in_line = from_command_line.find(option.name);
     const auto in_file = from_file.find(option.name);
     const bool is_in_line = in_line != from_command_line.end();
     option.given = is_in_line || in_file != from_file.end();
     if (!option.given) {
-      if (option.required) {
+      if (option.required && !has_stand_in) {
         throw UserError(
             "Failed to parse options - the option '--", option.name, "' is required but missing.");
       }
@@ -382,6 +373,39 @@ void OptionManager::Apply(const std::map<std::string, std::string>& from_file,
       }
     }
     if (option.then) option.then();
+  }
+}
+
+void OptionManager::ReadProject(const std::string& path) { Apply(ReadProjectFile(path), {}, path); }
+
+std::string OptionManager::ProjectText(const std::set<std::string>& left_out) const {
+  // Options without a group come first.
+  std::map<std::string, std::string> lines_of_group;
+  for (const Option& option : options_) {
+    const bool is_seed = option.name == "random_seed" || option.name == "default_random_seed";
+    if (!option.given || (option.is_common && !is_seed) || left_out.count(option.name) != 0) {
+      continue;
+    }
+    const size_t dot = option.name.find('.');
+    const std::string group = dot == std::string::npos ? "" : option.name.substr(0, dot);
+    const std::string name = dot == std::string::npos ? option.name : option.name.substr(dot + 1);
+    std::string value = option.format();
+    if (name.ends_with("_path") && !value.empty()) {
+      value = std::filesystem::absolute(value).lexically_normal().string();
+    }
+    lines_of_group[group] += name + " = " + value + "\n";
+  }
+  std::string text;
+  for (const auto& [group, lines] : lines_of_group) {
+    text += (group.empty() ? "" : "[" + group + "]\n") + lines;
+  }
+  return text;
+}
+
+void OptionManager::RequireOnly(const std::set<std::string>& names, const std::string& why) const {
+  for (const Option& option : options_) {
+    if (!option.given || option.is_common || names.count(option.name) != 0) continue;
+    throw UserError("Failed to parse options - --", option.name, " has no effect ", why, ".");
   }
 }
 

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -46,6 +47,12 @@ class OptionManager {
   void AddDefaultOption(const std::string& name, T* value, const std::string& help) {
     Add(name, help, /*required=*/false, {}, value, nullptr);
   }
+  // Adds an option in place of which none of the required ones needs to be given: a folder that
+  // holds them all.
+  void AddStandInOption(const std::string& name, std::string* value, const std::string& help) {
+    Add(name, help, /*required=*/false, {}, value, nullptr);
+    Find(name)->stands_in = true;
+  }
   // Adds an option that must be one of `choices`. `then`, if any, is called with its value, also
   // for the default.
   void AddChoiceOption(const std::string& name,
@@ -74,6 +81,17 @@ class OptionManager {
   // ambiguous, missing or repeated option, with the nearest name for a misspelt one, and on a bad
   // value.
   bool Parse(int argc, const char* const* argv);
+
+  // Sets the options that a project file gives, without the effects of the common ones. Throws as
+  // Parse does.
+  void ReadProject(const std::string& path);
+  // Returns the options that the user gave, but for the common ones and those `left_out`, as the
+  // text of a project file. Paths in it are absolute.
+  std::string ProjectText(const std::set<std::string>& left_out) const;
+
+  // Refuses options that the user gave and that are neither common nor among these: throws
+  // UserError, "--quality has no effect " and `why`.
+  void RequireOnly(const std::set<std::string>& names, const std::string& why) const;
 
   // Returns the values of all options of a group, by their names without the group, as text that
   // parses to the same value.
@@ -115,6 +133,10 @@ class OptionManager {
     std::string short_name;
     std::string help;
     bool required = false;
+    // Whether required options may be missing where this one is given.
+    bool stands_in = false;
+    // Whether every command has it.
+    bool is_common = false;
     std::vector<std::string> choices;
     // Returns false for a text that is not a value of the option's type.
     std::function<bool(const std::string&)> parse;

@@ -7,6 +7,7 @@
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/colmap/colmap_model.h"
+#include "plugin/mask/label_png.h"
 #include "plugin/photo/photo.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"

@@ -2,11 +2,11 @@
 #include "export/scene/names.h"
 #include "foam/util/error.h"
 #include "plugin/colmap/colmap_model.h"
-#include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/masked_photos.h"
 #include "plugin/mask/point_labels.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/masks/model_masks.h"
 #include "tools/masks/point_label_files.h"
 #include "tools/options/json_option.h"
 #include "tools/options/mask_options.h"
@@ -114,48 +114,6 @@ void PrintLabels(const LabelCounts& counts, const std::vector<Label>& labels) {
       "  %5s  %-20s %9lld\n", "", "(no mask tells)", static_cast<long long>(counts.unlabelled));
 }
 
-// Reads the model. Throws UserError where it has no registered image.
-Reconstruction ReadRegistered(const fs::path& model_folder) {
-  Reconstruction model = ReadReconstruction(model_folder);
-  if (model.images.empty()) {
-    throw UserError(model_folder.string(),
-                    ": the model has no registered image, where at least one would be right; did "
-                    "the reconstruction fail?");
-  }
-  return model;
-}
-
-// Reads the masks of the model's images, and says what they are.
-MaskedPhotos ReadMasks(const Reconstruction& model,
-                       const fs::path& mask_folder,
-                       const MaskOptions& masks) {
-  std::vector<PhotoRecord> records = RegisteredPhotos(model);
-  std::vector<std::string> names;
-  names.reserve(records.size());
-  for (const PhotoRecord& record : records) names.push_back(record.name);
-  const MaskPairing pairing = PairMasks(mask_folder, names);
-  RequireMasks(pairing, mask_folder);
-  MaskedPhotos photos = LoadMaskedPhotos(
-      &model, std::move(records), pairing, mask_folder, masks.Zero(), masks.Consistency());
-  LOG(INFO) << pairing.NumPaired() << " of " << photos.photos.size() << " photos have a mask, "
-            << pairing.unused.size() << " masks unused";
-  if (!photos.size_warning.empty()) LOG(WARNING) << photos.size_warning;
-  if (masks.Consistency() != MaskConsistency::kOff) LOG(INFO) << photos.consistency.Line();
-  return photos;
-}
-
-// Returns the labels of the photos, by the names in `labels_file`; warns of names that nothing has.
-// `is_given`: the user named that file.
-std::vector<Label> NamedLabelsOf(const MaskedPhotos& photos,
-                                 const fs::path& labels_file,
-                                 bool is_given) {
-  std::vector<Label> labels = photos.labels;
-  const std::string warning =
-      NameCorrectedLabels(labels_file, is_given, photos.consistency, photos.given.labels, &labels);
-  if (!warning.empty()) LOG(WARNING) << warning;
-  return labels;
-}
-
 }  // namespace
 
 void RunPointLabeler(int argc, char** argv) {
@@ -188,7 +146,8 @@ void RunPointLabeler(int argc, char** argv) {
   const OutputLock lock(output_path);
 
   const Reconstruction model = ReadRegistered(paths.model_folder);
-  const MaskedPhotos photos = ReadMasks(model, paths.mask_folder, masks);
+  const MaskedPhotos photos =
+      ReadModelMasks(model, paths.mask_folder, masks.Zero(), masks.Consistency()).photos;
   const std::vector<Label> labels =
       NamedLabelsOf(photos, paths.labels_file, options.IsGiven("labels_path"));
   const std::vector<PointLabel> points = LabelPoints(photos);

@@ -220,6 +220,14 @@ std::unique_ptr<Checkpoint> TrainingFolder::NewestCheckpoint(DeviceKind device) 
   return nullptr;
 }
 
+std::unique_ptr<Checkpoint> TrainingFolder::CheckpointAt(const fs::path& path,
+                                                         DeviceKind device) const {
+  auto checkpoint = std::make_unique<Checkpoint>(path);
+  RequireSameRun(*checkpoint);
+  RequireSameDevice(*checkpoint, device);
+  return checkpoint;
+}
+
 void TrainingFolder::Begin() try {
   replaces_foam_ = fs::exists(output_path_ / "scene.foam");
   fs::create_directories(folder_);
@@ -275,7 +283,7 @@ bool TrainingFolder::IsDue() const {
 
 void TrainingFolder::Write(int64_t iteration, CheckpointContents contents) {
   const auto begin = std::chrono::steady_clock::now();
-  contents.texts.insert(identity_.begin(), identity_.end());
+  AddIdentity(&contents);
   try {
     WriteCheckpoint(PathOf(iteration), contents);
     const std::vector<int64_t> iterations = Iterations();

@@ -72,6 +72,16 @@ class TrainingFolder {
   // without a checkpoint a trained foam would be replaced (RequireReplaceable).
   std::unique_ptr<Checkpoint> NewestCheckpoint(DeviceKind device);
 
+  // Returns the checkpoint in this file. Throws as NewestCheckpoint does, and where it is not
+  // complete.
+  std::unique_ptr<Checkpoint> CheckpointAt(const std::filesystem::path& path,
+                                           DeviceKind device) const;
+
+  // Adds the identity to a checkpoint's contents.
+  void AddIdentity(CheckpointContents* contents) const {
+    contents->texts.insert(identity_.begin(), identity_.end());
+  }
+
   // Begins the training. Moves incomplete checkpoints into damaged/ and, without resume, those of
   // an earlier run into replaced/, with warnings. Throws UserError where that is not possible.
   void Begin();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
+#include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/util/available_memory.h"
@@ -14,6 +15,7 @@
 #include "plugin/photometric/light_refinement.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
+#include "tools/controllers/mask_importing.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_log.h"
@@ -148,9 +150,11 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
   values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
   values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
+  if (!run.scene.ignore_path.empty()) values["invert"] = FormatValue(run.scene.ignore_inverted);
   values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
+  for (const auto& [name, value] : run.more_identity) values[name] = value;
   const SceneChecksums checksums = ChecksumsOf(plan);
   identity["inputs"] = {{"masks", checksums.masks},
                         {"model", checksums.model},
@@ -182,8 +186,13 @@ std::string CloudReport(const TrainingRun& run,
   return text.str();
 }
 
-// Trains, with checkpoints. After a signal, or where TrainingRun::when_reported stops
-// it, writes a last checkpoint and throws Interruption.
+// Returns whether a checkpoint is of a run that trains one block, whose options are its own.
+bool IsOfBlock(const Checkpoint* checkpoint) {
+  return checkpoint != nullptr && !checkpoint->Texts("block").empty();
+}
+
+// Trains, with checkpoints. After a signal, or where TrainingRun::when_reported stops it, writes a
+// last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
                       const std::vector<SeedPoint>& seeds,
                       const TrainingRun& run,
@@ -195,6 +204,8 @@ TrainingSummary Train(const TrainingScene& scene,
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
   ProgressLine line;
   TrainingHooks hooks;
+  CheckpointTexts all_texts = texts;
+  if (IsOfBlock(checkpoint.get())) all_texts["block"] = checkpoint->Texts("block");
   hooks.device = run.device;
   bool goes_on = true;
   hooks.report = [&](const TrainingProgress& progress) {
@@ -206,24 +217,34 @@ TrainingSummary Train(const TrainingScene& scene,
     }
     if (run.when_reported && !run.when_reported(progress)) goes_on = false;
   };
-  hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
-    const bool first = !lights->IsDecided();
-    lights->Refine(render);
-    if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
-  };
+  // The blocks of a scene have one light, that of the run which they are of.
+  if (!IsOfBlock(checkpoint.get())) {
+    hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
+      const bool first = !lights->IsDecided();
+      lights->Refine(render);
+      if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
+    };
+  }
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    const auto save_all = [&](CheckpointContents* contents) {
+      contents->texts.insert(all_texts.begin(), all_texts.end());
+      folder->AddIdentity(contents);
+      StateWriter light("light", contents);
+      lights->Serialize(&light);
+      save(contents);
+    };
+    if (run.between_iterations) run.between_iterations(iteration, save_all);
     const int signal = goes_on ? InterruptionRequested() : SIGINT;
     if (signal == 0 && !folder->IsDue()) return;
     CheckpointContents contents;
-    contents.texts = texts;
-    StateWriter light("light", &contents);
-    lights->Serialize(&light);
-    save(&contents);
+    save_all(&contents);
     folder->Write(iteration, std::move(contents));
     if (signal == 0) return;
     folder->LogHowToResume(iteration);
     throw Interruption(signal);
   };
+  TrainingOptions training = run.training;
+  if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
   if (checkpoint != nullptr) {
     StateReader light("light", *checkpoint);
     lights->Serialize(&light);
@@ -231,7 +252,7 @@ TrainingSummary Train(const TrainingScene& scene,
   }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
-  return TrainFoam(scene, seeds, scene.NumClasses(), run.training, std::move(hooks));
+  return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
 bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
@@ -262,6 +283,16 @@ ScenePlan PlanRun(const TrainingRun& run) {
   return plan;
 }
 
+// Returns the options that determine the memory of a run.
+TrainingOptions OptionsToPlan(const TrainingRun& run) {
+  TrainingOptions options = run.training;
+  if (run.block_sites > 0) {
+    options.final_sites = static_cast<int>(run.block_sites);
+    options.initial_sites = 0;
+  }
+  return options;
+}
+
 // Divides the available memory between photos and foam, and logs the plan. Throws UserError where
 // it does not suffice. The number of labels is not known yet: kUsualClasses with masks.
 ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
@@ -270,14 +301,14 @@ ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
   const int64_t available = AvailableMemory();
   const ImageMemory images = PlanImageMemory(run.image_cache_gb,
                                              plan,
-                                             run.training,
+                                             OptionsToPlan(run),
                                              SweepBytes(run, plan),
                                              run.time_budget > 0,
                                              available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
-            << PlanMemory(run.training, usual_classes, num_seeds, images.bytes).Report() << ", "
-            << FormatBytes(available) << " available";
-  RequireMemory(run.training, usual_classes, num_seeds, images.bytes, available);
+            << PlanMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes).Report()
+            << ", " << FormatBytes(available) << " available";
+  RequireMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes, available);
   return images;
 }
 
@@ -311,7 +342,7 @@ TrainingScene LoadAndReport(const TrainingRun& run, ScenePlan plan, const ImageM
 void RequireTrainingMemory(const TrainingRun& run,
                            const TrainingScene& scene,
                            const ImageMemory& images) {
-  RequireMemory(run.training,
+  RequireMemory(OptionsToPlan(run),
                 scene.NumClasses(),
                 static_cast<int64_t>(scene.Plan().seeds.size()),
                 images.holds_all ? 0 : images.bytes,
@@ -326,7 +357,7 @@ void PlanMemoryOfLabels(const TrainingRun& run,
   if (scene.NumClasses() <= kUsualClasses) return;
   const auto num_seeds = static_cast<int64_t>(scene.Plan().seeds.size());
   LOG(INFO) << "Memory with " << scene.NumClasses() << " labels: "
-            << PlanMemory(run.training, scene.NumClasses(), num_seeds, images.bytes).Report();
+            << PlanMemory(OptionsToPlan(run), scene.NumClasses(), num_seeds, images.bytes).Report();
   RequireTrainingMemory(run, scene, images);
 }
 
@@ -495,7 +526,7 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
 }
 
 std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
-  if (!Sweeps(run)) return "";
+  if (!Sweeps(run) || !run.block_seeds.empty()) return "";
   SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos);
   const std::string report = found.Report();
   scene->AddSeeds(std::move(found.points));
@@ -520,11 +551,15 @@ void LogWarnings(const TrainingScene& scene) {
 
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
+  ImportMasksOf(&run->scene, folder->path() / "imported_masks");
   ScenePlan plan = PlanRun(*run);
   const ImageMemory images = PlanRunMemory(*run, plan);
   folder->SetIdentity(IdentityOf(*run, plan));
   if (folder->IsTrained()) return ReadModel(folder->path() / "scene.foam");
   std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
+  if (checkpoint == nullptr && run->begin_from) {
+    checkpoint = folder->CheckpointAt(run->begin_from(), run->device.kind());
+  }
 
   TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
   PlanMemoryOfLabels(*run, scene, images);
@@ -548,7 +583,8 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   }
   run->training.sh_degree = effects.sh_degree;
   LogTrainingPlan(*run, effects);
-  const std::vector<SeedPoint> seeds = StartingSeeds(scene.Seeds(), run->training);
+  const std::vector<SeedPoint> seeds =
+      run->block_seeds.empty() ? StartingSeeds(scene.Seeds(), run->training) : run->block_seeds;
   if (const std::string report = CloudReport(*run, scene, seeds); !report.empty()) {
     LOG(INFO) << report;
   }
@@ -557,8 +593,13 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
       &scene, effects.lights, run->effects.shading, run->training.num_rays / kRefinementShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
-  TrainingSummary summary =
-      Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
+  TrainingSummary summary;
+  try {
+    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
+  } catch (const TrainingStopped&) {
+    if (run->when_stopped) run->when_stopped(scene, seeds);
+    throw;
+  }
   effects.effects.push_back(lights.MakeEffect());
   effects.lights = lights.lights();
   ReportTraining(summary, run);

@@ -19,6 +19,9 @@
 
 namespace semfoam {
 
+// Ends a training before its end, whose state the thrower has written.
+struct TrainingStopped {};
+
 // The input and options of a training. The seed is that of `training`; CompleteTrainingRun copies
 // the values that `scene`, `training` and `effects` have in common.
 struct TrainingRun {
@@ -40,6 +43,22 @@ struct TrainingRun {
   double image_cache_gb = -1;
   // Device to train on.
   Device device;
+
+  // Returns the path of a checkpoint to begin from instead of the beginning, where there is none to
+  // resume from; empty: begin anew. Called when the photos' headers are read.
+  std::function<std::filesystem::path()> begin_from;
+  // The seeds of a run that trains one block (SeedsOf); empty: those of the scene, and of a plane
+  // sweep.
+  std::vector<SeedPoint> block_seeds;
+  // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
+  int64_t block_sites = 0;
+  // Parts of a checkpoint's identity besides options and inputs.
+  std::map<std::string, std::string> more_identity;
+  // Called, unless empty, as TrainingHooks::between_iterations, before checkpoints are written. May
+  // throw TrainingStopped: then `when_stopped` is called, unless empty, with scene and seeds, when
+  // the training's memory is free again, and TrainAndWrite throws TrainingStopped.
+  std::function<void(int64_t iteration, const TrainingHooks::Save& save)> between_iterations;
+  std::function<void(const TrainingScene&, const std::vector<SeedPoint>&)> when_stopped;
 
   // Called, unless empty, when the scene is planned, before photos are read, and when the labels
   // are known, before the training: may throw to refuse a run that would only fail afterwards.
@@ -94,7 +113,8 @@ void LogWarnings(const TrainingScene& scene);
 // training. With CheckpointOptions::resume, continues where an earlier process was stopped, also
 // after the training; the result has the same bytes, except for the log. SIGINT and SIGTERM (after
 // HandleInterruptions) end it after the current iteration, with a checkpoint and a log line with
-// the resume command. Returns the model. The model's options are those that shape the result:
+// the resume command. Masks of other formats (ImportMasksOf) are converted into imported_masks/ in
+// the folder first. Returns the model. The model's options are those that shape the result:
 // quality, random_seed, test_every, mask_consistency and the training's, with the maximum SH degree
 // of the training; and "exposure" and "vignetting", if they are on. With a time budget, `run` and
 // the model receive the chosen schedule. Throws UserError for errors in the input, Interruption

@@ -3,6 +3,7 @@
 
 #include "foam/util/error.h"
 #include "foam/util/output_file.h"
+#include "plugin/mask/label_png.h"
 #include "plugin/photo/photo.h"
 
 #include <algorithm>
@@ -18,9 +19,6 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The text "Software" of the images that are written here.
-constexpr char kSoftware[] = "Semantic Foam for COLMAP";
 
 // OpenImageIO does not look whether its bytes reach the disk: it writes into memory, we write the
 // file.
@@ -39,7 +37,7 @@ class MemoryOutput {
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &bytes);
     // Else OpenEXR's files would carry the time at which they were written.
     spec.attribute("DateTime", "");
-    spec.attribute("Software", kSoftware);
+    spec.attribute("Software", kImageSoftware);
     Require(output_->open(path_.string(), spec, mode) && output_->write_image(spec.format, pixels));
   }
 
@@ -102,17 +100,6 @@ std::string EncodeJpeg(const Image8& image, int quality) {
   return Encode("image.jpg", image, spec);
 }
 
-void WriteLabelPng(const fs::path& path, const LabelImage& labels) {
-  std::vector<uint16_t> ids;
-  ids.reserve(labels.data.size());
-  for (const int32_t id : labels.data) {
-    CHECK(id >= 0 && id <= 65535) << id;
-    ids.push_back(static_cast<uint16_t>(id));
-  }
-  const OIIO::ImageSpec spec(labels.width, labels.height, 1, OIIO::TypeDesc::UINT16);
-  WriteImage(path, spec, ids.data());
-}
-
 void WriteDepthExr(const fs::path& path, int width, int height, const std::vector<float>& depth) {
   CHECK_EQ(depth.size(), static_cast<size_t>(width) * height);
   OIIO::ImageSpec spec(width, height, 1, OIIO::TypeDesc::FLOAT);
@@ -126,7 +113,7 @@ bool IsOwnImage(const fs::path& path) {
   if (!fs::is_regular_file(path)) return false;  // of a pipe or a device nothing is read
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
   if (input == nullptr) OIIO::geterror();  // or it would be printed at the end
-  return input != nullptr && input->spec().get_string_attribute("Software") == kSoftware;
+  return input != nullptr && input->spec().get_string_attribute("Software") == kImageSoftware;
 }
 
 struct GifWriter::State {

@@ -23,16 +23,14 @@ void WriteRgbPng(const std::filesystem::path& path, const Image8& image);
 std::string EncodePng(const Image8& image);
 std::string EncodeJpeg(const Image8& image, int quality);
 
-// Writes a 16-bit grey PNG whose values are the label ids. CHECKs that they fit, 0..65535.
-void WriteLabelPng(const std::filesystem::path& path, const LabelImage& labels);
-
 // Writes a float EXR of one channel, row-major [height][width].
 void WriteDepthExr(const std::filesystem::path& path,
                    int width,
                    int height,
                    const std::vector<float>& depth);
 
-// Returns whether `path` is an image that WriteRgbPng, WriteLabelPng or WriteDepthExr has written,
+// Returns whether `path` is an image that WriteRgbPng, WriteDepthExr or
+// WriteLabelPng (plugin/mask/label_png.h) has written,
 // by its mark; false where there is no readable image.
 bool IsOwnImage(const std::filesystem::path& path);
 

@@ -43,13 +43,14 @@ MaskConsistency MaskOptions::Consistency() const {
 void AddMaskPathOptions(OptionManager* options, MaskOptions* masks) {
   options->AddDefaultOption("mask_path",
                             &masks->mask_path,
-                            "folder of the instance masks; by default object_mask/, then "
+                            "the instance masks: a folder, in a training also masks of any "
+                            "format that mask_importer reads; by default object_mask/, then "
                             "Annotations/");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,
-      "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default labels.json beside the "
-      "masks' folder");
+      "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default labels.json in the "
+      "masks' folder or beside it");
 }
 
 void AddMaskReadingOptions(OptionManager* options, MaskOptions* masks) {

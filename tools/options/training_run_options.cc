@@ -80,6 +80,16 @@ void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training)
   TrainingRun* const run = &training->run;
   options->AddDeviceOption();
   AddMaskPathOptions(options, &training->masks);
+  options->AddDefaultOption(
+      "ignore_path",
+      &training->ignore_path,
+      "folder of binary masks, PNGs named as COLMAP (a.jpg.png), Metashape (a_mask.png) or "
+      "RealityCapture (a.mask.png) name them: nothing is learned from what is black, or "
+      "transparent, "
+      "in them; they are no objects");
+  options->AddDefaultOption("invert",
+                            &run->scene.ignore_inverted,
+                            "1 = what is white, or opaque, in --ignore_path is ignored instead");
   options->AddDefaultOption("seed_path",
                             &training->seed_path,
                             "a dense point cloud to begin from, besides the SfM points: fused.ply, "
@@ -131,6 +141,10 @@ void FinishTrainingRun(const OptionManager& options,
   run->scene.input_path = training->input_path;
   run->scene.seed_path = training->seed_path;
   run->scene.mask_path = training->masks.mask_path;
+  run->scene.ignore_path = training->ignore_path;
+  if (training->ignore_path.empty()) {
+    options.RequireEffect({"invert"}, "without --ignore_path; give both, or neither");
+  }
   run->scene.labels_path = training->masks.labels_path;
   run->scene.label_zero = training->masks.Zero();
   run->scene.mask_consistency = training->masks.Consistency();

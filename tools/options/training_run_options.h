@@ -18,14 +18,14 @@ struct TrainingRunOptions {
   std::string image_path;
   std::string input_path;
   std::string seed_path;
+  std::string ignore_path;
   MaskOptions masks;
   EffectsChoices effects;
 };
 
-// Adds --device, --mask_path, --labels_path, --seed_path, --test_every, --image_cache_gb,
-// --quality, --progress, --Masks.*,
-// --FoamTraining.* and --Effects.*. The preset is applied first; options that the user gives by
-// name override it.
+// Adds --device, --mask_path, --labels_path, --ignore_path, --invert, --seed_path, --test_every,
+// --image_cache_gb, --quality, --progress, --Masks.*, --FoamTraining.* and --Effects.*. The preset
+// is applied first; options that the user gives by name override it.
 void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training);
 
 // Adds --checkpoint_every, --resume and --overwrite.

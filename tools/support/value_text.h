@@ -13,6 +13,9 @@ std::vector<std::string> SplitAtCommas(const std::string& text);
 // Joins texts with commas and spaces: "mug (6), knot (10)".
 std::string Joined(const std::vector<std::string>& parts);
 
+// Returns the text as one word of a POSIX shell.
+std::string ShellQuoted(const std::string& text);
+
 // Convert a value from and to text. ParseValue returns false unless the whole text is one value in
 // the type's range; it refuses numbers that are not finite. The text of FormatValue parses to the
 // same value.

@@ -259,6 +259,44 @@ TEST(Scene, PixelsWithoutARayAreSaidToBe) {
   EXPECT_NEAR(rays.directions[3 * 8 + 4].norm(), 1, 1e-6);
 }
 
+TEST(Scene, IgnoredPixelsHaveNoRay) {
+  const SmallWorkspace workspace;
+  SceneOptions options = workspace.Options();
+  const std::string without = ChecksumsOf(PlanScene(options)).masks;
+  options.ignore_path = workspace.temp / "ignored";
+  // Of a.png and sub/c.png: the left half is black.
+  std::vector<uint8_t> samples;
+  for (int i = 0; i < 8 * 6; ++i) samples.push_back(i % 8 < 4 ? 0 : 255);
+  WritePng(options.ignore_path / "a_mask.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, samples);
+  WritePng(options.ignore_path / "sub/c.png.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, samples);
+  const std::string with = ChecksumsOf(PlanScene(options)).masks;
+  EXPECT_NE(with, without);
+  for (const bool inverted : {false, true}) {
+    options.ignore_inverted = inverted;
+    const TrainingScene held(PlanScene(options));
+    LoadOptions none;
+    none.cache_bytes = 0;
+    const TrainingScene streamed(PlanScene(options), none);
+    EXPECT_THAT(held.PhotoReport(), HasSubstr(", 33 % of the pixels ignored"));
+    for (int view = 0; view < 3; ++view) {
+      for (int x = 0; x < 8; ++x) {
+        const bool ignored = view != 1 && (x < 4) != inverted;
+        EXPECT_EQ(held.IsIgnored(view, x, 2), ignored);
+        TrainingRay ray;
+        Eigen::Vector3f direction;
+        EXPECT_EQ(held.Ray(view, x, 2, &ray), !ignored) << view << " " << x;
+        EXPECT_EQ(streamed.RayDirection(view, x, 2, &direction), !ignored) << view << " " << x;
+        EXPECT_EQ(streamed.RayOf(view, x, 2, streamed.OpenView(view)->At(x, 2), &ray), !ignored);
+      }
+    }
+  }
+  options.ignore_path = workspace.temp / "none";
+  EXPECT_THAT(SceneErrorOf(options), NamesMistake("none", {}, "no such folder"));
+  WriteFile(workspace.temp / "other/x.png", "");
+  options.ignore_path = workspace.temp / "other";
+  EXPECT_THAT(SceneErrorOf(options), NamesMistake("other", {"x.png"}, "none of the 1 masks"));
+}
+
 TEST(Scene, TablesAndNewtonGiveTheSameBits) {
   Camera camera;
   camera.model_id = 10;

@@ -3,6 +3,7 @@
 // The program mask_corrupter: damages instance masks as trackers do.
 #include "foam/util/error.h"
 #include "foam/util/random.h"
+#include "plugin/mask/label_png.h"
 #include "plugin/mask/mask_folders.h"
 #include "plugin/mask/mask_png.h"
 #include "plugin/util/files.h"

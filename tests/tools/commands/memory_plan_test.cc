@@ -2,6 +2,7 @@
 //
 // The plan of memory that a training prints, against the peak that is measured, for every way in
 // which photos and masks are read.
+#include "plugin/mask/label_png.h"
 #include "tools/images/image_files.h"
 
 #include <cstdio>

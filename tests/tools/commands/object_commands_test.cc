@@ -10,7 +10,7 @@
 #include <cmath>
 #include <map>
 
-#include "tests/foam/edit/object_scenes.h"
+#include "tests/tools/commands/ring_scene.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,45 +24,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-PhotoRecord PhotoFrom(const std::string& name, const Eigen::Vector3d& center) {
-  const CameraRays rays = LookAt(center, {0, 0, 0}, Eigen::Vector3d(-center.y(), center.x(), 0));
-  // The camera's axes, from its rays at the corners.
-  const Eigen::Vector3d forward = -center.normalized();
-  const Eigen::Vector3d right = Eigen::Vector3d(-center.y(), center.x(), 0).normalized();
-  Eigen::Matrix3d cam_from_world;
-  cam_from_world << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  PhotoRecord photo;
-  photo.name = name;
-  photo.camera_model = "PINHOLE";
-  photo.width = photo.height = rays.width;
-  photo.camera_params = {80, 80, 40, 40};
-  photo.cam_from_world_rotation = Eigen::Quaterniond(cam_from_world);
-  photo.cam_from_world_translation = -(cam_from_world * center);
-  return photo;
-}
-
-// The ring on its table, the ball in the ring, and four photos, upright: z is up. In a COLMAP frame
-// ten times as large.
-Model Scene() {
-  Model model = RingTableBallModel(1);
-  model.labels = {{LabelId{10}, MaskId{10}, "ring"},
-                  {LabelId{11}, MaskId{11}, "table"},
-                  {LabelId{12}, MaskId{12}, "ball"}};
-  model.world_from_normalized = {10, {5, 0, 0}};
-  int index = 0;
-  for (const Eigen::Vector3d& center : {Eigen::Vector3d(1.5, 0, 1.2),
-                                        Eigen::Vector3d(-1.5, 0, 1.2),
-                                        Eigen::Vector3d(0, 1.5, 1.2),
-                                        Eigen::Vector3d(0, -1.5, 1.2)}) {
-    PhotoRecord photo = PhotoFrom("p, " + std::to_string(index++) + ".png", center);
-    // x_world = 10 x + (5, 0, 0)
-    photo.cam_from_world_translation = 10 * photo.cam_from_world_translation -
-                                       photo.cam_from_world_rotation * Eigen::Vector3d(5, 0, 0);
-    model.photos.push_back(photo);
-  }
-  return model;
-}
 
 // The middle of an object's box of sites, and its size, in the COLMAP frame.
 Eigen::AlignedBox3d BoxOf(const fs::path& foam, int32_t id) {
@@ -89,7 +50,7 @@ std::map<int32_t, size_t> CellsOfObjects(const fs::path& foam) {
 
 class ObjectCommandsTest : public testing::Test {
  protected:
-  void SetUp() override { WriteModel(Foam(), Scene()); }
+  void SetUp() override { WriteModel(Foam(), RingScene()); }
 
   fs::path Foam() const { return folder_ / "in.foam"; }
   fs::path Out(const std::string& name) const { return folder_ / name / "scene.foam"; }
@@ -236,7 +197,7 @@ TEST_F(ObjectCommandsTest, TheSameBytesOnAnyNumberOfThreadsAndFromAProjectFile) 
 
 // The ring's name is the ball's id.
 TEST_F(ObjectCommandsTest, APickTakesOneObjectWhateverTheOthersAreCalled) {
-  Model model = Scene();
+  Model model = RingScene();
   model.labels[0].name = "12";
   WriteModel(folder_ / "names.foam", model);
   for (const std::string command : {"object_extractor", "object_remover"}) {
@@ -331,13 +292,13 @@ TEST_F(ObjectCommandsTest, HelpNamesEveryOption) {
 }
 
 TEST_F(ObjectCommandsTest, AFoamWithoutLabelsHasNoObjects) {
-  Model model = Scene();
+  Model model = RingScene();
   KeepClasses({}, &model);
   WriteModel(Foam(), model);
   Fail("object_extractor", {"--labels", "ring"}, "has no objects; a foam has them where it was");
   Fail("object_remover", {"--pick", "p, 0.png,40,39"}, "has no label; choose a pixel of an object");
   // But an object can be put into it.
-  WriteModel(folder_ / "labelled.foam", Scene());
+  WriteModel(folder_ / "labelled.foam", RingScene());
   Succeed("object_inserter",
           Foam(),
           "in",
@@ -347,7 +308,7 @@ TEST_F(ObjectCommandsTest, AFoamWithoutLabelsHasNoObjects) {
 }
 
 TEST_F(ObjectCommandsTest, PhotosThatDoNotTellWhatIsUp) {
-  Model model = Scene();
+  Model model = RingScene();
   WriteModel(folder_ / "scene.foam", model);
   model.photos.clear();
   WriteModel(Foam(), model);

@@ -3,6 +3,7 @@
 
 #include "export/scene/names.h"
 #include "foam/util/error.h"
+#include "plugin/mask/label_png.h"
 #include "tools/images/image_files.h"
 
 #include <memory>

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/train/block_checkpoint.h"
+
+#include "foam/train/checkpoint_state.h"
+#include "foam/util/number_text.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// The arrays of a checkpoint with one row for each site that is not frozen.
+constexpr const char* kMomentArrays[] = {"first_moments", "second_moments", "steps"};
+
+// The arrays with one row a site.
+constexpr const char* kSiteArrays[] = {"positions",
+                                       "raw_density",
+                                       "sh",
+                                       "color_gradient",
+                                       "identity",
+                                       "squared_error",
+                                       "contribution",
+                                       "triangulated_positions",
+                                       "plane_positions",
+                                       "is_frozen",
+                                       "ancestor"};
+
+// Numbers of the state that count what was done, and add up over the blocks.
+constexpr const char* kCounts[] = {"rays",
+                                   "step_limit_hits",
+                                   "nonfinite_gradients",
+                                   "nonfinite_pixels",
+                                   "pieces",
+                                   "triangulations",
+                                   "triangulated_sites"};
+constexpr const char* kSeconds[] = {"seconds", "seconds_triangulating"};
+
+// Numbers of the state that say how far the schedule has come, the same for all blocks.
+constexpr const char* kProgress[] = {"iteration", "densifications", "last_triangulation", "frozen"};
+
+// The array of a block's start that holds the positions of the seeds.
+constexpr char kSeeds[] = "seeds";
+
+template <size_t N>
+bool IsAmong(const char* const (&names)[N], const std::string& name) {
+  return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
+
+template <typename T>
+T Number(const CheckpointContents& contents, const std::string& name) {
+  T value{};
+  CHECK(ParseNumber(contents.texts.at("state").at(name), &value)) << name;
+  return value;
+}
+
+std::span<const std::byte> ArrayOf(const CheckpointContents& contents, const std::string& name) {
+  for (const CheckpointContents::Array& array : contents.arrays) {
+    if (array.name == name) return array.bytes;
+  }
+  LOG(FATAL) << "no array " << name;
+}
+
+template <typename T>
+std::span<const T> ValuesOf(const CheckpointContents& contents, const std::string& name) {
+  const auto bytes = ArrayOf(contents, name);
+  return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
+}
+
+// Replaces or adds an array.
+template <typename T>
+void SetArray(const std::string& name, std::span<const T> values, OwnedContents* owned) {
+  const auto bytes = std::as_bytes(values);
+  owned->bytes.emplace_back(bytes.begin(), bytes.end());
+  for (CheckpointContents::Array& array : owned->contents.arrays) {
+    if (array.name != name) continue;
+    array.bytes = owned->bytes.back();
+    return;
+  }
+  owned->contents.arrays.push_back({name, owned->bytes.back()});
+}
+
+template <typename T>
+void SetArray(const std::string& name, const std::vector<T>& values, OwnedContents* owned) {
+  SetArray(name, std::span<const T>(values), owned);
+}
+
+// Appends a row of an array with `num_rows` rows.
+void AppendRow(std::span<const std::byte> array,
+               size_t num_rows,
+               size_t row,
+               std::vector<std::byte>* rows) {
+  const size_t size = array.size() / num_rows;
+  rows->insert(rows->end(), array.begin() + row * size, array.begin() + (row + 1) * size);
+}
+
+// Adds an array with these rows of one with `num_rows` rows.
+void AddRows(const CheckpointContents::Array& array,
+             size_t num_rows,
+             const std::vector<size_t>& chosen,
+             OwnedContents* owned) {
+  owned->bytes.emplace_back();
+  std::vector<std::byte>& rows = owned->bytes.back();
+  if (num_rows > 0) rows.reserve(array.bytes.size() / num_rows * chosen.size());
+  for (const size_t row : chosen) AppendRow(array.bytes, num_rows, row, &rows);
+  owned->contents.arrays.push_back({array.name, rows});
+}
+
+// Returns the sites with which a block begins.
+std::vector<size_t> SitesOfStart(std::span<const Eigen::Vector3f> positions,
+                                 const BlockBox& padded,
+                                 const std::vector<uint8_t>& is_met) {
+  CHECK_EQ(positions.size(), is_met.size());
+  std::vector<size_t> sites;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (is_met[i] || padded.Contains(positions[i])) sites.push_back(i);
+  }
+  return sites;
+}
+
+}  // namespace
+
+Foam FoamOf(const Checkpoint& checkpoint) {
+  StateReader state("state", checkpoint);
+  Foam foam;
+  size_t num_sites = 0;
+  state.Number("sites", &num_sites);
+  state.Number("classes", &foam.num_classes);
+  state.Number("sh_degree", &foam.sh_degree);
+  if (foam.sh_degree < 0 || foam.sh_degree > 3 || foam.num_classes < 0) {
+    checkpoint.ThrowDamaged("its sizes are out of range");
+  }
+  state.Array("positions", &foam.positions, num_sites);
+  state.Array("raw_density", &foam.raw_density, num_sites);
+  state.Array("sh", &foam.sh, num_sites * foam.ShStride());
+  if (!checkpoint.Array("color_gradient").empty()) {
+    state.Array("color_gradient", &foam.color_gradient, num_sites * kColorGradientDim);
+  }
+  if (!foam.HasSemantics()) return foam;
+  const size_t classes = foam.num_classes;
+  state.Array("identity", &foam.identity, num_sites * kIdentityDim);
+  state.Array("classifier_weight", &foam.classifier_weight, classes * kIdentityDim);
+  state.Array("classifier_bias", &foam.classifier_bias, classes);
+  return foam;
+}
+
+DensificationStatistics StatisticsOf(const Checkpoint& checkpoint) {
+  StateReader state("state", checkpoint);
+  size_t num_sites = 0;
+  state.Number("sites", &num_sites);
+  DensificationStatistics statistics;
+  state.Array("squared_error", &statistics.squared_error, num_sites);
+  state.Array("contribution", &statistics.contribution, num_sites);
+  return statistics;
+}
+
+int64_t IterationOf(const Checkpoint& checkpoint) {
+  int64_t iteration = 0;
+  StateReader("state", checkpoint).Number("iteration", &iteration);
+  return iteration;
+}
+
+std::vector<SeedPoint> SeedsOf(const Checkpoint& start) {
+  const auto positions = ValuesOf<Eigen::Vector3f>(start.Contents(), kSeeds);
+  std::vector<SeedPoint> seeds;
+  for (const Eigen::Vector3f& position : positions) {
+    seeds.push_back({position, Eigen::Vector3f::Zero(), /*is_dense=*/false});
+  }
+  return seeds;
+}
+
+bool CanBeSplit(const CheckpointContents& contents) {
+  const auto pending = contents.texts.find("pending");
+  return (pending == contents.texts.end() || pending->second.empty()) &&
+         contents.texts.at("state").at("sh_degree_is_settled") == "1";
+}
+
+TrainingOptions OptionsOfBlock(const TrainingOptions& options, int64_t block_sites) {
+  TrainingOptions block = options;
+  block.final_sites = static_cast<int>(std::max<int64_t>(block_sites, 64));
+  // The total variation is a mean over all cells.
+  block.tv_weight *= double(block.final_sites) / options.final_sites;
+  block.classifier_rate = 0;
+  return block;
+}
+
+void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options) {
+  StateReader reader("training_options", checkpoint);
+  options->Serialize(&reader);
+}
+
+size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
+                     const BlockBox& padded,
+                     const std::vector<uint8_t>& is_met) {
+  return SitesOfStart(positions, padded, is_met).size();
+}
+
+OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block) {
+  const CheckpointContents all = split.Contents();
+  const auto positions = ValuesOf<Eigen::Vector3f>(all, "positions");
+  const BlockBox padded = block.box.Padded(block.halo);
+  const std::vector<size_t> sites = SitesOfStart(positions, padded, block.rays.is_met);
+
+  std::vector<size_t> trained;
+  std::vector<uint8_t> is_frozen;
+  for (const size_t site : sites) {
+    is_frozen.push_back(!padded.Contains(positions[site]));
+    if (!is_frozen.back()) trained.push_back(site);
+  }
+
+  OwnedContents start;
+  start.contents.texts = all.texts;
+  for (const CheckpointContents::Array& array : all.arrays) {
+    if (IsAmong(kSiteArrays, array.name)) {
+      AddRows(array, positions.size(), sites, &start);
+    } else if (IsAmong(kMomentArrays, array.name)) {
+      AddRows(array, positions.size(), trained, &start);
+    } else {
+      start.contents.arrays.push_back(array);
+    }
+  }
+  const std::vector<uint32_t> ancestor(sites.begin(), sites.end());
+  const auto errors = ValuesOf<float>(start.contents, "squared_error");
+  const auto contributions = ValuesOf<float>(start.contents, "contribution");
+  std::vector<float> squared_error(errors.begin(), errors.end());
+  std::vector<float> contribution(contributions.begin(), contributions.end());
+  for (size_t k = 0; k < sites.size(); ++k) {
+    if (!is_frozen[k]) continue;
+    squared_error[k] = 0;
+    contribution[k] = 1;
+  }
+  SetArray("is_frozen", is_frozen, &start);
+  SetArray("ancestor", ancestor, &start);
+  SetArray("squared_error", squared_error, &start);
+  SetArray("contribution", contribution, &start);
+  // The cells of the cameras are found anew.
+  SetArray("start_cells", std::vector<uint32_t>(views.NumViews(), 0), &start);
+  start.contents.texts["state"]["sites"] = FormatNumber(sites.size());
+  CheckpointContents own;
+  StateWriter squares("state", &own), options("training_options", &own);
+  block.rays.squares.Serialize(views, &squares);
+  SetArray("drawn_squares", ValuesOf<uint8_t>(own, "drawn_squares"), &start);
+  block.options.Serialize(&options);
+  start.contents.texts["training_options"] = own.texts["training_options"];
+  std::vector<Eigen::Vector3f> seeds;
+  for (const SeedPoint& seed : block.seeds) seeds.push_back(seed.position);
+  SetArray(kSeeds, seeds, &start);
+  return start;
+}
+
+OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box, int64_t begin) {
+  OwnedContents result;
+  result.contents.texts = trained.texts;
+  const auto positions = ValuesOf<Eigen::Vector3f>(trained, "positions");
+  const auto is_frozen = ValuesOf<uint8_t>(trained, "is_frozen");
+  // The sites in the box, none of which is frozen, and the rows of their moments.
+  std::vector<size_t> own, own_moments;
+  size_t num_moments = 0;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (is_frozen[i]) continue;
+    if (box.Contains(positions[i])) {
+      own.push_back(i);
+      own_moments.push_back(num_moments);
+    }
+    ++num_moments;
+  }
+  result.contents.texts["state"]["sites"] = FormatNumber(own.size());
+  const bool is_trained = Number<int64_t>(trained, "iteration") > begin;
+  for (const char* name : kSiteArrays) {
+    // The topology of the joined foam is that of all blocks' last positions.
+    const bool is_topology =
+        std::string(name) == "triangulated_positions" || std::string(name) == "plane_positions";
+    const auto bytes = ArrayOf(trained, is_topology && is_trained ? "positions" : name);
+    AddRows({name, bytes}, positions.size(), own, &result);
+  }
+  for (const char* name : kMomentArrays) {
+    AddRows({name, ArrayOf(trained, name)}, num_moments, own_moments, &result);
+  }
+  return result;
+}
+
+OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkpoint*>& blocks) {
+  CHECK(!blocks.empty());
+  OwnedContents joined;
+  joined.contents = split.Contents();
+  auto& state = joined.contents.texts["state"];
+  std::vector<CheckpointContents> parts;
+  std::vector<size_t> num_sites(blocks.size());
+  // (ancestor, block, site) of each site.
+  std::vector<std::tuple<uint32_t, uint32_t, uint32_t>> order;
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    StateReader reader("state", *blocks[b]);
+    reader.Number("sites", &num_sites[b]);
+    std::vector<uint32_t> ancestor;
+    reader.Array("ancestor", &ancestor, num_sites[b]);
+    for (uint32_t i = 0; i < num_sites[b]; ++i) order.emplace_back(ancestor[i], b, i);
+    for (const char* name : kProgress) {
+      const auto& state = blocks[b]->Texts("state");
+      if (state.count(name) == 0 || state.at(name) != blocks[0]->Texts("state").at(name)) {
+        blocks[b]->ThrowDamaged("its '" + std::string(name) + "' is not that of other blocks");
+      }
+    }
+    parts.push_back(blocks[b]->Contents());
+  }
+  std::sort(order.begin(), order.end());
+  joined.contents.arrays.clear();
+  for (const CheckpointContents::Array& array : split.Contents().arrays) {
+    if (!IsAmong(kSiteArrays, array.name) && !IsAmong(kMomentArrays, array.name)) {
+      joined.contents.arrays.push_back(array);
+      continue;
+    }
+    joined.bytes.emplace_back();
+    std::vector<std::byte>& rows = joined.bytes.back();
+    std::vector<std::span<const std::byte>> arrays;
+    for (size_t b = 0; b < blocks.size(); ++b) {
+      arrays.push_back(blocks[b]->Array(array.name));
+      if (num_sites[b] > 0 && arrays[b].size() % num_sites[b] != 0) {
+        blocks[b]->ThrowDamaged("its array '" + array.name + "' has another length");
+      }
+    }
+    for (const auto& [ancestor, block, site] : order) {
+      AppendRow(arrays[block], num_sites[block], site, &rows);
+    }
+    joined.contents.arrays.push_back({array.name, rows});
+  }
+  // The cells of the cameras are found anew.
+  const std::vector<uint32_t> start_cells(split.Array("start_cells").size() / sizeof(uint32_t), 0);
+  SetArray("start_cells", start_cells, &joined);
+
+  state["sites"] = FormatNumber(order.size());
+  for (const char* name : kProgress) state[name] = parts[0].texts.at("state").at(name);
+  const CheckpointContents before = split.Contents();
+  for (const char* name : kCounts) {
+    auto sum = Number<int64_t>(before, name);
+    for (const CheckpointContents& part : parts) {
+      sum += Number<int64_t>(part, name) - Number<int64_t>(before, name);
+    }
+    state[name] = FormatNumber(sum);
+  }
+  for (const char* name : kSeconds) {
+    auto sum = Number<double>(before, name);
+    for (const CheckpointContents& part : parts) {
+      sum += Number<double>(part, name) - Number<double>(before, name);
+    }
+    state[name] = FormatNumber(sum);
+  }
+  return joined;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/foam.h"
+#include "foam/optim/optimizer.h"
+#include "foam/train/checkpoint.h"
+#include "foam/train/drawn_squares.h"
+#include "foam/train/space_blocks.h"
+#include "foam/train/training_options.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+// Splits the checkpoint of a training into those of blocks, and joins the blocks' results to a
+// checkpoint again. So a block is a training that goes on, with the schedule of the whole, and the
+// joined blocks are one too. The parts of a checkpoint that belong to no site (classifier, losses,
+// reports) are those of the run that was split.
+
+namespace semfoam {
+
+// Contents of a checkpoint that hold some arrays of their own.
+struct OwnedContents {
+  CheckpointContents contents;
+  std::deque<std::vector<std::byte>> bytes;
+};
+
+// Returns the foam and the densification statistics of a checkpoint of any run. Throws
+// DamagedCheckpoint where it does not hold them.
+Foam FoamOf(const Checkpoint& checkpoint);
+DensificationStatistics StatisticsOf(const Checkpoint& checkpoint);
+
+// Returns the number of iterations done.
+int64_t IterationOf(const Checkpoint& checkpoint);
+// Returns whether the checkpoint can be split: its SH degree is final, and no triangulation is
+// pending.
+bool CanBeSplit(const CheckpointContents& contents);
+
+// The part of a run that one block trains.
+struct BlockTraining {
+  BlockBox box;
+  float halo = 0;
+  BlockRays rays;
+  // The seeds of the run, which determine the space that stays empty (FreeSpace).
+  std::vector<SeedPoint> seeds;
+  // The options of the run, but for the numbers of the block's sites.
+  TrainingOptions options;
+};
+
+// Returns the options of a block of a run with `options`: its densification ends with `block_sites`
+// sites, and the classifier, which is common to all blocks, stays.
+TrainingOptions OptionsOfBlock(const TrainingOptions& options, int64_t block_sites);
+
+// Replaces the values of `options` by those of the checkpoint.
+void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options);
+
+// Returns the checkpoint from which a block begins. Borrows arrays of `split`. Sites outside of
+// block and halo are frozen, and those of them that no ray of the block meets are left out.
+OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block);
+
+// Returns the number of sites with which a block begins.
+size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
+                     const BlockBox& padded,
+                     const std::vector<uint8_t>& is_met);
+
+// Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.
+std::vector<SeedPoint> SeedsOf(const Checkpoint& start);
+
+// Returns the result of a block: of a checkpoint of its run, the sites in its box. Borrows arrays
+// of `trained`; `begin` is the iteration at which the space was split.
+OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box, int64_t begin);
+
+// Returns the checkpoint of the whole run that the results of all blocks make, in the order of the
+// sites that they were when the space was split. Borrows arrays of `split`. Throws
+// DamagedCheckpoint where a block does not belong to it.
+OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkpoint*>& blocks);
+
+}  // namespace semfoam

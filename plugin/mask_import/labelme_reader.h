@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "plugin/mask_import/imported_masks.h"
+
+#include <filesystem>
+#include <optional>
+
+namespace semfoam {
+
+// Reads a JSON file of LabelMe: the shapes of one photo, polygons, rectangles, circles and masks.
+// Shapes of one label and group_id are one region. Lines and points are left out. Returns nothing
+// for another kind of file. Throws UserError, one sentence naming the file and the shape, where it
+// is damaged.
+std::optional<PictureContents> ReadLabelMe(const std::filesystem::path& file);
+
+}  // namespace semfoam

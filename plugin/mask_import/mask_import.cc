@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/mask_import/mask_import.h"
+
+#include "foam/util/error.h"
+#include "foam/util/json_file.h"
+#include "foam/util/output_file.h"
+#include "foam/util/scratch_folder.h"
+#include "plugin/mask/label_png.h"
+#include "plugin/mask/mask_folders.h"
+#include "plugin/mask/mask_pairing.h"
+#include "plugin/mask_import/photo_matching.h"
+#include "plugin/util/files.h"
+#include "plugin/util/plural.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLabelsFile = "labels.json";
+// The key of labels.json by which an import is known.
+constexpr const char* kImportedKey = "imported_from";
+constexpr size_t kMostNamesTold = 3;
+// A mask may be of a larger photo than the one that is trained on, but no picture is believed to be
+// of any size that a number can say.
+constexpr int kMostEnlarged = 16;
+
+std::string SizeText(const PhotoSize& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+bool IsImport(const fs::path& labels_file) {
+  if (!fs::is_regular_file(labels_file)) return false;
+  try {
+    return ReadJsonFile(labels_file).contains(kImportedKey);
+  } catch (const UserError&) {
+    return false;
+  }
+}
+
+// Throws UserError where files would be lost, or would be taken for masks of this import.
+void RequireRoom(const fs::path& folder, const std::vector<std::string>& mask_names) {
+  const fs::path labels_file = folder / kLabelsFile;
+  const bool is_import = IsImport(labels_file);
+  if (fs::exists(labels_file) && !is_import) {
+    throw UserError(labels_file.string(),
+                    ": was not written by an import of masks and would be lost; a folder of their "
+                    "own would be right for these.");
+  }
+  const std::set<std::string> names(mask_names.begin(), mask_names.end());
+  for (const auto& [name, path] : ListMasks(folder)) {
+    if (is_import && names.contains(name)) continue;
+    throw UserError(path.string(),
+                    ": is not of this import and would be mixed up with its masks; a folder of "
+                    "their own would be right for these.");
+  }
+}
+
+LabelImage Draw(const ImportedPicture& picture,
+                const std::vector<int32_t>& ids,
+                const fs::path& photo) {
+  const PhotoSize photo_size = ReadPhotoSize(photo);
+  const PhotoSize size = picture.size == PhotoSize{} ? photo_size : picture.size;
+  if (!SameAspect(size, photo_size)) {
+    throw UserError(picture.file.string(),
+                    ": the mask of ",
+                    photo.filename().string(),
+                    " has ",
+                    SizeText(size),
+                    " pixels, the photo ",
+                    SizeText(photo_size),
+                    "; the same shape, not stretched and not cropped, would be right.");
+  }
+  if (size.width > kMostEnlarged * photo_size.width) {
+    throw UserError(picture.file.string(),
+                    ": the mask of ",
+                    photo.filename().string(),
+                    " claims ",
+                    SizeText(size),
+                    " pixels, more than ",
+                    kMostEnlarged,
+                    " times those of the photo along each side; is it damaged?");
+  }
+  const uint64_t pixels = static_cast<uint64_t>(size.width) * static_cast<uint64_t>(size.height);
+  RequireDecodingMemory(picture.file, size, sizeof(int32_t) * pixels);
+  if (picture.regions.empty()) return PaintRegions(size, {}, {});
+  return PaintRegions(size, picture.draw(size), ids);
+}
+
+void Move(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  const int failure = error ? error.value() : MoveOutOfScratch(from, to);
+  if (failure == 0) return;
+  throw UserError(to.string(),
+                  ": cannot be written (",
+                  std::generic_category().message(failure),
+                  "); is a folder of that name in the way?");
+}
+
+std::string LabelsJson(const MaskImport& import) {
+  nlohmann::ordered_json json;
+  json["version"] = 1;
+  json[kImportedKey] = import.format;
+  json["labels"] = nlohmann::ordered_json::object();
+  for (const ImportedLabel& label : import.labels) {
+    json["labels"][std::to_string(label.id)] = label.name;
+  }
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+// "a, b and 7 more".
+std::string Some(const std::vector<std::string>& names) {
+  std::string text;
+  const size_t told = std::min(names.size(), kMostNamesTold);
+  for (size_t i = 0; i < told; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (told < names.size()) text += " and " + std::to_string(names.size() - told) + " more";
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> PhotoNames(const fs::path& image_path) {
+  if (!fs::is_directory(image_path)) {
+    throw UserError(image_path.string(),
+                    ": there is no such folder; it should hold the photos of the masks.");
+  }
+  std::vector<std::string> names;
+  for (const fs::path& photo : ListPhotos(image_path)) {
+    names.push_back(photo.lexically_relative(image_path).generic_string());
+  }
+  if (names.empty()) {
+    throw UserError(image_path.string(), ": holds no photos, to which the masks could belong.");
+  }
+  return names;
+}
+
+MaskImport ImportMasks(const RecognizedMasks& recognized,
+                       const fs::path& image_path,
+                       const std::vector<std::string>& photo_names,
+                       SameName same_name,
+                       const fs::path& output_path) {
+  const ImportedMasks masks = ReadMasks(recognized);
+  const std::string source =
+      recognized.files.size() == 1 ? recognized.files[0].string() : recognized.folder.string();
+  std::vector<std::string> names;
+  for (const ImportedPicture& picture : masks.pictures) names.push_back(picture.name);
+  const PhotoMatching matching = MatchPhotos(source, names, photo_names);
+  const NumberedRegions numbered = NumberRegions(source, masks, same_name);
+
+  MaskImport import;
+  import.format = masks.format;
+  import.num_photos = static_cast<int>(photo_names.size());
+  import.matched_how = matching.how;
+  import.are_independent = numbered.are_independent;
+  import.left_out = masks.left_out;
+  std::vector<size_t> taken;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (matching.photos[i] >= 0) {
+      taken.push_back(i);
+    } else {
+      import.without_photo.push_back(names[i]);
+    }
+  }
+  import.num_masks = static_cast<int>(taken.size());
+  const std::vector<std::string> all_mask_names = NamesForMasks(photo_names);
+  std::vector<std::string> mask_names;
+  for (const size_t i : taken) mask_names.push_back(all_mask_names[matching.photos[i]]);
+  RequireRoom(output_path, mask_names);
+
+  const ScratchFolder scratch(output_path);
+  std::vector<std::set<int32_t>> shown(taken.size());
+  ForEachFile(static_cast<int64_t>(taken.size()), [&](int64_t k) {
+    const size_t i = taken[k];
+    const LabelImage image =
+        Draw(masks.pictures[i], numbered.ids[i], image_path / photo_names[matching.photos[i]]);
+    int32_t last = 0;
+    for (const int32_t id : image.data) {
+      if (id != last && id != 0) shown[k].insert(id);
+      last = id;
+    }
+    WriteLabelPng(scratch.path() / mask_names[k], image);
+  });
+  std::map<int32_t, int> num_photos;
+  for (const std::set<int32_t>& ids : shown) {
+    for (const int32_t id : ids) ++num_photos[id];
+  }
+  std::vector<std::string> hidden;
+  for (const auto& [id, name] : numbered.names) {
+    if (num_photos.contains(id)) {
+      import.labels.push_back({id, name, num_photos[id]});
+    } else {
+      hidden.push_back(name);
+    }
+  }
+  if (!hidden.empty()) {
+    import.warnings.push_back("No pixel is left of " + Some(hidden) +
+                              ": without a photo, or under other regions.");
+  }
+  if (!numbered.numbered.empty()) {
+    import.warnings.push_back(
+        "Some photos have several regions of " + Some(numbered.numbered) +
+        ", which are numbered photo by photo: a training corrects that by the SfM tracks as far as "
+        "it can; an export with track ids would be right, or same_name one where they are parts "
+        "of one object.");
+  }
+  const fs::path labels_file = output_path / kLabelsFile;
+  for (const std::string& name : mask_names) Move(scratch.path() / name, output_path / name);
+  WriteTextFile(labels_file, LabelsJson(import));
+  return import;
+}
+
+std::vector<std::string> DescribeImport(const MaskImport& import) {
+  std::vector<std::string> lines;
+  lines.push_back(import.format + ": masks of " + std::to_string(import.num_masks) + " of " +
+                  Plural(import.num_photos, "photo") + ", matched " + import.matched_how + "; " +
+                  Plural(static_cast<int64_t>(import.labels.size()), "label"));
+  std::vector<std::string> left_out = import.left_out;
+  if (!import.without_photo.empty()) {
+    left_out.push_back(Plural(static_cast<int64_t>(import.without_photo.size()), "mask") +
+                       " without a photo (" + Some(import.without_photo) + ")");
+  }
+  std::string text;
+  for (const std::string& part : left_out) text += (text.empty() ? "" : "; ") + part;
+  if (!text.empty()) lines.push_back("Left out: " + text);
+  if (import.are_independent) {
+    lines.push_back(
+        "Ids mean nothing from photo to photo; a training matches them by the SfM tracks");
+  }
+  return lines;
+}
+
+}  // namespace semfoam

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "plugin/mask_import/pixel_runs.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace semfoam {
+
+// Reads arrays of whole numbers as NumPy saves them: .npy, and .npz (a zip of these, stored or
+// deflated).
+
+// The bytes of an array, and what its header says of them.
+struct NpyArray {
+  // 'b' (bool), 'i' or 'u'.
+  char kind = 'u';
+  // Bytes of an element: 1, 2, 4 or 8.
+  int bytes = 1;
+  bool big_endian = false;
+  // Whether the first index runs fastest.
+  bool fortran_order = false;
+  std::vector<int64_t> shape;
+  // The elements.
+  std::string data;
+
+  int64_t NumElements() const;
+  // The element at a place of `data`, counted in elements.
+  int64_t operator[](int64_t index) const;
+};
+
+// Reads the array of a .npy, or the only one of a .npz; of several, the one named mask, masks,
+// labels or arr_0. Throws UserError, one sentence naming the file, for a file that is neither, that
+// is cut or damaged, has arrays of other types (real numbers, objects), or a shape that its bytes
+// do not fill.
+NpyArray ReadNpyFile(const std::filesystem::path& path);
+
+// Reads the bytes of a .npy; `path` is for messages.
+NpyArray ParseNpy(const std::filesystem::path& path, std::string bytes);
+
+// Whether a file begins as a .npy or .npz does.
+bool IsNpyFile(const std::filesystem::path& path);
+
+}  // namespace semfoam

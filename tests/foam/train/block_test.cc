@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Trainings of blocks of space, and what is joined of them.
+#include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
+#include "foam/train/block_checkpoint.h"
+#include "foam/train/checkpoint_state.h"
+#include "foam/train/space_blocks.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/foam/train/stopped_runs.h"
+
+namespace semfoam {
+namespace {
+
+constexpr int64_t kSplit = 50, kMerge = 96;
+
+class BlockTest : public ResumeTest {
+ protected:
+  // Trains the whole run, with a checkpoint where it can be split.
+  BlockTest() {
+    TrainingHooks hooks;
+    hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+      if (iteration < kSplit || split_iteration_ > 0) return;
+      CheckpointContents contents;
+      save(&contents);
+      if (!CanBeSplit(contents)) return;
+      split_iteration_ = iteration;
+      WriteCheckpoint(folder_ / "split.ckpt", contents);
+    };
+    whole_ = Train(EventfulRun(), std::move(hooks));
+    split_ = std::make_unique<Checkpoint>(folder_ / "split.ckpt");
+    const Foam foam = FoamOf(*split_);
+    const DensificationStatistics statistics = StatisticsOf(*split_);
+    const ViewRenderer renderer(foam);
+    boxes_ = SplitSpace(foam.positions, ExpectedSites(statistics, EventfulRun().final_sites), 2, 2);
+    halo_ = HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
+    rays_ = ChooseRays(Views(), renderer, boxes_, halo_);
+  }
+
+  TrainingOptions BlockOptions() const {
+    return OptionsOfBlock(EventfulRun(), EventfulRun().final_sites);
+  }
+
+  std::filesystem::path StartOf(size_t block) const {
+    return folder_ / ("start" + std::to_string(block) + ".ckpt");
+  }
+
+  void WriteStart(size_t block) const {
+    BlockTraining training{boxes_[block], halo_, rays_[block], Views().Seeds(400), BlockOptions()};
+    WriteCheckpoint(StartOf(block), BlockStart(*split_, Views(), training).contents);
+  }
+
+  // Trains a block from its start, or from `from`, and returns its result. Also leaves a checkpoint
+  // of `halfway` in the folder.
+  std::unique_ptr<const Checkpoint> TrainBlock(size_t block,
+                                               const std::filesystem::path& from,
+                                               int64_t halfway = 0) const {
+    const auto path = folder_ / ("block" + std::to_string(block) + ".ckpt");
+    TrainingHooks hooks;
+    hooks.resume_from = std::make_unique<Checkpoint>(from);
+    const std::vector<SeedPoint> seeds = SeedsOf(Checkpoint(StartOf(block)));
+    hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+      CheckpointContents contents;
+      save(&contents);
+      if (iteration == halfway) WriteCheckpoint(PathOf(iteration), contents);
+      if (iteration < kMerge) return;
+      WriteCheckpoint(path, BlockResult(contents, boxes_[block], split_iteration_).contents);
+      throw Stop();
+    };
+    EXPECT_THROW(TrainFoam(Views(), seeds, kClasses, BlockOptions(), std::move(hooks)), Stop);
+    return std::make_unique<const Checkpoint>(path);
+  }
+
+  // Trains the end of the run, from the blocks' results.
+  TrainingSummary Merge(const std::vector<const Checkpoint*>& blocks) const {
+    WriteCheckpoint(folder_ / "joined.ckpt", JoinBlocks(*split_, blocks).contents);
+    TrainingHooks hooks;
+    hooks.resume_from = std::make_unique<Checkpoint>(folder_ / "joined.ckpt");
+    return Train(EventfulRun(), std::move(hooks));
+  }
+
+  TrainingSummary whole_;
+  int64_t split_iteration_ = 0;
+  std::unique_ptr<Checkpoint> split_;
+  std::vector<BlockBox> boxes_;
+  std::vector<BlockRays> rays_;
+  float halo_ = 0;
+};
+
+template <typename T>
+std::vector<T> ArrayOf(const Checkpoint& checkpoint, const std::string& name) {
+  const auto bytes = checkpoint.Array(name);
+  const auto* values = reinterpret_cast<const T*>(bytes.data());
+  return {values, values + bytes.size() / sizeof(T)};
+}
+
+TEST_F(BlockTest, BoxesHoldEverySiteOnceAndAboutAsMany) {
+  const Foam foam = FoamOf(*split_);
+  ASSERT_EQ(boxes_.size(), 4u);
+  std::vector<size_t> sites(boxes_.size(), 0);
+  for (const Eigen::Vector3f& position : foam.positions) {
+    int found = 0;
+    for (size_t b = 0; b < boxes_.size(); ++b) {
+      found += boxes_[b].Contains(position);
+      sites[b] += boxes_[b].Contains(position);
+    }
+    EXPECT_EQ(found, 1) << position.transpose();
+  }
+  for (const size_t own : sites) {
+    EXPECT_GT(own, foam.NumSites() / 8);
+    EXPECT_LT(own, foam.NumSites() / 2);
+  }
+  // Far away, too.
+  for (const float x : {-1e6f, 1e6f}) {
+    const Eigen::Vector3f far(x, -x, x);
+    EXPECT_EQ(
+        std::count_if(
+            boxes_.begin(), boxes_.end(), [&](const BlockBox& box) { return box.Contains(far); }),
+        1);
+  }
+}
+
+TEST_F(BlockTest, RaysOfAllBlocksAreThoseOfThePhotosAndSomeMore) {
+  double sum = 0;
+  for (const BlockRays& rays : rays_) {
+    EXPECT_GT(rays.share, 0.1);
+    EXPECT_LT(rays.share, 1);
+    EXPECT_FALSE(rays.views.empty());
+    sum += rays.share;
+  }
+  EXPECT_GT(sum, 0.9);
+  EXPECT_LT(sum, 3.5);
+  int pixels = 0, drawn = 0;
+  for (int view = 0; view < Views().NumViews(); ++view) {
+    if (Views().IsHeldOut(view)) continue;
+    for (int y = 0; y < Views().Height(view); ++y) {
+      for (int x = 0; x < Views().Width(view); ++x) {
+        ++pixels;
+        drawn += std::any_of(rays_.begin(), rays_.end(), [&](const BlockRays& rays) {
+          return rays.squares.Contains({view, x, y});
+        });
+      }
+    }
+  }
+  // All but those where the coarse foam is half transparent.
+  EXPECT_GT(drawn, 0.9 * pixels);
+}
+
+TEST_F(BlockTest, UntrainedBlocksMakeTheRunThatWasSplit) {
+  std::vector<std::unique_ptr<const Checkpoint>> blocks;
+  std::vector<const Checkpoint*> pointers;
+  for (size_t b = 0; b < boxes_.size(); ++b) {
+    WriteStart(b);
+    const Checkpoint start(StartOf(b));
+    const auto path = folder_ / ("block" + std::to_string(b) + ".ckpt");
+    WriteCheckpoint(path, BlockResult(start.Contents(), boxes_[b], split_iteration_).contents);
+    blocks.push_back(std::make_unique<const Checkpoint>(path));
+    pointers.push_back(blocks.back().get());
+  }
+  ExpectSame(Merge(pointers), whole_);
+}
+
+TEST_F(BlockTest, FrozenSitesStayAndOthersAreTrained) {
+  WriteStart(0);
+  const Checkpoint start(StartOf(0));
+  TrainBlock(0, StartOf(0), kMerge);
+  const Checkpoint trained(PathOf(kMerge));
+  const auto frozen = ArrayOf<uint8_t>(trained, "is_frozen");
+  const auto ancestor = ArrayOf<uint32_t>(trained, "ancestor");
+  const Foam before = FoamOf(*split_), after = FoamOf(trained);
+  ASSERT_EQ(frozen.size(), after.NumSites());
+  size_t num_frozen = 0, num_moved = 0;
+  const BlockBox padded = boxes_[0].Padded(halo_);
+  for (size_t i = 0; i < after.NumSites(); ++i) {
+    const uint32_t a = ancestor[i];
+    EXPECT_EQ(frozen[i] != 0, !padded.Contains(before.positions[a]));
+    if (!frozen[i]) {
+      num_moved += after.positions[i] != before.positions[a];
+      continue;
+    }
+    ++num_frozen;
+    EXPECT_EQ(after.positions[i], before.positions[a]);
+    EXPECT_EQ(after.raw_density[i], before.raw_density[a]);
+    for (int k = 0; k < after.ShStride(); ++k) {
+      EXPECT_EQ(after.sh[i * after.ShStride() + k], before.sh[a * after.ShStride() + k]);
+    }
+    for (int k = 0; k < kIdentityDim; ++k) {
+      EXPECT_EQ(after.identity[i * kIdentityDim + k], before.identity[a * kIdentityDim + k]);
+    }
+  }
+  const auto all = ArrayOf<uint8_t>(start, "is_frozen");
+  EXPECT_EQ(num_frozen, static_cast<size_t>(std::count(all.begin(), all.end(), 1)));
+  EXPECT_GT(num_frozen, 0u);
+  EXPECT_LT(all.size(), before.NumSites());
+  EXPECT_GT(num_moved, (after.NumSites() - num_frozen) / 2);
+  EXPECT_EQ(after.classifier_weight, before.classifier_weight);
+  EXPECT_EQ(after.classifier_bias, before.classifier_bias);
+  EXPECT_GT(after.NumSites(), all.size());
+}
+
+TEST_F(BlockTest, StoppedBlockEndsWithTheSameBytes) {
+  WriteStart(1);
+  const auto whole = TrainBlock(1, StartOf(1), (split_iteration_ + kMerge) / 2);
+  const auto resumed = TrainBlock(1, PathOf((split_iteration_ + kMerge) / 2));
+  for (const std::string name :
+       {"positions", "raw_density", "sh", "color_gradient", "identity", "first_moments"}) {
+    EXPECT_EQ(ArrayOf<uint8_t>(*whole, name), ArrayOf<uint8_t>(*resumed, name)) << name;
+  }
+}
+
+TEST_F(BlockTest, JoinedBlocksGoOnAsOneRun) {
+  std::vector<std::unique_ptr<const Checkpoint>> blocks;
+  std::vector<const Checkpoint*> pointers;
+  size_t sites = 0;
+  for (size_t b = 0; b < boxes_.size(); ++b) {
+    WriteStart(b);
+    blocks.push_back(TrainBlock(b, StartOf(b)));
+    pointers.push_back(blocks.back().get());
+    sites += ArrayOf<uint8_t>(*blocks.back(), "is_frozen").size();
+  }
+  const TrainingSummary merged = Merge(pointers);
+  EXPECT_EQ(merged.foam.NumSites(), sites);
+  EXPECT_EQ(merged.last.iteration, whole_.last.iteration);
+  EXPECT_EQ(merged.step_limit_hits, 0);
+  EXPECT_EQ(merged.nonfinite_gradients, 0);
+  EXPECT_GT(merged.last.held_out_psnr, whole_.last.held_out_psnr - 1);
+}
+
+TEST_F(BlockTest, RayMeetsABoxBeforeADistance) {
+  BlockBox box;
+  box.low = {1, -1, -std::numeric_limits<float>::infinity()};
+  box.high = {2, 1, 1};
+  const Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  EXPECT_TRUE(box.IsMetBefore(origin, {1, 0, 0}, 1.5f));
+  EXPECT_FALSE(box.IsMetBefore(origin, {1, 0, 0}, 0.9f));
+  EXPECT_FALSE(box.IsMetBefore(origin, {-1, 0, 0}, 10));
+  EXPECT_FALSE(box.IsMetBefore(origin, {0, 1, 0}, 10));
+  EXPECT_TRUE(box.IsMetBefore({1.5f, 0, 5}, {0, 0, -1}, 10));
+  EXPECT_FALSE(box.IsMetBefore({1.5f, 0, 5}, {0, 0, 1}, 10));
+  EXPECT_TRUE(BlockBox{}.IsMetBefore(origin, {0, 0, 1}, 1));
+}
+
+}  // namespace
+}  // namespace semfoam

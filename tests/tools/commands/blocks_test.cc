@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// scene_splitter, foam_trainer --block_path and foam_merger.
+#include <algorithm>
+#include <csignal>
+
+#include "tests/tools/block_jobs.h"
+#include "tests/tools/stopped_training.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Blocks : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    const Outcome outcome = RunSemfoam(Splitter(Split(), "2x2"));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    // In the order of the lines, and in the other order with other threads, one of them twice.
+    fs::copy(Split(), Trained(), fs::copy_options::recursive);
+    for (const std::string name : {"00", "01", "02", "03"}) TrainBlock(Trained(), name);
+    const Outcome merged = Merge(Trained(), *folder_ / "merged");
+    ASSERT_EQ(merged.exit_code, 0) << merged.err;
+    foam_ = ReadFile(*folder_ / "merged/scene.foam");
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+
+  static void TrainBlock(const fs::path& blocks,
+                         const std::string& name,
+                         const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"foam_trainer", "--block_path", (blocks / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = RunSemfoam(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(fs::exists(blocks / name / "block.ckpt"));
+    EXPECT_FALSE(fs::exists(blocks / name / "checkpoints"));
+  }
+
+  // Split, and with all blocks trained; read only.
+  static fs::path Split() { return *folder_ / "it's split"; }
+  static fs::path Trained() { return *folder_ / "trained"; }
+  // A copy of the latter, to be spoilt.
+  static fs::path CopyOfTrained(const std::string& name) {
+    const fs::path copy = *folder_ / name;
+    fs::copy(Trained(), copy, fs::copy_options::recursive);
+    return copy;
+  }
+  static void ExpectMergeRefused(const fs::path& blocks, const Mistake& mistake) {
+    const fs::path output = *folder_ / "refused";
+    ExpectRefused(Merge(blocks, output), mistake);
+    EXPECT_THAT(FilesBelow(output), IsEmpty());
+  }
+
+  static inline TempFolder* folder_ = nullptr;
+  static inline std::string foam_;
+};
+
+TEST_F(Blocks, JobsRunInAnyOrderAndAgainToTheSameBytes) {
+  std::vector<std::string> jobs = JobsOf(Split());
+  ASSERT_EQ(jobs.size(), 4u);
+  std::reverse(jobs.begin(), jobs.end());
+  for (const std::string& job : jobs) {
+    EXPECT_EQ(job.rfind("semfoam foam_trainer --block_path ", 0), 0u) << job;
+    EXPECT_EQ(RunJob(job + " --num_threads 1"), 0) << job;
+  }
+  TrainBlock(Split(), "02");
+  TrainBlock(Split(), "01", {"--overwrite", "1", "--num_threads", "3"});
+  const Outcome merged = Merge(Split(), *folder_ / "merged again");
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_TRUE(ReadFile(*folder_ / "merged again/scene.foam") == foam_) << "other bytes";
+}
+
+TEST_F(Blocks, UntrainedMakeTheFoamOfOneTraining) {
+  const fs::path blocks = *folder_ / "untrained", one = *folder_ / "one";
+  const Outcome split =
+      RunSemfoam(Splitter(blocks, "2x1", {"--coarse_share", "0.5", "--polish_share", "0.5"}));
+  ASSERT_EQ(split.exit_code, 0) << split.err;
+  for (const std::string name : {"00", "01"}) TrainBlock(blocks, name);
+  const Outcome merged = Merge(blocks, *folder_ / "of untrained");
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  const Outcome trained =
+      RunSemfoam(TinyTraining(TrainerOn(kTabletop, one, {"--test_every", "8"})));
+  ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  for (const char* file : {"scene.foam", "labels.json", "effects.json"}) {
+    EXPECT_TRUE(ReadFile(*folder_ / "of untrained" / file) == ReadFile(one / file)) << file;
+  }
+}
+
+TEST_F(Blocks, KilledBlockGoesOnToTheSameBytes) {
+  const fs::path blocks = CopyOfTrained("killed");
+  fs::remove(blocks / "01/block.ckpt");
+  Running running(
+      {"foam_trainer", "--block_path", (blocks / "01").string(), "--checkpoint_every", "0.001"});
+  ASSERT_TRUE(running.WaitUntil([&] { return CheckpointsIn(blocks / "01").size() == 2; }));
+  EXPECT_EQ(running.End(SIGKILL).exit_code, 128 + SIGKILL);
+  const Outcome missing = Merge(blocks, *folder_ / "refused");
+  ExpectRefused(missing, {"01/block.ckpt", {}, "not trained"});
+  const Outcome again = RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("Going on from"));
+  const Outcome merged = Merge(blocks, *folder_ / "merged of killed");
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_TRUE(ReadFile(*folder_ / "merged of killed/scene.foam") == foam_) << "other bytes";
+}
+
+TEST_F(Blocks, MergeRefusesWhatIsMissingCutForeignOrOlder) {
+  {
+    const fs::path blocks = CopyOfTrained("missing");
+    fs::remove(blocks / "02/block.ckpt");
+    ExpectMergeRefused(blocks, {"02/block.ckpt", {}, "not trained"});
+  }
+  {
+    const fs::path blocks = CopyOfTrained("cut");
+    const std::string bytes = ReadFile(blocks / "02/block.ckpt");
+    WriteFile(blocks / "02/block.ckpt", bytes.substr(0, bytes.size() / 2));
+    ExpectMergeRefused(blocks, {"02/block.ckpt", {}, "cut or damaged"});
+  }
+  {
+    const fs::path blocks = CopyOfTrained("swapped");
+    fs::copy_file(
+        blocks / "01/block.ckpt", blocks / "02/block.ckpt", fs::copy_options::overwrite_existing);
+    ExpectMergeRefused(blocks, {"02/block.ckpt", {"01", "02"}, "of block 01"});
+  }
+  {
+    const fs::path blocks = *folder_ / "of another split";
+    const Outcome split =
+        RunSemfoam(Splitter(blocks, "1x2", {"--coarse_share", "0.4", "--polish_share", "0.6"}));
+    ASSERT_EQ(split.exit_code, 0) << split.err;
+    for (const std::string name : {"00", "01"}) TrainBlock(blocks, name);
+    fs::copy_file(Trained() / "01/block.ckpt",
+                  blocks / "01/block.ckpt",
+                  fs::copy_options::overwrite_existing);
+    ExpectMergeRefused(blocks, {"01/block.ckpt", {}, "another split"});
+  }
+  {
+    const fs::path blocks = CopyOfTrained("older");
+    std::string json = ReadFile(blocks / "blocks.json");
+    const std::string version = "\"version\": 1";
+    json.replace(json.find(version), version.size(), "\"version\": 0");
+    WriteFile(blocks / "blocks.json", json);
+    ExpectMergeRefused(blocks, {"blocks.json", {"0", "1"}, "version"});
+    fs::remove(blocks / "01/block.ckpt");
+    ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()}),
+                  {"blocks.json", {"0", "1"}, "version"});
+  }
+  ExpectMergeRefused(*folder_ / "no blocks", {"blocks.json", {}, "no such file"});
+}
+
+TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
+  const fs::path output = *folder_ / "refused";
+  ExpectRefused(RunSemfoam(Splitter(output, "2by2")), {"", {"blocks", "2by2"}, "3x2"});
+  ExpectRefused(RunSemfoam(Splitter(output, "0x2")), {"", {"blocks", "0x2"}, "from 1x1"});
+  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--max_sites", "1000"})),
+                {"", {"blocks", "max_sites"}, "one of them"});
+  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_share", "0.95"})),
+                {"", {"polish_share", "0.2"}, "at most 1"});
+  ExpectRefused(RunSemfoam({"scene_splitter",
+                            "--workspace_path",
+                            kTabletop.string(),
+                            "--output_path",
+                            output.string(),
+                            "--blocks",
+                            "2x2",
+                            "--FoamTraining.time_budget",
+                            "20"}),
+                {"", {"time_budget", "20"}, "fixed numbers"});
+  EXPECT_THAT(FilesBelow(output), IsEmpty());
+  ExpectRefused(RunSemfoam(Splitter(Split(), "2x2")), {"blocks.json", {}, "holds a split"});
+  ExpectRefused(
+      RunSemfoam(
+          {"foam_trainer", "--block_path", (Trained() / "01").string(), "--quality", "medium"}),
+      {"", {"quality"}, "no effect"});
+  ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (Trained() / "07").string()}),
+                {"07", {"00", "03"}, "no block"});
+}
+
+}  // namespace
+}  // namespace semfoam

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/commands/commands.h"
+#include "tools/controllers/block_run.h"
+#include "tools/controllers/export_objects.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/label_names.h"
+#include "tools/options/block_options.h"
+#include "tools/options/quality_plot.h"
+
+#include <filesystem>
+#include <string>
+
+namespace semfoam {
+
+void RunFoamMerger(int argc, char** argv) {
+  std::string blocks_path;
+  std::string output_path;
+  CheckpointOptions checkpoints;
+  OptionManager options("foam_merger",
+                        "Makes one foam of the trained blocks of scene_splitter: joins their "
+                        "sites and trains the end of the run on all of them.");
+  options.AddRequiredOption("blocks_path", &blocks_path, "the output folder of scene_splitter");
+  options.AddRequiredOption(
+      "output_path",
+      &output_path,
+      "folder for scene.foam, effects.json, labels.json, training_log.csv and its plot");
+  AddCheckpointOptions(&options, &checkpoints);
+  if (!options.Parse(argc, argv)) return;
+  RequireTrained(blocks_path);
+  TrainingRun run = ReadBlockRun(blocks_path);
+
+  TrainingFolder folder(output_path, checkpoints, ResumeCommand(options));
+  if (folder.IsFinished()) {
+    WarnOfOtherNames(output_path, run.scene.labels_path.string());
+    return;
+  }
+  folder.RequireReplaceable();
+  const std::filesystem::path foam_path = folder.path() / "scene.foam";
+  run.when_written = DrawTrainingPlot;
+  Model model = MergeBlocks(blocks_path, &folder, &run);
+  TakeLabelNames(foam_path, {}, {}, &model);
+  WriteLabels(PrepareExport(model, foam_path),
+              output_path,
+              {ModelChecksum(foam_path), {}, /*is_new_foam=*/true});
+  folder.Finish();
+}
+
+}  // namespace semfoam

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/transfer/label_transfer.h"
+
+#include "export/scene/export_transform.h"
+#include "export/scene/exportable_scene.h"
+#include "export/scene/names.h"
+#include "export/transfer/label_source.h"
+#include "export/transfer/ply_split.h"
+#include "foam/util/elapsed_time.h"
+#include "foam/util/error.h"
+#include "foam/util/json_file.h"
+#include "foam/util/ply_reader.h"
+#include "tools/cli/input_protection.h"
+#include "tools/cli/option_manager.h"
+#include "tools/commands/commands.h"
+#include "tools/controllers/export_objects.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/label_names.h"
+#include "tools/masks/mask_label_source.h"
+#include "tools/masks/model_masks.h"
+#include "tools/options/export_options.h"
+#include "tools/options/mask_options.h"
+#include "tools/support/output_lock.h"
+#include "tools/support/progress.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSidecar = "labels.json";
+
+// Throws UserError where the folder holds a labels.json, a file of the name of the input, or, for
+// `split`, a folder of objects, that an earlier run of this command has not written.
+void RequireRoomForFiles(const fs::path& output_path, const fs::path& file, bool split) {
+  const fs::path sidecar = output_path / kSidecar;
+  std::string ours;
+  if (fs::exists(sidecar)) {
+    const nlohmann::json json = ReadJsonFile(sidecar);
+    const auto transfer = json.is_object() ? json.find("transfer") : json.end();
+    if (transfer == json.end() || !transfer->is_object()) {
+      throw UserError(sidecar.string(),
+                      ": was not written by label_transfer and would be lost; give another "
+                      "--output_path.");
+    }
+    if (const auto name = transfer->find("file"); name != transfer->end() && name->is_string()) {
+      ours = name->get<std::string>();
+    }
+  }
+  const auto require_ours = [](const fs::path& target, bool is_ours) {
+    if (is_ours || !fs::exists(target)) return;
+    throw UserError(target.string(),
+                    ": was not written by label_transfer and would be lost; give another "
+                    "--output_path.");
+  };
+  require_ours(output_path / file, file.string() == ours);
+  if (split) require_ours(output_path / "objects", !ours.empty());
+}
+
+void PrintLabels(const TransferredLabels& transferred) {
+  const bool is_mesh = transferred.faces > 0;
+  std::printf("  %5s  %-20s %10s", "id", "name", is_mesh ? "vertices" : "points");
+  if (is_mesh) std::printf(" %10s %7s", "faces", "area");
+  std::printf(" %10s\n", "confidence");
+  for (const TransferredLabel& label : transferred.labels) {
+    const bool is_object = label.id != kNoObject;
+    std::printf("  %5s  %-20s %10lld",
+                is_object ? std::to_string(Value(label.id)).c_str() : "",
+                is_object ? OneLine(label.name).c_str() : "(no label)",
+                static_cast<long long>(label.vertices));
+    if (is_mesh) {
+      const double share = transferred.area > 0 ? 100 * label.area / transferred.area : 0;
+      std::printf(" %10lld %5.1f %%", static_cast<long long>(label.faces), share);
+    }
+    std::printf(" %10.3f\n", label.confidence);
+  }
+}
+
+// Options and paths of the command.
+struct Paths {
+  std::string foam;
+  std::string workspace;
+  std::string input;
+  std::string output;
+  // Whether to write each object as a file of its own, too.
+  bool split = false;
+};
+
+void AddOptions(OptionManager* options,
+                Paths* paths,
+                MaskOptions* masks,
+                LabelTransferOptions* transfer,
+                ExportTransformOptions* frame) {
+  options->AddDefaultOption(
+      "foam_path", &paths->foam, "the model, scene.foam; or give --workspace_path");
+  options->AddDefaultOption(
+      "workspace_path",
+      &paths->workspace,
+      "folder with sparse/ and object_mask/: the masks alone tell the labels, "
+      "without any training");
+  options->AddRequiredOption(
+      "input_path",
+      &paths->input,
+      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP");
+  options->AddRequiredOption("output_path",
+                             &paths->output,
+                             "folder for the labelled file, which keeps its name, and labels.json");
+  options->AddDefaultOption("split",
+                            &paths->split,
+                            "also objects/<id>_<name>.ply: each object as a file of its own, with "
+                            "the vertices on borders in each");
+  options->AddDefaultOption(
+      "labels_path",
+      &masks->labels_path,
+      "names of the labels, {\"labels\": {\"7\": \"mug\"}}; by default those changed in the "
+      "labels.json beside the foam, then the foam's own, or labels.json beside the masks' folder");
+  options->AddDefaultOption("mask_path",
+                            &masks->mask_path,
+                            "folder of the instance masks; by default object_mask/, then "
+                            "Annotations/ of the workspace");
+  AddMaskReadingOptions(options, masks);
+  options->AddDefaultOption("tolerance",
+                            &transfer->tolerance,
+                            "matter farther away than this, in the file's unit, is another "
+                            "thing's; 0 = a fiftieth of the scene's diagonal, or 3 radii of cells");
+  options->AddDefaultOption("smoothness",
+                            &transfer->smoothness,
+                            "meshes: spots of a radius up to about twice this length, in the "
+                            "file's unit, are taken for noise; 0 = none, -1 = twice the radius of "
+                            "a cell, or 6 pixels of the masks");
+  AddFrameOptions(options, frame);
+}
+
+// Throws UserError unless exactly one of the foam and the workspace is given, with options that
+// have an effect.
+void RequireOneSource(const OptionManager& options, const Paths& paths) {
+  if (paths.foam.empty() == paths.workspace.empty()) {
+    throw UserError("Failed to parse options - ",
+                    paths.foam.empty() ? "neither '--foam_path' nor" : "both '--foam_path' and",
+                    " '--workspace_path' ",
+                    paths.foam.empty() ? "is" : "are",
+                    " given; one of them must tell the labels.");
+  }
+  if (paths.workspace.empty()) {
+    options.RequireEffect({"mask_path", "FoamTraining.label_zero", "Masks.consistency"},
+                          "with --foam_path; give --workspace_path instead of that");
+  } else {
+    options.RequireEffect({"tolerance"}, "with --workspace_path; leave it out");
+  }
+}
+
+// Copies the input with the labels of `source`, and says what has got which.
+void Transfer(LabelSource* source,
+              const Paths& paths,
+              double smoothness,
+              const std::string& source_checksum) {
+  const fs::path input = paths.input, folder = paths.output;
+  const fs::path output = folder / input.filename();
+  const auto begin = std::chrono::steady_clock::now();
+  TransferredLabels transferred;
+  {
+    ProgressLine line;
+    transferred = TransferLabels(
+        source, input, output, smoothness, [&](const std::string& what, double done) {
+          const std::string text = what + ", " + std::to_string(std::lround(100 * done)) + " %";
+          line.Show({what, done, SecondsSince(begin), text});
+        });
+    line.Clear();
+  }
+  std::vector<WrittenFile> parts;
+  if (paths.split) parts = SplitLabelledPly(output, folder, source->labels());
+  WriteTransferSidecar(
+      folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
+  const bool is_mesh = transferred.faces > 0;
+  LOG(INFO) << output.string() << ": " << transferred.vertices
+            << (is_mesh ? " vertices and " + std::to_string(transferred.faces) + " faces"
+                        : " points")
+            << " labelled in " << FormatDuration(SecondsSince(begin));
+  if (transferred.unknown > 0) {
+    std::ostringstream share;
+    share.precision(2);
+    share << 100.0 * static_cast<double>(transferred.unknown) /
+                 static_cast<double>(transferred.asked);
+    LOG(INFO) << share.str() << " % of the " << (is_mesh ? "vertices" : "points")
+              << (source->Tolerance() > 0 ? " are far from all matter of the foam"
+                                          : " are seen by no photo");
+  }
+  for (const WrittenFile& part : parts) LOG(INFO) << "  " << part.path << ": " << part.summary;
+  PrintLabels(transferred);
+}
+
+void TransferFromFoam(const Paths& paths,
+                      const std::string& labels_path,
+                      const LabelTransferOptions& transfer,
+                      ExportTransform transform) {
+  const Model model = ReadNamedModel(paths.foam, {}, labels_path);
+  TurnUpright(model.photos, &transform);
+  ExportableSceneOptions options;
+  options.transform = transform;
+  const ExportableScene scene = MakeExportableScene(model, options);
+  RequireObjects(scene, paths.foam);
+  FoamLabels source(scene, transfer.tolerance);
+  Transfer(&source, paths, transfer.smoothness, ModelChecksum(paths.foam));
+}
+
+void TransferFromMasks(const Paths& paths,
+                       const MaskOptions& masks,
+                       bool labels_are_given,
+                       const LabelTransferOptions& transfer,
+                       ExportTransform transform) {
+  const MaskedModelPaths found = FindMaskedModel(paths.workspace, {}, masks, /*needs_model=*/true);
+  const Reconstruction model = ReadRegistered(found.model_folder);
+  TurnUpright(RegisteredPhotos(model), &transform);
+  const CorrectedPhotos photos =
+      ReadModelMasks(model, found.mask_folder, masks.Zero(), masks.Consistency());
+  MaskLabels source(
+      model, photos, NamedLabelsOf(photos.photos, found.labels_file, labels_are_given), transform);
+  Transfer(&source, paths, transfer.smoothness, {});
+}
+
+}  // namespace
+
+void RunLabelTransfer(int argc, char** argv) {
+  Paths paths;
+  MaskOptions masks;
+  LabelTransferOptions transfer;
+  ExportTransformOptions frame;
+  OptionManager options(
+      "label_transfer",
+      "Labels a mesh or a point cloud that another program made of the same photos: each vertex, "
+      "face or point gets a label and a confidence, from the foam's matter nearest to it, or from "
+      "the masks of the photos that see it. All else in the file stays as it is, byte for byte.");
+  AddOptions(&options, &paths, &masks, &transfer, &frame);
+  if (!options.Parse(argc, argv)) return;
+  RequireOneSource(options, paths);
+  transfer.RequireValid();
+  const ExportTransform transform = ParseExportTransform(frame);
+  const fs::path input = paths.input, folder = paths.output;
+  // Before any work, what is no PLY.
+  const PlyReader header(input, "a PLY of points or faces");
+  std::vector<fs::path> inputs = {input};
+  if (!paths.foam.empty()) inputs.push_back(paths.foam);
+  if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);
+  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / kSidecar});
+  const OutputLock lock(folder);
+  RequireRoomForFiles(folder, input.filename(), paths.split);
+  if (paths.workspace.empty()) {
+    TransferFromFoam(paths, masks.labels_path, transfer, transform);
+  } else {
+    TransferFromMasks(paths, masks, options.IsGiven("labels_path"), transfer, transform);
+  }
+}
+
+}  // namespace semfoam

@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/controllers/block_run.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
+#include "foam/train/block_checkpoint.h"
+#include "foam/train/memory_plan.h"
+#include "foam/train/training_schedule.h"
+#include "foam/util/checksummed_file.h"
+#include "foam/util/error.h"
+#include "foam/util/json_file.h"
+#include "foam/util/number_text.h"
+#include "foam/util/output_file.h"
+#include "foam/util/scratch_folder.h"
+#include "foam/view/view_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include <glog/logging.h>
+#include <nlohmann/json.hpp>
+
+namespace semfoam {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr int kRecordVersion = 1;
+constexpr char kRecord[] = "blocks.json";
+constexpr char kSplit[] = "split.ckpt";
+constexpr char kStart[] = "start.ckpt";
+constexpr char kResult[] = "block.ckpt";
+
+// Most blocks along one axis.
+constexpr int kMostBlocksAcross = 32;
+
+std::string NameOfBlock(size_t number, size_t count) {
+  char name[16];
+  std::snprintf(name, sizeof(name), "%0*zu", count > 100 ? 4 : 2, number);
+  return name;
+}
+
+// JSON has no infinity.
+Json CornerJson(const Eigen::Vector3f& corner) {
+  Json json = Json::array();
+  for (const float x : corner) json.push_back(std::isfinite(x) ? Json(x) : Json());
+  return json;
+}
+
+Json RecordJson(const BlocksRecord& record) {
+  Json blocks = Json::array();
+  for (const BlockRecord& block : record.blocks) {
+    blocks.push_back({{"name", block.name},
+                      {"low", CornerJson(block.box.low)},
+                      {"high", CornerJson(block.box.high)},
+                      {"own_sites", block.own_sites},
+                      {"sites", block.sites},
+                      {"ray_share", block.ray_share},
+                      {"memory_bytes", block.memory_bytes},
+                      {"seconds", block.seconds},
+                      {"photos", block.photos}});
+  }
+  return {{"version", kRecordVersion},
+          {"split", record.split},
+          {"split_iteration", record.split_iteration},
+          {"merge_iteration", record.merge_iteration},
+          {"num_iterations", record.num_iterations},
+          {"halo", record.halo},
+          {"blocks", std::move(blocks)}};
+}
+
+Eigen::Vector3f CornerOf(const Json& json, float unbounded) {
+  Eigen::Vector3f corner;
+  for (int a = 0; a < 3; ++a) {
+    corner[a] = json.at(a).is_null() ? unbounded : json.at(a).get<float>();
+  }
+  return corner;
+}
+
+BlockRecord BlockOf(const Json& json) {
+  BlockRecord block;
+  block.name = json.at("name").get<std::string>();
+  block.box.low = CornerOf(json.at("low"), block.box.low[0]);
+  block.box.high = CornerOf(json.at("high"), block.box.high[0]);
+  block.own_sites = json.at("own_sites").get<int64_t>();
+  block.sites = json.at("sites").get<int64_t>();
+  block.ray_share = json.at("ray_share").get<double>();
+  block.memory_bytes = json.at("memory_bytes").get<int64_t>();
+  block.seconds = json.at("seconds").get<double>();
+  block.photos = json.at("photos").get<std::vector<std::string>>();
+  return block;
+}
+
+// The texts by which the checkpoints of a block are recognised.
+std::map<std::string, std::string> TextsOf(const BlocksRecord& record, const BlockRecord& block) {
+  return {{"split", record.split}, {"name", block.name}};
+}
+
+// Returns the record's block in the folder `block_path`.
+const BlockRecord& FindBlock(const BlocksRecord& record, const fs::path& block_path) {
+  const std::string name = block_path.filename().string();
+  const auto found = std::find_if(record.blocks.begin(),
+                                  record.blocks.end(),
+                                  [&](const BlockRecord& block) { return block.name == name; });
+  if (found == record.blocks.end()) {
+    throw UserError(block_path.string(),
+                    ": is no block of ",
+                    (block_path.parent_path() / kRecord).string(),
+                    ", which has ",
+                    record.blocks.front().name,
+                    " to ",
+                    record.blocks.back().name,
+                    "; one of these folders would be right.");
+  }
+  return *found;
+}
+
+// Throws UserError where the checkpoint is not of this block of this split.
+void RequireOfBlock(const Checkpoint& checkpoint,
+                    const BlocksRecord& record,
+                    const BlockRecord& block) {
+  const auto& texts = checkpoint.Texts("block");
+  const auto wanted = TextsOf(record, block);
+  if (texts == wanted) return;
+  const auto split = texts.find("split"), name = texts.find("name");
+  const bool is_of_split = split != texts.end() && split->second == record.split;
+  throw UserError(
+      checkpoint.path().string(),
+      ": is of ",
+      is_of_split && name != texts.end() ? "block " + name->second : "another split of the space",
+      ", not of block ",
+      block.name,
+      " of this one; training this block would be right.");
+}
+
+// Reads the result of a block. Throws UserError where it is missing, incomplete or another's.
+std::unique_ptr<const Checkpoint> ReadResult(const fs::path& blocks_path,
+                                             const BlocksRecord& record,
+                                             const BlockRecord& block) {
+  const fs::path path = blocks_path / block.name / kResult;
+  if (!fs::exists(path)) {
+    throw UserError(path.string(),
+                    ": there is no such file, because block ",
+                    block.name,
+                    " is not trained; its line of jobs.txt would write it.");
+  }
+  auto result = std::make_unique<const Checkpoint>(path);
+  RequireOfBlock(*result, record, block);
+  return result;
+}
+
+// The plan of all blocks of a split.
+struct SplitPlan {
+  std::vector<BlockRays> rays;
+  BlocksRecord record;
+};
+
+// Plans columns x rows blocks, without their rays.
+BlocksRecord PlanBoxes(
+    const Foam& foam, const std::vector<double>& expected, int columns, int rows, float halo) {
+  BlocksRecord record;
+  record.halo = halo;
+  const std::vector<BlockBox> boxes = SplitSpace(foam.positions, expected, columns, rows);
+  for (const BlockBox& box : boxes) {
+    BlockRecord block;
+    block.name = NameOfBlock(record.blocks.size(), boxes.size());
+    block.box = box;
+    const BlockBox padded = box.Padded(halo);
+    double own = 0, trained = 0;
+    for (size_t i = 0; i < foam.NumSites(); ++i) {
+      if (box.Contains(foam.positions[i])) own += expected[i];
+      trained += padded.Contains(foam.positions[i]) ? expected[i] : 1;
+    }
+    block.own_sites = std::llround(own);
+    block.sites = std::llround(trained);
+    record.blocks.push_back(std::move(block));
+  }
+  return record;
+}
+
+int64_t MostSites(const BlocksRecord& record) {
+  int64_t most = 0;
+  for (const BlockRecord& block : record.blocks) most = std::max(most, block.sites);
+  return most;
+}
+
+// Returns the boxes of the options, or the fewest that keep to max_sites.
+BlocksRecord ChooseBoxes(const SplitOptions& options,
+                         const Foam& foam,
+                         const std::vector<double>& expected,
+                         float halo) {
+  if (options.max_sites == 0) {
+    return PlanBoxes(foam, expected, options.columns, options.rows, halo);
+  }
+  int64_t fewest = std::numeric_limits<int64_t>::max();
+  for (int columns = 1; columns <= kMostBlocksAcross; ++columns) {
+    for (const int rows : {std::max(1, columns - 1), columns}) {
+      BlocksRecord record = PlanBoxes(foam, expected, columns, rows, halo);
+      if (MostSites(record) <= options.max_sites) return record;
+      fewest = std::min(fewest, MostSites(record));
+    }
+  }
+  throw FieldError("max_sites",
+                   " is ",
+                   options.max_sites,
+                   ", and with up to ",
+                   kMostBlocksAcross,
+                   "x",
+                   kMostBlocksAcross,
+                   " blocks, each with the sites that it sees around it, the largest block has ",
+                   fewest,
+                   "; that many, or more, would be right.");
+}
+
+// Returns what identifies a split: the same for the same run and blocks.
+std::string IdentityOfSplit(const Checkpoint& split, const BlocksRecord& record) {
+  Json json = {{"options", split.Texts("training_options")},
+               {"inputs", split.Texts("inputs")},
+               {"split_iteration", record.split_iteration},
+               {"merge_iteration", record.merge_iteration},
+               {"halo", record.halo},
+               {"boxes", Json::array()}};
+  for (const BlockRecord& block : record.blocks) {
+    json["boxes"].push_back({CornerJson(block.box.low), CornerJson(block.box.high)});
+  }
+  const std::string text = json.dump();
+  return ChecksumText({std::as_bytes(std::span(text)),
+                       split.Array("positions"),
+                       split.Array("raw_density"),
+                       split.Array("sh"),
+                       split.Array("identity")});
+}
+
+// Cuts the state in `path` into blocks.
+SplitPlan PlanSplit(const SplitOptions& options,
+                    const TrainingRun& run,
+                    const TrainingScene& scene,
+                    const Checkpoint& split,
+                    int64_t merge_iteration,
+                    double seconds) {
+  const Foam foam = FoamOf(split);
+  const DensificationStatistics statistics = StatisticsOf(split);
+  const ViewRenderer renderer(foam, run.device);
+  const float halo =
+      HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
+  SplitPlan plan;
+  plan.record =
+      ChooseBoxes(options, foam, ExpectedSites(statistics, run.training.final_sites), halo);
+  plan.record.split_iteration = IterationOf(split);
+  plan.record.merge_iteration = std::max(merge_iteration, plan.record.split_iteration);
+  plan.record.num_iterations = TrainingSchedule(run.training).num_iterations();
+  plan.record.split = IdentityOfSplit(split, plan.record);
+
+  std::vector<BlockBox> boxes;
+  for (const BlockRecord& block : plan.record.blocks) boxes.push_back(block.box);
+  plan.rays = ChooseRays(scene, renderer, boxes, halo);
+  const double seconds_per_iteration = seconds / double(plan.record.split_iteration);
+  for (size_t b = 0; b < plan.rays.size(); ++b) {
+    BlockRecord& block = plan.record.blocks[b];
+    const BlockRays& rays = plan.rays[b];
+    for (const int view : rays.views) block.photos.push_back(scene.Photos()[view].name);
+    block.ray_share = rays.share;
+    // Planned with all sites around it; those that no ray meets are left out.
+    block.sites -= static_cast<int64_t>(
+        foam.NumSites() - NumStartSites(foam.positions, block.box.Padded(halo), rays.is_met));
+    const auto iterations = double(plan.record.merge_iteration - plan.record.split_iteration);
+    block.seconds = iterations * seconds_per_iteration * block.ray_share;
+    block.memory_bytes = PlanMemory(OptionsOfBlock(run.training, block.sites),
+                                    scene.NumClasses(),
+                                    /*num_seeds=*/0,
+                                    /*photo_bytes=*/0)
+                             .Total();
+  }
+  return plan;
+}
+
+}  // namespace
+
+BlocksRecord ReadBlocksRecord(const fs::path& blocks_path) {
+  const fs::path path = blocks_path / kRecord;
+  if (!fs::exists(path)) {
+    throw UserError(path.string(),
+                    ": there is no such file; a folder that scene_splitter has finished would be "
+                    "right.");
+  }
+  const Json json = ReadJsonFile(path);
+  const auto version = json.is_object() && json.contains("version")
+                           ? JsonInteger(json["version"], 0, 1'000'000)
+                           : std::nullopt;
+  if (version && *version != kRecordVersion) {
+    throw UserError(path.string(),
+                    ": has format version ",
+                    *version,
+                    ", and this program reads version ",
+                    kRecordVersion,
+                    "; a split by this version of the program would be right.");
+  }
+  try {
+    BlocksRecord record;
+    record.split = json.at("split").get<std::string>();
+    record.split_iteration = json.at("split_iteration").get<int64_t>();
+    record.merge_iteration = json.at("merge_iteration").get<int64_t>();
+    record.num_iterations = json.at("num_iterations").get<int64_t>();
+    record.halo = json.at("halo").get<float>();
+    for (const Json& block : json.at("blocks")) record.blocks.push_back(BlockOf(block));
+    if (version && !record.blocks.empty()) return record;
+  } catch (const Json::exception&) {
+    // As below.
+  }
+  throw UserError(path.string(),
+                  ": is not what scene_splitter writes; a folder that it has finished would be "
+                  "right.");
+}
+
+void RequireValid(const SplitOptions& options) {
+  const auto blocks_in_range = [](int count) { return count >= 1 && count <= kMostBlocksAcross; };
+  if (options.max_sites < 0) {
+    throw FieldError("max_sites", " is ", options.max_sites, "; it must be 1 or more.");
+  }
+  if (options.max_sites == 0 &&
+      (!blocks_in_range(options.columns) || !blocks_in_range(options.rows))) {
+    throw FieldError("blocks",
+                     " is ",
+                     options.columns,
+                     "x",
+                     options.rows,
+                     "; it must be from 1x1 to ",
+                     kMostBlocksAcross,
+                     "x",
+                     kMostBlocksAcross,
+                     ".");
+  }
+  for (const auto& [name, share] :
+       {std::pair("coarse_share", options.coarse_share), {"polish_share", options.polish_share}}) {
+    if (share > 0 && share < 1) continue;
+    throw FieldError(name, " is ", share, "; it must be greater than 0 and less than 1.");
+  }
+  if (options.coarse_share + options.polish_share > 1) {
+    throw FieldError(
+        "polish_share", " is ", options.polish_share, "; with coarse_share it must be at most 1.");
+  }
+}
+
+void RequireSplittable(const TrainingRun& run) {
+  if (run.time_budget > 0) {
+    throw FieldError("time_budget",
+                     " is ",
+                     run.time_budget,
+                     "; a run in blocks has a schedule of fixed numbers, so 0 would be right.");
+  }
+  if (run.device.kind() != DeviceKind::kCpu) {
+    throw FieldError("device", " is a GPU; blocks are trained on the CPU, so cpu would be right.");
+  }
+}
+
+BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, TrainingRun* run) {
+  RequireValid(options);
+  RequireSplittable(*run);
+  const fs::path path = folder->path();
+  const int64_t num_iterations = TrainingSchedule(run->training).num_iterations();
+  const auto split_iteration =
+      static_cast<int64_t>(std::ceil(options.coarse_share * double(num_iterations)));
+  const auto merge_iteration =
+      static_cast<int64_t>(std::floor((1 - options.polish_share) * double(num_iterations)));
+  run->between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    if (iteration < split_iteration) return;
+    {
+      CheckpointContents contents;
+      save(&contents);
+      if (!CanBeSplit(contents)) return;
+      WriteCheckpoint(path / kSplit, contents);
+    }
+    throw TrainingStopped();
+  };
+  BlocksRecord record;
+  run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
+    const Checkpoint split(path / kSplit);
+    double seconds = 0;
+    ParseNumber(split.Texts("state").at("seconds"), &seconds);
+    SplitPlan plan = PlanSplit(options, *run, scene, split, merge_iteration, seconds);
+    for (size_t b = 0; b < plan.rays.size(); ++b) {
+      const BlockRecord& block = plan.record.blocks[b];
+      BlockTraining training;
+      training.box = block.box;
+      training.halo = plan.record.halo;
+      training.rays = std::move(plan.rays[b]);
+      training.seeds = seeds;
+      training.options = OptionsOfBlock(run->training, block.sites);
+      OwnedContents start = BlockStart(split, scene, std::move(training));
+      start.contents.texts["block"] = TextsOf(plan.record, block);
+      WriteCheckpoint(path / block.name / kStart, start.contents);
+    }
+    record = std::move(plan.record);
+  };
+  try {
+    TrainAndWrite(folder, run);
+  } catch (const TrainingStopped&) {
+    WriteTextFile(path / kRecord, RecordJson(record).dump(1) + "\n");
+    return record;
+  }
+  throw FieldError("num_rays",
+                   " is ",
+                   run->training.num_rays,
+                   ", and the run has ended before it could be split; more would be right.");
+}
+
+bool IsTrained(const fs::path& block_path) { return fs::exists(block_path / kResult); }
+
+void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
+  const fs::path path = folder->path();
+  const BlocksRecord record = ReadBlocksRecord(path.parent_path());
+  const BlockRecord& block = FindBlock(record, path);
+  run->block_sites = block.sites;
+  run->begin_from = [&] { return path / kStart; };
+  const auto write_result = [&](const CheckpointContents& contents) {
+    const OwnedContents result = BlockResult(contents, block.box, record.split_iteration);
+    WriteCheckpoint(path / kResult, result.contents);
+  };
+  {
+    const Checkpoint start(path / kStart);
+    RequireOfBlock(start, record, block);
+    run->block_seeds = SeedsOf(start);
+    if (IterationOf(start) >= record.merge_iteration) {
+      write_result(start.Contents());
+      return;
+    }
+  }
+  run->between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    if (iteration < record.merge_iteration) return;
+    CheckpointContents contents;
+    save(&contents);
+    write_result(contents);
+    throw TrainingStopped();
+  };
+  try {
+    TrainAndWrite(folder, run);
+  } catch (const TrainingStopped&) {
+    return;
+  }
+  LOG(FATAL) << "the run has ended before its merge";
+}
+
+void RequireTrained(const fs::path& blocks_path) {
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  for (const BlockRecord& block : record.blocks) ReadResult(blocks_path, record, block);
+}
+
+Model MergeBlocks(const fs::path& blocks_path, TrainingFolder* folder, TrainingRun* run) {
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  const ScratchFolder scratch(folder->path());
+  const fs::path joined_path = scratch.path() / "joined.ckpt";
+  run->more_identity["blocks"] = record.split;
+  run->begin_from = [&] {
+    const Checkpoint split(blocks_path / kSplit);
+    std::vector<std::unique_ptr<const Checkpoint>> blocks;
+    std::vector<const Checkpoint*> pointers;
+    for (const BlockRecord& block : record.blocks) {
+      blocks.push_back(ReadResult(blocks_path, record, block));
+      pointers.push_back(blocks.back().get());
+    }
+    OwnedContents joined = JoinBlocks(split, pointers);
+    joined.contents.texts["options"]["blocks"] = record.split;
+    WriteCheckpoint(joined_path, joined.contents);
+    return joined_path;
+  };
+  return TrainAndWrite(folder, run);
+}
+
+}  // namespace semfoam

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/model/model.h"
+#include "foam/train/space_blocks.h"
+#include "tools/controllers/training_folder.h"
+#include "tools/controllers/training_run.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+// Trains a foam in blocks of space, one after the other or on several machines:
+//
+//   SplitRun    trains the beginning of a run, and cuts it into blocks     B/split.ckpt
+//   TrainBlock  goes on with one of them, most of the run                  B/07/block.ckpt
+//   MergeBlocks joins the blocks and trains the end of the run             OUT/scene.foam
+//
+// All three have the options, the photos and the schedule of one run, and its checkpoints
+// (foam/train/block_checkpoint.h). What is decided once for all blocks - labels, corrected masks,
+// exposure, frame, SH degree, classifier - is decided at the beginning of the run.
+
+namespace semfoam {
+
+struct SplitOptions {
+  // Number of blocks along the two axes along which the scene is widest, >= 1; 0: by max_sites.
+  int columns = 0;
+  int rows = 0;
+  // Maximum number of sites of the training of a block, with those around it; 0: by columns and
+  // rows.
+  int64_t max_sites = 0;
+  // Shares of the run before the split and after the merge, > 0 and together at most 1.
+  double coarse_share = 0.3;
+  double polish_share = 0.2;
+};
+
+// One block of a split, as blocks.json describes it.
+struct BlockRecord {
+  // The name of its folder: "07".
+  std::string name;
+  BlockBox box;
+  // Number of sites that the merged foam will have in its box, about; and maximum number in its
+  // training, with halo and frozen ones.
+  int64_t own_sites = 0;
+  int64_t sites = 0;
+  // Share of the run's rays that are drawn in it.
+  double ray_share = 0;
+  // Photos whose rays are drawn.
+  std::vector<std::string> photos;
+  // Memory of its training, and its seconds on the machine that made the split.
+  int64_t memory_bytes = 0;
+  double seconds = 0;
+};
+
+// The contents of blocks.json.
+struct BlocksRecord {
+  // Identifies the split: blocks of another one do not fit.
+  std::string split;
+  // Iterations before the split, before the merge, and of the run.
+  int64_t split_iteration = 0;
+  int64_t merge_iteration = 0;
+  int64_t num_iterations = 0;
+  // In the normalised frame.
+  float halo = 0;
+  std::vector<BlockRecord> blocks;
+};
+
+// Reads B/blocks.json. Throws UserError where it is missing, damaged or of another version.
+BlocksRecord ReadBlocksRecord(const std::filesystem::path& blocks_path);
+
+// Throws UserError where the options are out of range.
+void RequireValid(const SplitOptions& options);
+
+// Throws UserError where a run cannot be trained in blocks: with a time budget, or on a GPU.
+void RequireSplittable(const TrainingRun& run);
+
+// Trains the beginning of `run` in `folder` and writes split.ckpt, a folder with start.ckpt for
+// each block, and blocks.json, the last of them. Throws UserError and Interruption as TrainAndWrite
+// does, and where no number of blocks keeps to max_sites.
+BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, TrainingRun* run);
+
+// Returns whether the block in this folder is trained.
+bool IsTrained(const std::filesystem::path& block_path);
+
+// Trains the block in `folder`, with the options of the run that was split, and writes block.ckpt.
+// Throws as TrainAndWrite does.
+void TrainBlock(TrainingFolder* folder, TrainingRun* run);
+
+// Throws UserError where a block below `blocks_path` is not trained, incomplete, or of another
+// split.
+void RequireTrained(const std::filesystem::path& blocks_path);
+
+// Joins the blocks below `blocks_path`, trains the end of the run, and writes what TrainAndWrite
+// writes. Throws as RequireTrained, before anything is written, and as TrainAndWrite.
+Model MergeBlocks(const std::filesystem::path& blocks_path,
+                  TrainingFolder* folder,
+                  TrainingRun* run);
+
+}  // namespace semfoam

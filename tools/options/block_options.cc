@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/options/block_options.h"
+
+#include "foam/util/error.h"
+#include "foam/util/input_file.h"
+#include "foam/util/number_text.h"
+
+namespace semfoam {
+
+void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
+  options->AddRequiredOption(
+      "workspace_path", &run->workspace_path, "folder with images/, sparse/ and object_mask/");
+  options->AddDefaultOption(
+      "image_path", &run->training.image_path, "folder of the photos; by default images/");
+  options->AddDefaultOption("input_path",
+                            &run->training.input_path,
+                            "the COLMAP model; by default sparse/0/, then sparse/");
+  options->AddDefaultOption("blocks",
+                            &run->blocks,
+                            "number of blocks along the two axes along which the scene is widest, "
+                            "3x2; this or --max_sites");
+  options->AddDefaultOption("max_sites",
+                            &run->split.max_sites,
+                            "as many blocks as it takes for the training of each, with what it "
+                            "sees around it, to have no more sites than this; 0 = --blocks");
+  options->AddDefaultOption("coarse_share",
+                            &run->split.coarse_share,
+                            "share of the run that is trained before the split");
+  options->AddDefaultOption("polish_share",
+                            &run->split.polish_share,
+                            "share of the run that is trained after the merge, on all of it");
+  AddTrainingRunOptions(options, &run->training);
+}
+
+void FinishBlockRun(const OptionManager& options, BlockRunOptions* run) {
+  SplitOptions& split = run->split;
+  if (run->blocks.empty() == (split.max_sites == 0)) {
+    throw UserError(
+        "Failed to parse options - --blocks and --max_sites both say how many blocks there are; "
+        "one of them is required.");
+  }
+  if (const size_t x = run->blocks.find('x');
+      !run->blocks.empty() &&
+      (x == std::string::npos || !ParseNumber(run->blocks.substr(0, x), &split.columns) ||
+       !ParseNumber(run->blocks.substr(x + 1), &split.rows))) {
+    throw UserError("Failed to parse options - the argument ('",
+                    Shortened(run->blocks),
+                    "') for option '--blocks' is invalid; it takes two numbers, such as 3x2.");
+  }
+  RequireValid(split);
+  FinishTrainingRun(options, run->workspace_path, &run->training);
+  RequireSplittable(run->training.run);
+}
+
+std::filesystem::path ProjectPath(const std::filesystem::path& blocks_path) {
+  return blocks_path / "project.ini";
+}
+
+TrainingRun ReadBlockRun(const std::filesystem::path& blocks_path) {
+  BlockRunOptions run;
+  OptionManager options("scene_splitter", "");
+  AddBlockRunOptions(&options, &run);
+  options.ReadProject(ProjectPath(blocks_path).string());
+  FinishBlockRun(options, &run);
+  return run.training.run;
+}
+
+}  // namespace semfoam

@@ -73,7 +73,8 @@ if(SEMFOAM_BUILD_TOOLS)
       zlib1g-dev)
 endif()
 if(SEMFOAM_BUILD_PYTHON)
-  set(CPACK_COMPONENTS_ALL "")
+  math(EXPR python_after "${Python_VERSION_MINOR} + 1")
+  set(python_after ${Python_VERSION_MAJOR}.${python_after})
   semfoam_package(
     COMPONENT python
     NAME python3-semfoam
@@ -82,7 +83,8 @@ if(SEMFOAM_BUILD_PYTHON)
     SUMMARY "Semantic Foam for COLMAP: Python module"
     DESCRIPTION
       "import semfoam trains, renders, evaluates, edits and exports foams from\nPython, with cells, renders and meshes as numpy arrays."
-    DEPENDS "python3 (>= 3.11)" "python3 (<< 3.12)" python3-numpy)
+    # The module is of one version of Python.
+    DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})" "python3 (<< ${python_after})" python3-numpy)
 endif()
 
 set(CPACK_GENERATOR DEB)

@@ -60,20 +60,6 @@ const char* TextOf(EffectSwitch value) {
   return value == EffectSwitch::kOn ? "on" : value == EffectSwitch::kOff ? "off" : "auto";
 }
 
-const char* TextOf(MaskConsistency value) {
-  switch (value) {
-    case MaskConsistency::kOff:
-      return "off";
-    case MaskConsistency::kTracks:
-      return "tracks";
-    case MaskConsistency::kIndependent:
-      return "independent";
-    case MaskConsistency::kAuto:
-      break;
-  }
-  return "auto";
-}
-
 const char* TextOf(LabelZero value) {
   return value == LabelZero::kClass ? "class" : value == LabelZero::kIgnore ? "ignore" : "auto";
 }
@@ -103,7 +89,7 @@ std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
 std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
                                                 const SceneEffects& effects) {
   std::map<std::string, std::string> values = TrainingTexts(run);
-  values["mask_consistency"] = TextOf(run.scene.mask_consistency);
+  values["mask_consistency"] = NameOf(kMaskConsistencyNames, run.scene.mask_consistency);
   values["sh_degree"] = FormatValue(effects.sh_degree);
   for (const char* name : {"exposure", "shading", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
@@ -149,7 +135,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
   values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
-  values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
+  values["Masks.consistency"] = NameOf(kMaskConsistencyNames, run.scene.mask_consistency);
   if (!run.scene.ignore_path.empty()) values["invert"] = FormatValue(run.scene.ignore_inverted);
   values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);

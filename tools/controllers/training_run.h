@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
@@ -18,6 +19,12 @@
 #include <vector>
 
 namespace semfoam {
+
+inline constexpr EnumName<MaskConsistency> kMaskConsistencyNames[] = {
+    {MaskConsistency::kAuto, "auto"},
+    {MaskConsistency::kOff, "off"},
+    {MaskConsistency::kTracks, "tracks"},
+    {MaskConsistency::kIndependent, "independent"}};
 
 // Ends a training before its end, whose state the thrower has written.
 struct TrainingStopped {};

@@ -5,19 +5,18 @@
 #include "foam/model/model.h"
 #include "foam/view/view_renderer.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
-#include <pybind11/pybind11.h>
 
 namespace semfoam::python {
 
-// What numpy arrays of a foam's cells refer to, in the COLMAP frame, [N] each but for the list of
-// neighbours.
+// What numpy arrays of a foam's cells refer to besides the arrays of ExportableScene, in the COLMAP
+// frame, [N] each.
 struct CellArrays {
   std::vector<Eigen::Vector3d> positions;
   std::vector<float> density;
@@ -27,20 +26,21 @@ struct CellArrays {
 };
 
 // A foam as Python holds it: an immutable model, and what is computed from it when it is first
-// asked for. Thread-safe, without the GIL, too.
+// asked for. Thread-safe; calls no Python.
 class FoamObject {
  public:
   // `path` is the file of the model; empty where it was made by an edit.
   FoamObject(Model model, std::filesystem::path path);
 
-  static std::shared_ptr<FoamObject> Load(const std::string& path);
+  // Throws UserError where the file cannot be read.
+  static std::shared_ptr<FoamObject> Load(const std::filesystem::path& path);
 
   const Model& model() const { return model_; }
-  const std::filesystem::path& path() const { return path_; }
   // What error messages call the foam.
   std::filesystem::path Name() const;
 
-  // Return what the exporters, the renderer and the arrays work on; the first call takes seconds.
+  // Return what the exporters, the renderer and the arrays work on. The first call takes seconds,
+  // so the caller must not hold the GIL.
   const ExportableScene& Scene() const;
   const ViewRenderer& Renderer() const;
   const CellArrays& Cells() const;
@@ -55,8 +55,5 @@ class FoamObject {
   mutable std::unique_ptr<const ViewRenderer> renderer_;
   mutable std::unique_ptr<const CellArrays> cells_;
 };
-
-// Adds Foam, Cells, Object, Mesh, Photo, Camera, Rendering and load.
-void AddFoam(pybind11::module_* module);
 
 }  // namespace semfoam::python

@@ -6,12 +6,15 @@
 #include "foam/util/interruption.h"
 #include "foam/util/parallel.h"
 #include "tools/cli/logging.h"
-#include "tools/python/foam_object.h"
+#include "tools/python/foam_methods.h"
 #include "tools/python/training.h"
+#include "tools/python/values.h"
+#include "tools/support/memory_task.h"
 #include "tools/support/progress.h"
 
 #include <exception>
 #include <memory>
+#include <new>
 
 #include <pybind11/pybind11.h>
 
@@ -31,11 +34,12 @@ void SetNumThreads(int num_threads) {
 }
 
 void AddExceptions(py::module_* module) {
-  static py::exception<UserError> error(*module, "Error", PyExc_ValueError);
+  // Never destroyed: Python is gone when static objects are.
+  static auto& error = *new py::exception<UserError>(*module, "Error", PyExc_ValueError);
   error.attr("__doc__") =
       "An error of the input that can be corrected: one sentence that names the file or the "
       "argument, what is wrong and what would be right.";
-  static py::exception<Interruption> stopped(*module, "Stopped", PyExc_RuntimeError);
+  static auto& stopped = *new py::exception<Interruption>(*module, "Stopped", PyExc_RuntimeError);
   stopped.attr("__doc__") =
       "A training was stopped by its progress function, after writing a checkpoint; resume=True "
       "goes on from there with the same result.";
@@ -46,6 +50,8 @@ void AddExceptions(py::module_* module) {
       error(caught.what());
     } catch (const Interruption&) {
       stopped("the progress function has stopped the training");
+    } catch (const std::bad_alloc&) {
+      PyErr_SetString(PyExc_MemoryError, MemoryUsedUp().c_str());
     }
   });
 }
@@ -68,6 +74,7 @@ PYBIND11_MODULE(_semfoam, module) {
              &SetNumThreads,
              py::arg("num_threads"),
              "Sets the number of threads of this process; -1 = all cores. Changes no result.");
+  AddValues(&module);
   AddFoam(&module);
   AddTraining(&module);
 }

@@ -9,6 +9,7 @@
 #include "tools/controllers/scene_segmenter.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
+#include "tools/python/conversions.h"
 #include "tools/python/foam_object.h"
 
 #include <cmath>
@@ -16,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +28,9 @@ namespace py = pybind11;
 
 namespace semfoam::python {
 namespace {
+
+// Fields of TrainingOptions that arguments set, or that are for the library alone.
+const std::set<std::string> kNoOptions = {"fixed_sh_degree", "random_seed", "seconds"};
 
 // Sets options by name, as Serialize describes them.
 class OptionSetter {
@@ -39,7 +44,7 @@ class OptionSetter {
   template <typename T>
   void Number(const std::string& name, T* value) {
     const auto found = values_.find(name);
-    if (found == values_.end()) return;
+    if (found == values_.end() || kNoOptions.count(name) != 0) return;
     try {
       *value = found->second.cast<T>();
     } catch (const py::cast_error&) {
@@ -65,7 +70,9 @@ class OptionSetter {
 
 // The arguments that train and segment have in common.
 struct TrainingArguments {
-  py::object image_path, input_path, workspace_path, output_path, mask_path, labels_path, seed_path;
+  py::object image_path, input_path, workspace_path, output_path;
+  py::object mask_path, ignore_path, labels_path, seed_path;
+  std::string mask_consistency;
   std::string quality;
   int test_every = 0;
   uint64_t random_seed = 0;
@@ -81,7 +88,17 @@ std::filesystem::path PathOf(const py::object& path) {
   return std::string(py::str(py::module_::import("os").attr("fspath")(path)));
 }
 
+MaskConsistency ConsistencyOf(const std::string& name) {
+  const std::optional<MaskConsistency> found = ParseEnum(kMaskConsistencyNames, name);
+  if (found) return *found;
+  throw FieldError(
+      "mask_consistency", " is '", name, "'; it must be auto, off, tracks or independent.");
+}
+
 TrainingRun MakeRun(const TrainingArguments& arguments) {
+  if (!arguments.progress.is_none() && PyCallable_Check(arguments.progress.ptr()) == 0) {
+    throw py::type_error("progress is no function; one that takes a Progress would be right");
+  }
   TrainingRun run;
   const std::optional<Quality> quality = ParseEnum(kQualityNames, arguments.quality);
   if (!quality) {
@@ -95,6 +112,8 @@ TrainingRun MakeRun(const TrainingArguments& arguments) {
   run.scene.image_path = PathOf(arguments.image_path);
   run.scene.input_path = PathOf(arguments.input_path);
   run.scene.mask_path = PathOf(arguments.mask_path);
+  run.scene.ignore_path = PathOf(arguments.ignore_path);
+  run.scene.mask_consistency = ConsistencyOf(arguments.mask_consistency);
   run.scene.labels_path = PathOf(arguments.labels_path);
   run.scene.seed_path = PathOf(arguments.seed_path);
   run.scene.test_every = arguments.test_every;
@@ -104,13 +123,18 @@ TrainingRun MakeRun(const TrainingArguments& arguments) {
   setter.Number("sweep_photos", &run.sweep_photos);
   setter.Number("image_cache_gb", &run.image_cache_gb);
   setter.RequireAllSet();
+  for (const char* name : {"num_rays", "late_rays"}) {
+    if (arguments.time_budget > 0 && arguments.options.contains(name)) {
+      throw UserError(name,
+                      " and time_budget both say how long to train; one of them would be right.");
+    }
+  }
   for (const auto& [name, value] : arguments.options) run.kept_options.insert(py::str(name));
   if (!arguments.workspace_path.is_none()) {
     CompleteFromWorkspace(PathOf(arguments.workspace_path), &run);
   } else if (arguments.image_path.is_none() || arguments.input_path.is_none()) {
     throw UserError("neither workspace_path nor both image_path and input_path are given.");
   }
-  if (arguments.output_path.is_none()) throw UserError("output_path is missing.");
   CompleteTrainingRun(&run);
   return run;
 }
@@ -155,6 +179,8 @@ void RunWithProgress(const py::object& function, TrainingRun* run, const Work& w
     caller.Rethrow();
     throw;
   }
+  // The last report comes after the last iteration.
+  caller.Rethrow();
 }
 
 CheckpointOptions Checkpoints(const TrainingArguments& arguments) {
@@ -182,7 +208,7 @@ std::shared_ptr<FoamObject> Train(const TrainingArguments& arguments) {
                 {ModelChecksum(foam_path), {}, /*is_new_foam=*/true});
     folder.Finish();
   });
-  return FoamObject::Load((output_path / "scene.foam").string());
+  return WithoutGil([&] { return FoamObject::Load(output_path / "scene.foam"); });
 }
 
 std::shared_ptr<FoamObject> Segment(const TrainingArguments& arguments) {
@@ -192,7 +218,7 @@ std::shared_ptr<FoamObject> Segment(const TrainingArguments& arguments) {
   options.checkpoints = Checkpoints(arguments);
   options.resume_command = kResume;
   RunWithProgress(arguments.progress, &options.run, [&] { SegmentScene(options); });
-  return FoamObject::Load((options.output_path / "scene.foam").string());
+  return WithoutGil([&] { return FoamObject::Load(options.output_path / "scene.foam"); });
 }
 
 template <std::shared_ptr<FoamObject> (*kRun)(const TrainingArguments&)>
@@ -201,8 +227,10 @@ std::shared_ptr<FoamObject> Call(py::object output_path,
                                  py::object image_path,
                                  py::object input_path,
                                  py::object mask_path,
+                                 py::object ignore_path,
                                  py::object labels_path,
                                  py::object seed_path,
+                                 std::string mask_consistency,
                                  std::string quality,
                                  int test_every,
                                  uint64_t random_seed,
@@ -216,8 +244,10 @@ std::shared_ptr<FoamObject> Call(py::object output_path,
                std::move(workspace_path),
                std::move(output_path),
                std::move(mask_path),
+               std::move(ignore_path),
                std::move(labels_path),
                std::move(seed_path),
+               std::move(mask_consistency),
                std::move(quality),
                test_every,
                random_seed,
@@ -238,8 +268,10 @@ void Add(py::module_* module, const char* name, const std::string& doc) {
               py::arg("image_path") = py::none(),
               py::arg("input_path") = py::none(),
               py::arg("mask_path") = py::none(),
+              py::arg("ignore_path") = py::none(),
               py::arg("labels_path") = py::none(),
               py::arg("seed_path") = py::none(),
+              py::arg("mask_consistency") = "auto",
               py::arg("quality") = "medium",
               py::arg("test_every") = 0,
               py::arg("random_seed") = 0,
@@ -256,7 +288,7 @@ struct NameList {
   std::string text;
   template <typename T>
   void Number(const std::string& name, T*) {
-    text += (text.empty() ? "" : ", ") + name;
+    if (kNoOptions.count(name) == 0) text += (text.empty() ? "" : ", ") + name;
   }
 };
 
@@ -264,6 +296,10 @@ struct NameList {
 
 void AddTraining(py::module_* module) {
   py::class_<TrainingProgress>(*module, "Progress", "What a progress function is called with.")
+      .def_readonly("photos_read",
+                    &TrainingProgress::photos_read,
+                    "Photos read, while those that do not fit into memory are read; else 0.")
+      .def_readonly("photos_to_read", &TrainingProgress::photos_to_read, "All of these.")
       .def_readonly("iteration", &TrainingProgress::iteration, "Iterations done.")
       .def_readonly("num_iterations", &TrainingProgress::num_iterations, "All iterations.")
       .def_readonly("rays", &TrainingProgress::rays, "Rays cast so far.")

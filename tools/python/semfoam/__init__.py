@@ -6,10 +6,11 @@
     foam = semfoam.train("OUT", workspace_path="W", quality="low", test_every=8,
                          progress=lambda p: print(p.iteration, p.held_out_psnr))
     view = foam.render(foam.photos[0].name)        # view.color, view.label, view.depth
-    mesh = foam.objects[0].mesh(method="smooth")   # mesh.vertices, mesh.faces
+    mesh = foam.mesh(method="smooth")              # mesh.vertices, mesh.faces, mesh.labels
 """
 
 from semfoam._semfoam import (
+    Camera,
     Cells,
     Error,
     Foam,
@@ -28,6 +29,7 @@ from semfoam._semfoam import (
 )
 
 __all__ = [
+    "Camera",
     "Cells",
     "Error",
     "Foam",
@@ -43,3 +45,9 @@ __all__ = [
     "set_verbose",
     "train",
 ]
+
+# What users see in messages: where the names are, not where they are made.
+for _name in __all__:
+    if isinstance(globals()[_name], type):
+        globals()[_name].__module__ = __name__
+del _name

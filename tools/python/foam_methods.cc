@@ -2,16 +2,25 @@
 #include "tools/python/foam_methods.h"
 
 #include "export/scene/object_selection.h"
+#include "export/transfer/label_source.h"
 #include "foam/edit/object_insertion.h"
 #include "foam/util/error.h"
+#include "foam/util/ply_reader.h"
 #include "plugin/colmap/camera_rays.h"
+#include "tools/cli/input_protection.h"
 #include "tools/controllers/chosen_objects.h"
+#include "tools/controllers/export_format.h"
+#include "tools/controllers/export_objects.h"
+#include "tools/controllers/export_record.h"
 #include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/export_volumes.h"
+#include "tools/controllers/labelled_files.h"
 #include "tools/evaluation/evaluation.h"
+#include "tools/masks/rendered_masks.h"
 #include "tools/python/conversions.h"
 #include "tools/python/foam_object.h"
 #include "tools/python/values.h"
+#include "tools/support/output_lock.h"
 
 #include <filesystem>
 #include <memory>
@@ -138,7 +147,20 @@ std::shared_ptr<FoamObject> Insert(const FoamObject& scene,
                     .model);
 }
 
-std::vector<std::string> Paths(const std::vector<WrittenFile>& files) {
+// Calls `write`, which writes files of these formats into `output_path`, as the commands of the
+// program do: one writer at a time, files of one foam, and labels.json, which lists them. Returns
+// the paths of the files.
+template <typename Write>
+std::vector<std::string> Export(const FoamObject& foam,
+                                const fs::path& output_path,
+                                const std::set<ExportFormat>& formats,
+                                const Write& write) {
+  const OutputLock lock(output_path);
+  RequireSameFoam(output_path, foam.Checksum());
+  const ExportableScene& scene = foam.Scene();
+  RequireOneFrame(scene.transform, output_path, formats, foam.Checksum());
+  const std::vector<WrittenFile> files = write(scene);
+  WriteLabels(scene, output_path, {foam.Checksum(), files});
   std::vector<std::string> paths;
   for (const WrittenFile& file : files) paths.push_back(file.path);
   return paths;
@@ -160,10 +182,14 @@ std::vector<std::string> ExportMeshes(const FoamObject& foam,
     }
     wanted.insert(*value);
   }
-  SurfaceExportOptions options;
-  options.method = *parsed;
-  options.objects = FilterObjects(foam.Scene(), LabelChoice{labels});
-  return Paths(WriteMeshes(foam.Scene(), output_path, wanted, options));
+  return Export(foam, output_path, wanted, [&](const ExportableScene& scene) {
+    RequireObjects(scene, foam.Name());
+    SurfaceExportOptions options;
+    options.method = *parsed;
+    options.source_checksum = foam.Checksum();
+    options.objects = FilterObjects(scene, LabelChoice{labels});
+    return WriteMeshes(scene, output_path, wanted, options);
+  });
 }
 
 std::vector<std::string> ExportVolumes(const FoamObject& foam,
@@ -175,8 +201,50 @@ std::vector<std::string> ExportVolumes(const FoamObject& foam,
   options.voxel_size = voxel_size;
   options.max_resolution = max_resolution;
   if (const std::string wrong = options.Check(); !wrong.empty()) throw UserError(wrong);
-  options.objects = FilterObjects(foam.Scene(), LabelChoice{labels});
-  return Paths(WriteVolumes(foam.Scene(), output_path, options));
+  return Export(foam, output_path, {ExportFormat::kVdb}, [&](const ExportableScene& scene) {
+    options.source_checksum = foam.Checksum();
+    options.objects = FilterObjects(scene, LabelChoice{labels});
+    return WriteVolumes(scene, output_path, options);
+  });
+}
+
+py::list TransferLabelsTo(const FoamObject& foam,
+                          const LabelledFiles& files,
+                          const LabelTransferOptions& options) {
+  const TransferredLabels transferred = WithoutGil([&] {
+    options.RequireValid();
+    // Before any work, what is no PLY.
+    const PlyReader header(files.input, "a PLY of points or faces");
+    CheckNoInputOverwrite(
+        {files.input},
+        {files.output_path / files.input.filename(), files.output_path / "labels.json"});
+    const OutputLock lock(files.output_path);
+    RequireRoomForLabelled(files.output_path, files.input.filename(), files.split);
+    const ExportableScene& scene = foam.Scene();
+    RequireObjects(scene, foam.Name());
+    FoamLabels source(scene, options.tolerance);
+    return WriteLabelled(&source, files, foam.Checksum());
+  });
+  py::list labels;
+  for (const TransferredLabel& label : transferred.labels) {
+    py::dict one;
+    one["id"] = Value(label.id);
+    one["name"] = label.name;
+    one["vertices"] = label.vertices;
+    one["faces"] = label.faces;
+    one["area"] = label.area;
+    one["confidence"] = label.confidence;
+    labels.append(one);
+  }
+  return labels;
+}
+
+void RenderMasks(const FoamObject& foam, const fs::path& output_path, const std::string& format) {
+  const std::optional<MaskOutput> output = ParseEnum(kMaskOutputNames, format);
+  if (!output) throw FieldError("format", " is '", format, "'; it must be png, palette or coco.");
+  RequireMaskedPhotos(foam.model(), foam.Name());
+  const OutputLock lock(output_path);
+  WriteRenderedMasks(foam.model(), foam.Name(), foam.Renderer(), *output, output_path);
 }
 
 void AddProperties(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
@@ -306,6 +374,39 @@ void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
           py::call_guard<py::gil_scoped_release>(),
           "Writes a scene.foam. A file that is there is replaced. Raises Error.")
       .def(
+          "label_transfer",
+          [](const FoamObject& f,
+             const fs::path& input_path,
+             const fs::path& output_path,
+             bool split,
+             double tolerance,
+             double smoothness) {
+            return TransferLabelsTo(
+                f, {input_path, output_path, split, smoothness}, {tolerance, smoothness});
+          },
+          py::arg("input_path"),
+          py::arg("output_path"),
+          py::arg("split") = false,
+          py::arg("tolerance") = LabelTransferOptions().tolerance,
+          py::arg("smoothness") = LabelTransferOptions().smoothness,
+          "Labels a mesh or point cloud (.ply) that another program made of the same photos, as "
+          "`semfoam label_transfer` does: writes it, with its name, and labels.json into the "
+          "folder output_path, with split also each object as a file of its own in objects/. "
+          "tolerance, in units of the file: matter farther away does not count; 0 = by the scene. "
+          "smoothness, in units of the file, of borders on meshes; -1 = by the cells. Returns a "
+          "list of dicts: id (0 = no label), name, vertices, faces, area, confidence. Runs "
+          "without the GIL. Raises Error.")
+      .def(
+          "render_masks",
+          &RenderMasks,
+          py::arg("output_path"),
+          py::arg("format") = "png",
+          py::call_guard<py::gil_scoped_release>(),
+          "Renders the masks of all photos of the training, corrected, with the same ids in all of "
+          "them, and writes them into the folder output_path, which is made if missing, as "
+          "`semfoam mask_renderer` does: format 'png' = 16-bit PNGs of ids, 'palette' = 8-bit "
+          "palette PNGs, 'coco' = instances.json. Raises Error.")
+      .def(
           "export_meshes",
           [](const FoamObject& f,
              const fs::path& output_path,
@@ -319,8 +420,9 @@ void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
           py::arg("formats") = std::vector<std::string>{"om", "ply", "obj", "glb", "usda"},
           py::arg("labels") = py::none(),
           py::arg("method") = "cells",
-          "Writes the surfaces of objects (ids or names; None = all) into the folder output_path, "
-          "which is made if missing, and returns the files, relative to it. Raises Error.")
+          "Writes the surfaces of objects (ids or names; None = all) and labels.json into the "
+          "folder output_path, which is made if missing, as `semfoam mesh_exporter` does. Returns "
+          "the surfaces' files, relative to it. Raises Error.")
       .def(
           "export_volumes",
           [](const FoamObject& f,
@@ -336,8 +438,9 @@ void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
           py::arg("labels") = py::none(),
           py::arg("voxel_size") = VolumeExportOptions().voxel_size,
           py::arg("max_resolution") = VolumeExportOptions().max_resolution,
-          "Writes scene.vdb and the volumes of objects (ids or names; None = all) into the folder "
-          "output_path, which is made if missing, and returns the files, relative to it. "
+          "Writes scene.vdb, the volumes of objects (ids or names; None = all) and labels.json "
+          "into the folder output_path, which is made if missing, as `semfoam volume_exporter` "
+          "does. Returns the volumes' files, relative to it. "
           "voxel_size is in units of the COLMAP model; 0 = the longest edge / 256. Raises Error.");
 }
 

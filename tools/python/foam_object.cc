@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/python/foam_object.h"
 
+#include "foam/util/scratch_folder.h"
 #include "tools/controllers/export_objects.h"
+#include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 
 #include <utility>
@@ -9,13 +11,28 @@
 namespace semfoam::python {
 
 FoamObject::FoamObject(Model model, std::filesystem::path path)
-    : model_(std::move(model)), path_(std::move(path)) {}
+    : model_(std::move(model)), path_(std::move(path)) {
+  // Now, while the file holds this foam.
+  if (!path_.empty()) {
+    std::call_once(checksum_is_made_, [this] { checksum_ = ModelChecksum(path_); });
+  }
+}
 
 std::shared_ptr<FoamObject> FoamObject::Load(const std::filesystem::path& path) {
   return std::make_shared<FoamObject>(ReadNamedModel(path), path);
 }
 
 std::filesystem::path FoamObject::Name() const { return path_.empty() ? "the foam" : path_; }
+
+const std::string& FoamObject::Checksum() const {
+  std::call_once(checksum_is_made_, [this] {
+    const ScratchFolder folder(std::filesystem::temp_directory_path());
+    const std::filesystem::path file = folder.path() / "scene.foam";
+    WriteModel(file, model_);
+    checksum_ = ModelChecksum(file);
+  });
+  return checksum_;
+}
 
 const ExportableScene& FoamObject::Scene() const {
   std::call_once(scene_is_made_, [this] {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -39,6 +40,10 @@ class FoamObject {
   // What error messages call the foam.
   std::filesystem::path Name() const;
 
+  // Returns the checksum of its file (ModelChecksum), which exports name in labels.json; of a foam
+  // without a file, that of the file that saving it would make.
+  const std::string& Checksum() const;
+
   // Return what the exporters, the renderer and the arrays work on. The first call takes seconds,
   // so the caller must not hold the GIL.
   const ExportableScene& Scene() const;
@@ -48,9 +53,11 @@ class FoamObject {
  private:
   const Model model_;
   const std::filesystem::path path_;
+  mutable std::once_flag checksum_is_made_;
   mutable std::once_flag scene_is_made_;
   mutable std::once_flag renderer_is_made_;
   mutable std::once_flag cells_are_made_;
+  mutable std::string checksum_;
   mutable std::unique_ptr<const ExportableScene> scene_;
   mutable std::unique_ptr<const ViewRenderer> renderer_;
   mutable std::unique_ptr<const CellArrays> cells_;

@@ -4,6 +4,7 @@
 import ast
 import concurrent.futures
 import gc
+import json
 import pathlib
 import threading
 import types
@@ -20,6 +21,10 @@ TINY = {"num_rays": 300_000, "rays_per_iteration": 512, "final_sites": 4000, "sw
 def train(output, **more):
     arguments = {"workspace_path": TABLETOP, "quality": "low", "test_every": 8, "options": TINY}
     return semfoam.train(output, **(arguments | more))
+
+
+def labels_of(folder):
+    return json.loads((folder / "labels.json").read_text())
 
 
 def is_closed(faces):
@@ -221,8 +226,50 @@ def test_exports(foam, tmp_path):
     assert len(meshes) == 1 and (tmp_path / meshes[0]).is_file()
     volumes = foam.export_volumes(tmp_path, labels=item.id, max_resolution=16)
     assert "scene.vdb" in volumes and all((tmp_path / file).is_file() for file in volumes)
+    written = next(o for o in labels_of(tmp_path)["objects"] if o["id"] == item.id)["files"]
+    assert set(written.values()) <= set(meshes + volumes) and set(written) == {"ply", "vdb"}
+    # An edited foam is another one: its files take the place of those of the first.
+    foam.remove(item.id).export_meshes(tmp_path, formats=["ply"])
+    assert item.name not in {o["name"] for o in labels_of(tmp_path)["objects"]}
+    assert not (tmp_path / meshes[0]).exists()
     with pytest.raises(semfoam.Error, match="formats holds 'stl'"):
         foam.export_meshes(tmp_path, formats=["stl"])
+
+
+def test_labels_of_a_mesh_of_another_program(foam, tmp_path):
+    item = max(foam.objects, key=lambda item: item.volume)
+    mesh = item.mesh()
+    path = tmp_path / "mesh.ply"
+    with open(path, "w") as ply:
+        print("ply\nformat ascii 1.0", file=ply)
+        print(f"element vertex {len(mesh.vertices)}", file=ply)
+        print("property double x\nproperty double y\nproperty double z", file=ply)
+        print(f"element face {len(mesh.faces)}", file=ply)
+        print("property list uchar int vertex_indices\nend_header", file=ply)
+        np.savetxt(ply, mesh.vertices, "%.17g")
+        np.savetxt(ply, np.insert(mesh.faces, 0, 3, axis=1), "%d")
+    labels = foam.label_transfer(path, tmp_path / "out", split=True)
+    assert sum(label["faces"] for label in labels) == len(mesh.faces)
+    most = max(labels, key=lambda label: label["area"])
+    assert most["id"] == item.id and most["name"] == item.name
+    assert labels_of(tmp_path / "out")["transfer"]["file"] == "mesh.ply"
+    assert (tmp_path / "out/mesh.ply").stat().st_size > path.stat().st_size / 4
+    assert any(item.name in part.name for part in (tmp_path / "out/objects").iterdir())
+    with pytest.raises(semfoam.Error, match="is read, so it will not be written"):
+        foam.label_transfer(path, tmp_path)
+    with pytest.raises(semfoam.Error, match="tolerance is -1"):
+        foam.label_transfer(path, tmp_path / "out", tolerance=-1)
+
+
+def test_masks_of_all_photos(foam, tmp_path):
+    foam.render_masks(tmp_path)
+    assert len(list(tmp_path.rglob("*.png"))) == len(foam.photos)
+    assert set(labels_of(tmp_path)["labels"]) == {str(i) for i in foam.labels if i}
+    with pytest.raises(semfoam.Error, match="format is 'bmp'"):
+        foam.render_masks(tmp_path, format="bmp")
+    (tmp_path / "labels.json").write_text("{}")
+    with pytest.raises(semfoam.Error, match="give another output_path"):
+        foam.render_masks(tmp_path)
 
 
 def test_edits(foam, tmp_path):

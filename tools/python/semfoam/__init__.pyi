@@ -131,6 +131,15 @@ class Foam:
         rotation: npt.ArrayLike = ...,
         translation: npt.ArrayLike = ...,
     ) -> Foam: ...
+    def label_transfer(
+        self,
+        input_path: _Path,
+        output_path: _Path,
+        split: bool = False,
+        tolerance: float = 0.0,
+        smoothness: float = -1.0,
+    ) -> list[dict[str, Any]]: ...
+    def render_masks(self, output_path: _Path, format: str = "png") -> None: ...
     def export_meshes(
         self,
         output_path: _Path,

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
 #include <pybind11/stl.h>
 
 namespace py = pybind11;
@@ -70,15 +71,17 @@ class OptionSetter {
 
 // The arguments that train and segment have in common.
 struct TrainingArguments {
-  py::object image_path, input_path, workspace_path, output_path;
-  py::object mask_path, ignore_path, labels_path, seed_path;
-  std::string mask_consistency;
-  std::string quality;
+  py::object image_path = py::none(), input_path = py::none(), workspace_path = py::none();
+  py::object output_path = py::none();
+  py::object mask_path = py::none(), ignore_path = py::none(), labels_path = py::none();
+  py::object seed_path = py::none();
+  std::string mask_consistency = "auto";
+  std::string quality = "medium";
   int test_every = 0;
   uint64_t random_seed = 0;
   double time_budget = 0;
   py::dict options;
-  py::object progress;
+  py::object progress = py::none();
   bool resume = false;
   bool overwrite = false;
 };
@@ -137,6 +140,36 @@ TrainingRun MakeRun(const TrainingArguments& arguments) {
   }
   CompleteTrainingRun(&run);
   return run;
+}
+
+// What a training would read, as Python holds it.
+struct Workspace {
+  std::vector<PhotoRecord> photos;
+  // [photos] Empty: none.
+  std::vector<std::string> masks;
+  std::vector<Eigen::Vector3d> points;
+  // [points]
+  std::vector<Eigen::Vector3f> point_colors;
+  std::vector<std::string> warnings;
+};
+
+std::unique_ptr<Workspace> LoadWorkspace(const TrainingArguments& arguments) {
+  const TrainingRun run = MakeRun(arguments);
+  return WithoutGil([&] {
+    ScenePlan plan = PlanScene(run.scene);
+    auto workspace = std::make_unique<Workspace>();
+    workspace->photos = std::move(plan.photos);
+    for (const std::filesystem::path& mask : plan.masks.masks) {
+      workspace->masks.push_back(mask.string());
+    }
+    workspace->masks.resize(workspace->photos.size());
+    for (const SeedPoint& seed : plan.seeds) {
+      workspace->points.push_back(plan.world_from_normalized.Apply(seed.position.cast<double>()));
+      workspace->point_colors.push_back(seed.color);
+    }
+    workspace->warnings = std::move(plan.warnings);
+    return workspace;
+  });
 }
 
 // Calls a Python function with the progress of a training that runs without the GIL. An exception
@@ -221,6 +254,24 @@ std::shared_ptr<FoamObject> Segment(const TrainingArguments& arguments) {
   return WithoutGil([&] { return FoamObject::Load(options.output_path / "scene.foam"); });
 }
 
+std::unique_ptr<Workspace> CallLoadWorkspace(py::object workspace_path,
+                                             py::object image_path,
+                                             py::object input_path,
+                                             py::object mask_path,
+                                             py::object ignore_path,
+                                             py::object labels_path,
+                                             int test_every) {
+  TrainingArguments arguments;
+  arguments.workspace_path = std::move(workspace_path);
+  arguments.image_path = std::move(image_path);
+  arguments.input_path = std::move(input_path);
+  arguments.mask_path = std::move(mask_path);
+  arguments.ignore_path = std::move(ignore_path);
+  arguments.labels_path = std::move(labels_path);
+  arguments.test_every = test_every;
+  return LoadWorkspace(arguments);
+}
+
 template <std::shared_ptr<FoamObject> (*kRun)(const TrainingArguments&)>
 std::shared_ptr<FoamObject> Call(py::object output_path,
                                  py::object workspace_path,
@@ -292,6 +343,43 @@ struct NameList {
   }
 };
 
+void AddWorkspace(py::module_* module) {
+  py::class_<Workspace>(*module, "Workspace", "What a training would read, without its pixels.")
+      .def_readonly("photos",
+                    &Workspace::photos,
+                    "The registered photos, by name; held_out says which a training leaves out.")
+      .def_readonly("masks", &Workspace::masks, "Files of the photos' masks; '' = none.")
+      .def_property_readonly(
+          "points",
+          [](const py::object& self) {
+            const auto& points = self.cast<const Workspace&>().points;
+            return View(points.data()->data(), {py::ssize_t(points.size()), 3}, self);
+          },
+          "(M, 3) float64: the SfM points that a training begins from, in the frame of the COLMAP "
+          "model.")
+      .def_property_readonly(
+          "point_colors",
+          [](const py::object& self) {
+            const auto& colors = self.cast<const Workspace&>().point_colors;
+            return View(colors.data()->data(), {py::ssize_t(colors.size()), 3}, self);
+          },
+          "(M, 3) float32: sRGB values, 0 to 1.")
+      .def_readonly("warnings", &Workspace::warnings, "Sentences on what looks wrong.");
+  module->def("load_workspace",
+              &CallLoadWorkspace,
+              py::arg("workspace_path") = py::none(),
+              py::kw_only(),
+              py::arg("image_path") = py::none(),
+              py::arg("input_path") = py::none(),
+              py::arg("mask_path") = py::none(),
+              py::arg("ignore_path") = py::none(),
+              py::arg("labels_path") = py::none(),
+              py::arg("test_every") = 0,
+              "Reads the COLMAP model and the headers of photos and masks, which train would read "
+              "with the same arguments, and pairs them. Raises Error for what train would refuse "
+              "then.");
+}
+
 }  // namespace
 
 void AddTraining(py::module_* module) {
@@ -313,6 +401,7 @@ void AddTraining(py::module_* module) {
                     "dB on held-out photos at the last evaluation; NaN before the first.")
       .def_readonly("held_out_miou", &TrainingProgress::held_out_miou, "The same of the labels.");
 
+  AddWorkspace(module);
   NameList names;
   TrainingOptions().Serialize(&names);
   const std::string arguments =

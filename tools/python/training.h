@@ -5,7 +5,7 @@
 
 namespace semfoam::python {
 
-// Adds train, segment and Progress.
+// Adds train, segment, Progress, load_workspace and Workspace. Must be called after AddValues.
 void AddTraining(pybind11::module_* module);
 
 }  // namespace semfoam::python

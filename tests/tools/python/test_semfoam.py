@@ -51,6 +51,23 @@ def foam(run):
     return run[0]
 
 
+def test_a_workspace_is_what_a_training_reads(foam):
+    workspace = semfoam.load_workspace(TABLETOP, test_every=8)
+    as_read = [(p.name, p.held_out, p.camera.params) for p in workspace.photos]
+    assert as_read == [(p.name, p.held_out, p.camera.params) for p in foam.photos]
+    assert all(pathlib.Path(mask).is_file() for mask in workspace.masks)
+    assert workspace.points.shape == workspace.point_colors.shape and len(workspace.points) > 500
+    photo = workspace.photos[0]
+    # Cameras look at what they have photographed.
+    seen = workspace.points @ photo.cam_from_world[2, :3] + photo.cam_from_world[2, 3]
+    assert (seen > 0).mean() > 0.9
+    assert workspace.warnings == []
+    with pytest.raises(semfoam.Error, match="test_every"):
+        semfoam.load_workspace(TABLETOP, test_every=-1)
+    with pytest.raises(semfoam.Error, match="neither workspace_path nor"):
+        semfoam.load_workspace()
+
+
 def test_a_training_reports_and_writes_what_the_program_writes(run):
     foam, reports, folder = run
     assert reports[-1][0] == reports[-1][1] > 0

@@ -17,7 +17,6 @@ set(SEMFOAM_PUBLIC_HEADERS
     tools/controllers/training_folder.h
     tools/controllers/training_run.h
     tools/evaluation/evaluation.h
-    tools/images/view_images.h
     # The foam: train, render, edit, read and write
     foam/device/device.h
     foam/edit/object_editing.h

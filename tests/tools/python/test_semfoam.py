@@ -5,7 +5,9 @@ import ast
 import concurrent.futures
 import gc
 import json
+import os
 import pathlib
+import signal
 import threading
 import types
 
@@ -94,6 +96,15 @@ def test_an_exception_of_the_progress_function_arrives(tmp_path):
     with pytest.raises(KeyError, match="mine"):
         train(tmp_path, progress=fail)
     assert not (tmp_path / "scene.foam").exists()
+
+
+def test_ctrl_c_stops_a_training_with_a_checkpoint(tmp_path):
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        train(tmp_path)
+    timer.join()
+    assert list((tmp_path / "checkpoints").glob("*.ckpt"))
 
 
 def test_two_trainings_and_other_threads_run_at_once(run, tmp_path):

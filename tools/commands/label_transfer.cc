@@ -5,10 +5,7 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
 #include "export/transfer/label_source.h"
-#include "export/transfer/ply_split.h"
-#include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
-#include "foam/util/json_file.h"
 #include "foam/util/ply_reader.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
@@ -16,57 +13,22 @@
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
+#include "tools/controllers/labelled_files.h"
 #include "tools/masks/mask_label_source.h"
 #include "tools/masks/model_masks.h"
 #include "tools/options/export_options.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
-#include "tools/support/progress.h"
 
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
-
-#include <glog/logging.h>
-#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kSidecar = "labels.json";
-
-// Throws UserError where the folder holds a labels.json, a file of the name of the input, or, for
-// `split`, a folder of objects, that an earlier run of this command has not written.
-void RequireRoomForFiles(const fs::path& output_path, const fs::path& file, bool split) {
-  const fs::path sidecar = output_path / kSidecar;
-  std::string ours;
-  if (fs::exists(sidecar)) {
-    const nlohmann::json json = ReadJsonFile(sidecar);
-    const auto transfer = json.is_object() ? json.find("transfer") : json.end();
-    if (transfer == json.end() || !transfer->is_object()) {
-      throw UserError(sidecar.string(),
-                      ": was not written by label_transfer and would be lost; give another "
-                      "--output_path.");
-    }
-    if (const auto name = transfer->find("file"); name != transfer->end() && name->is_string()) {
-      ours = name->get<std::string>();
-    }
-  }
-  const auto require_ours = [](const fs::path& target, bool is_ours) {
-    if (is_ours || !fs::exists(target)) return;
-    throw UserError(target.string(),
-                    ": was not written by label_transfer and would be lost; give another "
-                    "--output_path.");
-  };
-  require_ours(output_path / file, file.string() == ours);
-  if (split) require_ours(output_path / "objects", !ours.empty());
-}
 
 void PrintLabels(const TransferredLabels& transferred) {
   const bool is_mesh = transferred.faces > 0;
@@ -165,39 +127,8 @@ void Transfer(LabelSource* source,
               const Paths& paths,
               double smoothness,
               const std::string& source_checksum) {
-  const fs::path input = paths.input, folder = paths.output;
-  const fs::path output = folder / input.filename();
-  const auto begin = std::chrono::steady_clock::now();
-  TransferredLabels transferred;
-  {
-    ProgressLine line;
-    transferred = TransferLabels(
-        source, input, output, smoothness, [&](const std::string& what, double done) {
-          const std::string text = what + ", " + std::to_string(std::lround(100 * done)) + " %";
-          line.Show({what, done, SecondsSince(begin), text});
-        });
-    line.Clear();
-  }
-  std::vector<WrittenFile> parts;
-  if (paths.split) parts = SplitLabelledPly(output, folder, source->labels());
-  WriteTransferSidecar(
-      folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
-  const bool is_mesh = transferred.faces > 0;
-  LOG(INFO) << output.string() << ": " << transferred.vertices
-            << (is_mesh ? " vertices and " + std::to_string(transferred.faces) + " faces"
-                        : " points")
-            << " labelled in " << FormatDuration(SecondsSince(begin));
-  if (transferred.unknown > 0) {
-    std::ostringstream share;
-    share.precision(2);
-    share << 100.0 * static_cast<double>(transferred.unknown) /
-                 static_cast<double>(transferred.asked);
-    LOG(INFO) << share.str() << " % of the " << (is_mesh ? "vertices" : "points")
-              << (source->Tolerance() > 0 ? " are far from all matter of the foam"
-                                          : " are seen by no photo");
-  }
-  for (const WrittenFile& part : parts) LOG(INFO) << "  " << part.path << ": " << part.summary;
-  PrintLabels(transferred);
+  PrintLabels(
+      WriteLabelled(source, {paths.input, paths.output, paths.split, smoothness}, source_checksum));
 }
 
 void TransferFromFoam(const Paths& paths,
@@ -252,9 +183,9 @@ void RunLabelTransfer(int argc, char** argv) {
   std::vector<fs::path> inputs = {input};
   if (!paths.foam.empty()) inputs.push_back(paths.foam);
   if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);
-  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / kSidecar});
+  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / "labels.json"});
   const OutputLock lock(folder);
-  RequireRoomForFiles(folder, input.filename(), paths.split);
+  RequireRoomForLabelled(folder, input.filename(), paths.split);
   if (paths.workspace.empty()) {
     TransferFromFoam(paths, masks.labels_path, transfer, transform);
   } else {

@@ -5,9 +5,11 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
 #include "export/transfer/label_source.h"
+#include "export/transfer/obj_labels.h"
 #include "export/transfer/ply_split.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
+#include "foam/util/input_file.h"
 #include "foam/util/json_file.h"
 #include "foam/util/ply_reader.h"
 #include "tools/cli/input_protection.h"
@@ -112,7 +114,8 @@ void AddOptions(OptionManager* options,
   options->AddRequiredOption(
       "input_path",
       &paths->input,
-      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP");
+      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP, or a mesh as "
+      ".obj, in which labels become groups and materials stay");
   options->AddRequiredOption("output_path",
                              &paths->output,
                              "folder for the labelled file, which keeps its name, and labels.json");
@@ -247,8 +250,15 @@ void RunLabelTransfer(int argc, char** argv) {
   transfer.RequireValid();
   const ExportTransform transform = ParseExportTransform(frame);
   const fs::path input = paths.input, folder = paths.output;
-  // Before any work, what is no PLY.
-  const PlyReader header(input, "a PLY of points or faces");
+  // Before any work, what cannot be read.
+  if (!IsObjName(input)) {
+    const PlyReader header(input, "a PLY of points or faces");
+  } else {
+    RequireRegularFile(input, "a PLY or an OBJ");
+    if (paths.split) {
+      throw UserError(paths.input, ": is an OBJ; --split 1 writes parts of PLY files alone.");
+    }
+  }
   std::vector<fs::path> inputs = {input};
   if (!paths.foam.empty()) inputs.push_back(paths.foam);
   if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);

@@ -187,7 +187,7 @@ TEST(BlenderAddon, ImportsAResultFolder) {
   const size_t points = ReadReconstruction(folder / "w/sparse/0").points.size();
   EXPECT_EQ(things["SfM points"]["vertices"], points);
   EXPECT_GT(fs::file_size(picture), 10000u) << picture;
-  // Of a black picture it is 0.5, of the photo of another side 0.2.
+  // 0.5 where nothing is lit.
   EXPECT_LT(report["jobs"][0]["difference"], 0.12);
 
   const json& poor_things = report["jobs"][1]["objects"];

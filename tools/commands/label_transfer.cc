@@ -97,6 +97,8 @@ struct Paths {
   std::string output;
   // Whether to write each object as a file of its own, too.
   bool split = false;
+  // Whether the parts of a mesh are closed.
+  bool cap = false;
 };
 
 void AddOptions(OptionManager* options,
@@ -123,6 +125,8 @@ void AddOptions(OptionManager* options,
                             &paths->split,
                             "also objects/<id>_<name>.ply: each object as a file of its own, with "
                             "the vertices on borders in each");
+  options->AddDefaultOption(
+      "cap", &paths->cap, "with --split 1, of a mesh: closes the boundaries of each object");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,
@@ -155,6 +159,7 @@ void RequireOneSource(const OptionManager& options, const Paths& paths) {
                     paths.foam.empty() ? "is" : "are",
                     " given; one of them must tell the labels.");
   }
+  if (!paths.split) options.RequireEffect({"cap"}, "without --split 1; give it, or leave this out");
   if (paths.workspace.empty()) {
     options.RequireEffect({"mask_path", "FoamTraining.label_zero", "Masks.consistency"},
                           "with --foam_path; give --workspace_path instead of that");
@@ -182,7 +187,7 @@ void Transfer(LabelSource* source,
     line.Clear();
   }
   std::vector<WrittenFile> parts;
-  if (paths.split) parts = SplitLabelledPly(output, folder, source->labels());
+  if (paths.split) parts = SplitLabelledPly(output, folder, source->labels(), paths.cap);
   WriteTransferSidecar(
       folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
   const bool is_mesh = transferred.faces > 0;

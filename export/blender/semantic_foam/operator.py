@@ -129,11 +129,12 @@ class _Builder:
         root["file"] = str(self._result.path)
         root["offset"] = self._offset.tolist()
         root["file_from_colmap"] = self._result.file_from_colmap
+        root["up_axis"] = str(self._result.frame.get("up_axis", "colmap"))
         root["unit"] = str(self._result.frame.get("unit", "unknown"))
         if self._up is not None:
             root["tilt_degrees"] = round(frame.tilt_degrees(self._turn, self._up), 2)
-        elif self._options.upright != "NONE":
-            self._read.remarks.append("the photos do not tell what is up")
+        elif self._options.upright != "NONE" and root["up_axis"] == "colmap":
+            self._read.remarks.append("no photos tell what is up, so the frame is as in the files")
 
     def _child_collection(self, name):
         collection = bpy.data.collections.new(name)

@@ -5,7 +5,9 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
 #include "export/transfer/label_source.h"
+#include "export/transfer/obj_labels.h"
 #include "foam/util/error.h"
+#include "foam/util/input_file.h"
 #include "foam/util/ply_reader.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
@@ -57,6 +59,8 @@ struct Paths {
   std::string output;
   // Whether to write each object as a file of its own, too.
   bool split = false;
+  // Whether the parts of a mesh are closed.
+  bool cap = false;
 };
 
 void AddOptions(OptionManager* options,
@@ -74,7 +78,8 @@ void AddOptions(OptionManager* options,
   options->AddRequiredOption(
       "input_path",
       &paths->input,
-      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP");
+      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP, or a mesh as "
+      ".obj, in which labels become groups and materials stay");
   options->AddRequiredOption("output_path",
                              &paths->output,
                              "folder for the labelled file, which keeps its name, and labels.json");
@@ -82,6 +87,8 @@ void AddOptions(OptionManager* options,
                             &paths->split,
                             "also objects/<id>_<name>.ply: each object as a file of its own, with "
                             "the vertices on borders in each");
+  options->AddDefaultOption(
+      "cap", &paths->cap, "with --split 1, of a mesh: closes the boundaries of each object");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,
@@ -114,6 +121,7 @@ void RequireOneSource(const OptionManager& options, const Paths& paths) {
                     paths.foam.empty() ? "is" : "are",
                     " given; one of them must tell the labels.");
   }
+  if (!paths.split) options.RequireEffect({"cap"}, "without --split 1; give it, or leave this out");
   if (paths.workspace.empty()) {
     options.RequireEffect({"mask_path", "FoamTraining.label_zero", "Masks.consistency"},
                           "with --foam_path; give --workspace_path instead of that");
@@ -127,8 +135,8 @@ void Transfer(LabelSource* source,
               const Paths& paths,
               double smoothness,
               const std::string& source_checksum) {
-  PrintLabels(
-      WriteLabelled(source, {paths.input, paths.output, paths.split, smoothness}, source_checksum));
+  PrintLabels(WriteLabelled(
+      source, {paths.input, paths.output, paths.split, smoothness, paths.cap}, source_checksum));
 }
 
 void TransferFromFoam(const Paths& paths,
@@ -178,8 +186,15 @@ void RunLabelTransfer(int argc, char** argv) {
   transfer.RequireValid();
   const ExportTransform transform = ParseExportTransform(frame);
   const fs::path input = paths.input, folder = paths.output;
-  // Before any work, what is no PLY.
-  const PlyReader header(input, "a PLY of points or faces");
+  // Before any work, what cannot be read.
+  if (!IsObjName(input)) {
+    const PlyReader header(input, "a PLY of points or faces");
+  } else {
+    RequireRegularFile(input, "a PLY or an OBJ");
+    if (paths.split) {
+      throw UserError(paths.input, ": is an OBJ; --split 1 writes parts of PLY files alone.");
+    }
+  }
   std::vector<fs::path> inputs = {input};
   if (!paths.foam.empty()) inputs.push_back(paths.foam);
   if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);

@@ -69,7 +69,7 @@ TransferredLabels WriteLabelled(LabelSource* source,
     line.Clear();
   }
   std::vector<WrittenFile> parts;
-  if (files.split) parts = SplitLabelledPly(output, folder, source->labels());
+  if (files.split) parts = SplitLabelledPly(output, folder, source->labels(), files.cap);
   WriteTransferSidecar(
       folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
   const bool is_mesh = transferred.faces > 0;

@@ -12,7 +12,7 @@ namespace semfoam {
 // The files of a mesh or point cloud with labels (export/transfer/label_transfer.h): itself, under
 // its name, and labels.json.
 struct LabelledFiles {
-  // A PLY.
+  // A PLY, or an OBJ without `split`.
   std::filesystem::path input;
   // Created if it does not exist.
   std::filesystem::path output_path;
@@ -20,6 +20,8 @@ struct LabelledFiles {
   bool split = false;
   // LabelTransferOptions::smoothness.
   double smoothness = -1;
+  // With `split`, of a mesh: whether the boundaries of each object are closed.
+  bool cap = false;
 };
 
 // Throws UserError where the folder holds a labels.json, a file of the name of the input, or, for

@@ -381,8 +381,9 @@ void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
              bool split,
              double tolerance,
              double smoothness) {
-            return TransferLabelsTo(
-                f, {input_path, output_path, split, smoothness}, {tolerance, smoothness});
+            return TransferLabelsTo(f,
+                                    {input_path, output_path, split, smoothness, /*cap=*/false},
+                                    {tolerance, smoothness});
           },
           py::arg("input_path"),
           py::arg("output_path"),

@@ -79,7 +79,8 @@ TEST_F(Packages, TheProgramComesWithItsManualAndCompletion) {
                                        "/usr/share/bash-completion/completions/semfoam",
                                        "/usr/share/doc/semfoam/changelog.gz",
                                        "/usr/share/doc/semfoam/copyright",
-                                       "/usr/share/man/man1/semfoam.1.gz"};
+                                       "/usr/share/man/man1/semfoam.1.gz",
+                                       "/usr/share/semfoam/semantic_foam_blender.zip"};
   for (const CommandEntry& command : Commands()) {
     expected.push_back("/usr/share/man/man1/semfoam-" + std::string(command.name) + ".1.gz");
   }

@@ -109,6 +109,18 @@ void AddOptions(OptionManager* options,
                             "file's unit, are taken for noise; 0 = none, -1 = twice the radius of "
                             "a cell, or 6 pixels of the masks");
   AddFrameOptions(options, frame);
+  options->SetFrequentOptions({"foam_path",
+                               "workspace_path",
+                               "split",
+                               "cap",
+                               "labels_path",
+                               "mask_path",
+                               "tolerance",
+                               "smoothness",
+                               "transform",
+                               "up_axis",
+                               "scale",
+                               "units"});
 }
 
 // Throws UserError unless exactly one of the foam and the workspace is given, with options that

@@ -672,7 +672,13 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
                                             "labels.json",
                                             "report.html",
                                             "training_log.csv",
-                                            "scene.vdb"));
+                                            "scene.vdb",
+                                            "scene.om",
+                                            "scene.ply",
+                                            "scene.obj",
+                                            "scene.mtl",
+                                            "scene.glb",
+                                            "scene.usda"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
   // No photo was held out of this one.

@@ -12,10 +12,11 @@ import tarfile
 import tempfile
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
 # What the module is built from.
 SOURCES = ("cmake", "export", "foam", "plugin", "tools")
-FILES = ("CHANGELOG.md", "CMakeLists.txt", "LICENSE", "README.md", "pyproject.toml")
+FILES = ("CHANGELOG.md", "CMakeLists.txt", "LICENSE", "README.md")
 
 
 def _version():
@@ -83,14 +84,20 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     return name
 
 
+def _project_at_root():
+    """Returns the pyproject.toml for the top of a source distribution, where pip looks for it."""
+    return (HERE / "pyproject.toml").read_text().replace('backend-path = ["."]', 'backend-path = ["tools/python"]')
+
+
 def build_sdist(sdist_directory, config_settings=None):
     base = f"semfoam-{_version()}"
     name = f"{base}.tar.gz"
     with tempfile.TemporaryDirectory() as folder:
-        metadata = pathlib.Path(folder) / "PKG-INFO"
-        metadata.write_text(_metadata())
         with tarfile.open(pathlib.Path(sdist_directory) / name, "w:gz", format=tarfile.PAX_FORMAT) as archive:
-            archive.add(metadata, f"{base}/PKG-INFO")
+            for made, text in (("PKG-INFO", _metadata()), ("pyproject.toml", _project_at_root())):
+                path = pathlib.Path(folder) / made
+                path.write_text(text)
+                archive.add(path, f"{base}/{made}")
             for file in FILES:
                 archive.add(ROOT / file, f"{base}/{file}")
             for source in SOURCES:

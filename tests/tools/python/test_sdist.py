@@ -7,6 +7,7 @@ import pathlib
 import subprocess
 import sys
 import tarfile
+import tomllib
 
 import pytest
 
@@ -28,7 +29,11 @@ def test_holds_the_sources(sdist):
     with tarfile.open(sdist) as archive:
         names = {name.removeprefix(f"{base}/") for name in archive.getnames()}
         metadata = archive.extractfile(f"{base}/PKG-INFO").read().decode()
+        project = tomllib.loads(archive.extractfile(f"{base}/pyproject.toml").read().decode())
     assert "Name: semfoam\n" in metadata and f"semfoam-{base.split('-')[1]}" == base
+    # Where pip looks for the backend, from the top of the archive.
+    backend = project["build-system"]
+    assert {f"{path}/{backend['build-backend']}.py" for path in backend["backend-path"]} <= names
     expected = subprocess.run(
         ["git", "-C", ROOT, "ls-files", *build_backend.SOURCES, *build_backend.FILES],
         check=True, capture_output=True, text=True,

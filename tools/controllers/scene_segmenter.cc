@@ -68,8 +68,10 @@ void SegmentScene(SceneSegmenterOptions options) {
                  << "of it; labels.json and the lines above say why.";
   }
   const size_t num_objects = SelectObjects(scene, volume.objects).size();
-  LOG(INFO) << num_objects << (num_objects == 1 ? " object" : " objects") << ", everything is in "
-            << output_path.string();
+  const std::string what =
+      IsWhole(model) ? "No labels, so the scene is whole"
+                     : std::to_string(num_objects) + (num_objects == 1 ? " object" : " objects");
+  LOG(INFO) << what << ", everything is in " << output_path.string();
 }
 
 }  // namespace semfoam

@@ -666,6 +666,7 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.Errors(), IsEmpty());
   EXPECT_THAT(outcome.err, HasSubstr("colour only"));
+  EXPECT_THAT(outcome.err, HasSubstr("the scene is whole, everything is in " + out.string()));
   EXPECT_THAT(FilesBelow(out),
               testing::UnorderedElementsAre("scene.foam",
                                             "effects.json",

@@ -16,6 +16,7 @@ set(SEMFOAM_PUBLIC_HEADERS
     tools/controllers/scene_segmenter.h
     tools/controllers/training_folder.h
     tools/controllers/training_run.h
+    tools/evaluation/evaluation.h
     # The foam: train, render, edit, read and write
     foam/device/device.h
     foam/edit/object_editing.h

@@ -72,6 +72,20 @@ if(SEMFOAM_BUILD_TOOLS)
       nlohmann-json3-dev
       zlib1g-dev)
 endif()
+if(SEMFOAM_BUILD_PYTHON)
+  math(EXPR python_after "${Python_VERSION_MINOR} + 1")
+  set(python_after ${Python_VERSION_MAJOR}.${python_after})
+  semfoam_package(
+    COMPONENT python
+    NAME python3-semfoam
+    SECTION python
+    SHLIBDEPS
+    SUMMARY "Semantic Foam for COLMAP: Python module"
+    DESCRIPTION
+      "import semfoam trains, renders, evaluates, edits and exports foams from\nPython, with cells, renders and meshes as numpy arrays."
+    # The module is of one version of Python.
+    DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR})" "python3 (<< ${python_after})" python3-numpy)
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME semfoam)

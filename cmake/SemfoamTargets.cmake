@@ -33,6 +33,13 @@ if(SEMFOAM_SANITIZE)
   target_link_options(semfoam_flags INTERFACE -fsanitize=${SEMFOAM_SANITIZE})
 endif()
 
+# Lets the objects of a library be linked into shared libraries: the Python module, and those of others. Functions are called
+# and inlined as in a program all the same, as nobody replaces them.
+function(semfoam_position_independent TARGET)
+  set_target_properties(${TARGET} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${TARGET} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
+endfunction()
+
 # Headers that nearly every file includes, compiled once for the libraries and, with other flags, once for the tests
 # (2 of 3 seconds of a small test are spent in them). Each file includes what it needs all the same: the preset clang
 # builds without precompiled headers.
@@ -60,11 +67,13 @@ function(semfoam_precompiled_headers TARGET)
 endfunction()
 find_package(Eigen3 REQUIRED)
 semfoam_precompiled_headers(semfoam_library_headers HEADERS ${SEMFOAM_COMMON_HEADERS} LINK Eigen3::Eigen)
+semfoam_position_independent(semfoam_library_headers)
 
 # semfoam_library(NAME foam SRCS a.cc b.cc [LINK public...] [PRIVATE_LINK private...]) makes semfoam_foam.
 function(semfoam_library)
   cmake_parse_arguments(ARG "" "NAME" "SRCS;LINK;PRIVATE_LINK" ${ARGN})
   add_library(semfoam_${ARG_NAME} STATIC ${ARG_SRCS})
+  semfoam_position_independent(semfoam_${ARG_NAME})
   target_link_libraries(semfoam_${ARG_NAME} PUBLIC ${ARG_LINK} PRIVATE $<BUILD_INTERFACE:semfoam_flags> ${ARG_PRIVATE_LINK})
   target_include_directories(semfoam_${ARG_NAME} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
                                                         $<INSTALL_INTERFACE:${SEMFOAM_INSTALL_INCLUDE}>)

@@ -2,6 +2,7 @@
 #include "export/io/label_sidecar.h"
 
 #include "export/scene/names.h"
+#include "export/scene/object_components.h"
 #include "foam/util/output_file.h"
 
 #include <nlohmann/json.hpp>
@@ -55,6 +56,25 @@ Json LeftOut(const LeftOutComponents& left_out) {
   return json;
 }
 
+// Returns the fragments together; empty where there are none.
+Json Leftovers(const std::vector<LeftOutLabel>& labels) {
+  Json ids = Json::array();
+  int64_t cells = 0;
+  double volume = 0;
+  for (const LeftOutLabel& label : labels) {
+    if (!label.is_fragment) continue;
+    ids.push_back(Value(label.id));
+    cells += label.left_out.cells;
+    volume += label.left_out.volume;
+  }
+  if (ids.empty()) return Json::object();
+  return {{"ids", ids},
+          {"cells", cells},
+          {"volume", volume},
+          {"below_share_of_cells", kFragmentShare},
+          {"below_share_of_confidence", kFragmentConfidence}};
+}
+
 // {name: pixels}, most first.
 Json Photos(const ObjectInfo& object) {
   Json photos = Json::object();
@@ -106,6 +126,8 @@ void WriteLabelSidecar(const std::filesystem::path& path,
                         {"left_out", LeftOut(label.left_out)}});
   }
   if (!left_out.empty()) sidecar["labels_left_out"] = left_out;
+  const Json leftovers = Leftovers(scene.labels_left_out);
+  if (!leftovers.empty()) sidecar["leftovers"] = leftovers;
   WriteTextFile(path, Text(sidecar, 2) + "\n");
 }
 

@@ -23,7 +23,9 @@ inline constexpr char kSourceModelKey[] = "source_model_xxh64";
 // ExportTransformJson; under "files" those of `files` that belong to the whole scene, {"glb":
 // "scene.glb", ...}; under "objects" every object of the scene with the fields of ObjectInfo and
 // its own "files": {"ply": "objects/7_mug.ply", ...}; and under "labels_left_out" the labels whose
-// objects are left out, with the reason, if any. The file is also a valid input (ReadLabelNames),
+// objects are left out, with the reason, if any; and under "leftovers" the fragments among them
+// (LeaveOutFragments) as one entry, if any: their ids, all cells, the volume and the limits. The
+// file is also a valid input (ReadLabelNames),
 // which reads only "labels" and "source_ids". Throws UserError when the file cannot be written.
 void WriteLabelSidecar(const std::filesystem::path& path,
                        const ExportableScene& scene,

@@ -6,13 +6,17 @@
 #include "export/io/mesh_files.h"
 #include "export/io/usd_file.h"
 #include "export/io/volume_fields.h"
+#include "export/scene/object_components.h"
 #include "export/scene/object_selection.h"
 #include "export/scene/object_surface.h"
 #include "export/scene/surface_topology.h"
+#include "export/surface/clean_cells.h"
 #include "export/surface/semantic_mesh.h"
 #include "export/surface/smooth_surface.h"
+#include "export/surface/surface_box.h"
 #include "export/surface/surface_decimation.h"
 #include "export/surface/surface_geometry.h"
+#include "export/volume/volume_options.h"
 #include "foam/util/error.h"
 
 #include <algorithm>
@@ -49,6 +53,23 @@ std::string DistanceSummary(const ObjectSurface& surface, const ObjectSurface& c
   return text;
 }
 
+// Normalised frame.
+Eigen::AlignedBox3d BoxOf(const ExportableScene& scene,
+                          const ObjectInfo& object,
+                          const SurfaceExportOptions& options) {
+  if (const std::optional<Eigen::AlignedBox3d> crop = ParseCrop(options.crop)) {
+    return {scene.colmap_from_normalized.Invert(crop->min()),
+            scene.colmap_from_normalized.Invert(crop->max())};
+  }
+  return options.method == SurfaceMethod::kSmooth ? SurfaceBox(scene, object.cells) : WholeSpace();
+}
+
+// ", 3 pits filled"; nothing for none.
+std::string Counted(int64_t count, const std::string& noun, const std::string& verb) {
+  if (count == 0) return "";
+  return ", " + std::to_string(count) + " " + noun + (count == 1 ? " " : "s ") + verb;
+}
+
 struct MadeSurface {
   ObjectSurface surface;
   std::string summary;
@@ -56,14 +77,20 @@ struct MadeSurface {
 };
 
 MadeSurface MakeSurface(const ExportableScene& scene,
-                        const ObjectInfo& object,
+                        const ObjectInfo& whole,
                         const SurfaceExportOptions& options) {
   MadeSurface made;
-  made.surface = ExtractSurface(scene, object);
+  const Eigen::AlignedBox3d box = BoxOf(scene, whole, options);
+  ObjectInfo object = whole;
+  object.cells = CellsInBox(scene, whole.cells, box);
+  if (object.cells.empty()) return made;
   std::string faces, more;
   if (options.method == SurfaceMethod::kSmooth) {
-    const ObjectSurface cells = std::move(made.surface);
-    made.surface = ExtractSmoothSurface(scene, object, cells);
+    CleanCells clean = FillPitsAndTunnels(scene, object.cells);
+    object.cells = std::move(clean.cells);
+    more = Counted(clean.pits, "pit", "filled") + Counted(clean.tunnels, "thin tunnel", "closed");
+    const ObjectSurface cells = ExtractSurface(scene, object);
+    made.surface = ExtractSmoothSurface(scene, object, cells, box);
     if (const int64_t target = options.target_faces; target > 0) {
       made.surface = Decimate(made.surface, target);
       const Triangles& triangles = made.surface.triangles;
@@ -77,14 +104,18 @@ MadeSurface MakeSurface(const ExportableScene& scene,
                        ", because fewer would tear the surface or fold it.";
       }
     }
-    more = DistanceSummary(made.surface, cells);
-  } else if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
-    more = ", " + std::to_string(far) + " vertices stick out into empty space";
+    more += DistanceSummary(made.surface, cells);
+  } else {
+    made.surface = ExtractSurface(scene, object);
+    if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
+      more = ", " + std::to_string(far) + " vertices stick out into empty space";
+    }
   }
   const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
+  const int64_t components = CountComponents(scene, object.cells);
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
                  std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 TopologySummary(topology, object.components) + more;
+                 TopologySummary(topology, components) + more;
   return made;
 }
 
@@ -106,9 +137,11 @@ class SurfaceFiles {
   }
 
   void WriteObject(const ObjectInfo& object) {
+    const bool is_whole = object.id == kNoObject;
     const MadeSurface made = MakeSurface(scene_, object, options_);
     const ObjectSurface& surface = made.surface;
-    const std::string stem = "objects/" + object.file_stem;
+    if (surface.triangles.empty()) return;
+    const std::string stem = is_whole ? "scene" : "objects/" + object.file_stem;
     const auto write = [&](bool wanted, const char* extension, const auto& writer) {
       if (!wanted) return;
       writer(output_path_ / (stem + extension), surface);
@@ -119,10 +152,11 @@ class SurfaceFiles {
     write(options_.obj, ".obj", WriteObj);
     write(options_.obj, ".mtl", WriteMtl);
     ++num_objects_;
+    if (is_whole) scene_summary_ = made.summary;
     if (!options_.glb && !options_.usda) return;
 
     const LocalMesh mesh = MakeLocalMesh(surface);
-    write(options_.glb, ".glb", [&](const std::filesystem::path& path, const auto&) {
+    write(options_.glb && !is_whole, ".glb", [&](const std::filesystem::path& path, const auto&) {
       GlbFile glb(scene_.transform, options_.creator);
       glb.Add(object, surface, mesh);
       glb.Write(path);
@@ -133,8 +167,11 @@ class SurfaceFiles {
 
   // Returns all that was written.
   std::vector<WrittenFile> WriteScene() {
+    if (num_objects_ == 0) return {};
     const std::string summary =
-        std::to_string(num_objects_) + (num_objects_ == 1 ? " object" : " objects");
+        !scene_summary_.empty()
+            ? scene_summary_
+            : std::to_string(num_objects_) + (num_objects_ == 1 ? " object" : " objects");
     if (options_.glb) {
       scene_glb_.Write(output_path_ / "scene.glb");
       AddWritten(kNoObject, "scene.glb", summary);
@@ -179,6 +216,8 @@ class SurfaceFiles {
   std::optional<UsdFile> scene_usda_;
   std::string usda_warning_;
   size_t num_objects_ = 0;
+  // Of the whole scene as one surface.
+  std::string scene_summary_;
   std::vector<WrittenFile> files_;
 };
 
@@ -190,6 +229,10 @@ std::string SurfaceExportOptions::Check() const {
   }
   if (target_faces != 0 && method != SurfaceMethod::kSmooth) {
     return "target_faces needs the method smooth; cells are exact and keep all their faces.";
+  }
+  if (!crop.empty() && !ParseCrop(crop)) {
+    return "crop must be six numbers x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1 and z0 < z1; it is '" +
+           crop + "'.";
   }
   return "";
 }
@@ -203,6 +246,21 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
   if (objects.empty()) return {};
   SurfaceFiles files(scene, output_path, options, on_written);
   for (const ObjectInfo* const object : objects) files.WriteObject(*object);
+  return files.WriteScene();
+}
+
+std::vector<WrittenFile> ExportWholeSurface(
+    const ExportableScene& scene,
+    const std::filesystem::path& output_path,
+    const SurfaceExportOptions& options,
+    const std::function<void(const WrittenFile&)>& on_written) {
+  CHECK_EQ(options.Check(), "");
+  if (scene.objects.empty()) return {};
+  SurfaceFiles files(scene, output_path, options, on_written);
+  for (ObjectInfo whole : scene.objects) {
+    whole.id = kNoObject;
+    files.WriteObject(whole);
+  }
   return files.WriteScene();
 }
 

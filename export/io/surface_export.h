@@ -23,9 +23,13 @@ inline constexpr EnumName<SurfaceMethod> kSurfaceMethodNames[] = {
     {SurfaceMethod::kCells, "cells"}, {SurfaceMethod::kSmooth, "smooth"}};
 
 struct SurfaceExportOptions {
-  SurfaceMethod method = SurfaceMethod::kCells;
+  SurfaceMethod method = SurfaceMethod::kSmooth;
   // Maximum number of triangles of each object (Decimate), for kSmooth only; 0: no maximum.
   int64_t target_faces = 0;
+
+  // Box "x0,y0,z0,x1,y1,z1" in the COLMAP frame to cut the surfaces at (kCells: to take the cells
+  // whose sites are in it); empty: for kSmooth SurfaceBox of each object, for kCells none.
+  std::string crop;
 
   // The objects to write, and to include in the files of the scene.
   LabelFilter objects;
@@ -59,6 +63,14 @@ struct SurfaceExportOptions {
 // decimation), with a warning where it has more triangles than `target_faces`. CHECKs that the
 // options are in range; throws UserError when a file cannot be written.
 std::vector<WrittenFile> ExportSurfaces(
+    const ExportableScene& scene,
+    const std::filesystem::path& output_path,
+    const SurfaceExportOptions& options = {},
+    const std::function<void(const WrittenFile&)>& on_written = nullptr);
+
+// As ExportSurfaces, for a scene of MakeWholeScene: writes its only object as
+// `scene.{om,ply,obj,mtl,glb,usda}`.
+std::vector<WrittenFile> ExportWholeSurface(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,
     const SurfaceExportOptions& options = {},

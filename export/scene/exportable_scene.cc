@@ -319,6 +319,12 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
       scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
     }
   }
+  scene.seen.assign(n, 1);
+  if (!model.statistics.passed.empty()) {
+    for (uint32_t i = 0; i < n; ++i) {
+      scene.seen[i] = IsSeen(model.statistics, i, options.fewest_looks);
+    }
+  }
   scene.color_weight = ColorWeights(model, scene.photographed);
   FindObjects(model, options, face_areas, &scene);
   SpreadColors(&scene);

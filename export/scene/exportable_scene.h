@@ -142,6 +142,9 @@ struct ExportableScene {
   std::vector<float> color_weight;
   // [N] Whether the cell is photographed.
   std::vector<uint8_t> photographed;
+  // [N] Whether at least ExportableSceneOptions::fewest_looks rays have looked at the cell; all 1
+  // without CellStatistics::passed and stopped.
+  std::vector<uint8_t> seen;
   // [N] Whether the cell is matter: solid, and no haze that nearly all rays pass.
   std::vector<uint8_t> is_matter;
   // [N] Index into `objects`; -1: none.

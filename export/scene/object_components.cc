@@ -84,6 +84,29 @@ void LeaveOut(const ExportableScene& scene,
   left_out->volume += file_volume;
 }
 
+int64_t CountComponents(const ExportableScene& scene, const std::vector<uint32_t>& cells) {
+  std::vector<uint8_t> is_left(scene.delaunay.num_cells, 0);
+  for (const uint32_t cell : cells) is_left[cell] = 1;
+  int64_t count = 0;
+  std::vector<uint32_t> reached;
+  for (const uint32_t start : cells) {
+    if (!is_left[start]) continue;
+    ++count;
+    is_left[start] = 0;
+    reached.assign(1, start);
+    while (!reached.empty()) {
+      const uint32_t cell = reached.back();
+      reached.pop_back();
+      for (const uint32_t next : scene.delaunay.Neighbors(cell)) {
+        if (!is_left[next]) continue;
+        is_left[next] = 0;
+        reached.push_back(next);
+      }
+    }
+  }
+  return count;
+}
+
 void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
   CHECK_GE(options.min_cells, 0);
   CHECK_GE(options.keep_largest, 0);
@@ -119,8 +142,6 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
 }
 
 void LeaveOutFragments(ExportableScene* scene) {
-  constexpr double kTinyShare = 1e-3;
-  constexpr double kUnsure = 0.85;
   constexpr size_t kFewestCells = 10;
   std::vector<MeanConfidence> confidence;
   MeanConfidence of_all;
@@ -138,13 +159,13 @@ void LeaveOutFragments(ExportableScene* scene) {
     const double share = static_cast<double>(object.cells.size()) / static_cast<double>(num_cells);
     std::vector<Component> components;
     size_t largest = 0;
-    if (share < kTinyShare) {
+    if (share < kFragmentShare) {
       components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
       for (const Component& component : components) {
         largest = std::max(largest, component.cells.size());
       }
     }
-    const bool is_unsure = confidence[index].Value() < kUnsure * of_all.Value();
+    const bool is_unsure = confidence[index].Value() < kFragmentConfidence * of_all.Value();
     const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
     const bool is_speck = object.cells.size() == 1;
     const bool is_fragment = !components.empty() && (is_unsure || is_strewn || is_speck);

@@ -3,6 +3,7 @@
 
 #include "export/surface/surface_geometry.h"
 #include "export/surface/surface_smoothing.h"
+#include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +19,19 @@ using Eigen::Vector3d;
 
 // Number of radii from its sites beyond which a corner of a cell is a spike.
 constexpr double kSpikeRadii = 3;
+// The same where no photo shows what is beyond: behind walls and below floors.
+constexpr double kUnseenRadii = 1;
+constexpr int64_t kBlock = 1024;
 // How far a vertex may move, as a share of its cell's radius and of its half edge.
 constexpr double kMaxMove = 0.9;
+
+// Optical depth at which the surface lies: training leaves a thin layer of little density before
+// what one sees. And what share of the way through thinner matter it lies at.
+constexpr double kSurfaceOpticalDepth = 0.07;
+constexpr double kThinShare = 0.3;
+// Steps of averaging of the normals and of the depths over neighbours.
+constexpr int kNormalSteps = 2;
+constexpr int kDepthSteps = 3;
 
 // From a site of the object to one that is not.
 using CutEdge = std::pair<uint32_t, uint32_t>;
@@ -27,8 +39,8 @@ using CutEdge = std::pair<uint32_t, uint32_t>;
 // Everything here is in the normalised frame, where rounding is the same wherever the scene lies.
 class Builder {
  public:
-  Builder(const ExportableScene& scene, const ObjectInfo& object)
-      : scene_(scene), inside_(scene.delaunay.num_cells, 0) {
+  Builder(const ExportableScene& scene, const ObjectInfo& object, const Eigen::AlignedBox3d& box)
+      : scene_(scene), box_(box), inside_(scene.delaunay.num_cells, 0) {
     for (const uint32_t cell : object.cells) inside_[cell] = 1;
     for (const uint32_t i : object.cells) {
       for (const uint32_t j : scene.delaunay.Neighbors(i)) {
@@ -43,17 +55,26 @@ class Builder {
 
   Vector3d Site(uint32_t cell) const { return scene_.cell_positions[cell].cast<double>(); }
 
-  // The on_edges of the edges, or nearer to the object's site, where the other is so far off that
-  // the middle would be a spike.
+  // The middles of the edges, or nearer to the object's site, where the other is so far off that
+  // the middle would be a spike, or where the edge leaves the box.
   std::vector<Vector3d> PointsOnEdges() const {
     std::vector<Vector3d> points;
     points.reserve(edges_.size());
     for (const auto& [i, j] : edges_) {
-      const Vector3d half_edge = (Site(j) - Site(i)) / 2;
-      points.push_back(Site(i) +
-                       std::min(1.0, kSpikeRadii * Radius(i, j) / half_edge.norm()) * half_edge);
+      const Vector3d edge = Site(j) - Site(i);
+      const double reach = IsUnseen(j) ? kUnseenRadii : kSpikeRadii;
+      const double middle = std::min(0.5, reach * Radius(i, j) / edge.norm());
+      const double end = ShareInBox(Site(i), edge);
+      points.push_back(Site(i) + (IsCut(i, j) ? end : std::min(middle, end)) * edge);
     }
     return points;
+  }
+
+  // Whether the box, and nothing else, separates the two cells of an edge, or its end is nearer
+  // than the middle: then the vertex stays in the plane that cuts.
+  bool IsFixed(size_t v) const {
+    const auto& [i, j] = edges_[v];
+    return IsCut(i, j) || ShareInBox(Site(i), Site(j) - Site(i)) < 0.5;
   }
 
   // `tets`: those with corners on both sides. A quadrangle is cut along the diagonal that is the
@@ -111,14 +132,16 @@ class Builder {
       Vector3d site = Vector3d::Zero();
       double radius = 0;
       int count = 0;
+      bool is_unseen = true;
       for (const uint32_t cell : scene_.delaunay.tets[tet]) {
+        if (!inside_[cell]) is_unseen &= IsUnseen(cell);
         if (!inside_[cell]) continue;
         site += Site(cell);
         radius += scene_.radius[cell];
         ++count;
       }
       site /= count;
-      const double limit = kSpikeRadii * radius / count;
+      const double limit = (is_unseen ? kUnseenRadii : kSpikeRadii) * radius / count;
       const Vector3d reach = scene_.voronoi_vertices[tet] - site;
       const double length = reach.norm();
       corners.push_back(length > limit ? Vector3d(site + limit / length * reach)
@@ -150,16 +173,69 @@ class Builder {
     return centroids;
   }
 
+  // How far the light goes from a point on the boundary of vertex v's cell, in a direction into it,
+  // until the optical depth kSurfaceOpticalDepth; at most kSpikeRadii radii. Where it leaves the
+  // object before, a share of the way, so that the two sides of thin matter do not meet.
+  double LightDepth(size_t v, const Vector3d& from, const Vector3d& direction) const {
+    uint32_t cell = edges_[v].first;
+    const double farthest = kSpikeRadii * Radius(cell, edges_[v].second);
+    double t = 0, left = kSurfaceOpticalDepth;
+    // Each step goes to a site farther along the direction, so it ends.
+    while (true) {
+      const Vector3d r = from - Site(cell);
+      double t_out = farthest;
+      uint32_t next = cell;
+      for (const uint32_t j : scene_.delaunay.Neighbors(cell)) {
+        const Vector3d n = Site(j) - Site(cell);
+        const double slope = n.dot(direction);
+        if (!(slope > 0)) continue;
+        const double t_j = std::max(t, (n.squaredNorm() / 2 - r.dot(n)) / slope);
+        if (t_j < t_out) {
+          t_out = t_j;
+          next = j;
+        }
+      }
+      const double depth = scene_.density[cell] * (t_out - t);
+      if (depth >= left) return t + left / scene_.density[cell];
+      left -= depth;
+      t = t_out;
+      if (next == cell) return farthest;
+      if (!inside_[next]) return kThinShare * t;
+      cell = next;
+    }
+  }
+
   std::vector<double> MaxMoves() const {
     std::vector<double> moves;
     moves.reserve(edges_.size());
-    for (const auto& [i, j] : edges_) {
-      moves.push_back(kMaxMove * std::min(Radius(i, j), (Site(j) - Site(i)).norm() / 2));
+    for (size_t v = 0; v < edges_.size(); ++v) {
+      const auto& [i, j] = edges_[v];
+      moves.push_back(
+          IsFixed(v) ? 0 : kMaxMove * std::min(Radius(i, j), (Site(j) - Site(i)).norm() / 2));
     }
     return moves;
   }
 
  private:
+  bool IsUnseen(uint32_t cell) const { return cell < scene_.NumSites() && !scene_.seen[cell]; }
+
+  // Whether both cells are the object's, but one of them is out of the box.
+  bool IsCut(uint32_t i, uint32_t j) const {
+    return j < scene_.NumSites() && scene_.object_of_cell[j] >= 0 &&
+           scene_.object_of_cell[j] == scene_.object_of_cell[i] && !box_.contains(Site(j));
+  }
+
+  // How far an edge from a site in the box stays in it, as a share of its length, at most 1.
+  double ShareInBox(const Vector3d& from, const Vector3d& edge) const {
+    double share = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double end = from[axis] + edge[axis];
+      const double limit = std::clamp(end, box_.min()[axis], box_.max()[axis]);
+      if (limit != end) share = std::min(share, (limit - from[axis]) / edge[axis]);
+    }
+    return share;
+  }
+
   // Of cell i, on its edge to j: a cell without real neighbours has none of its own.
   double Radius(uint32_t i, uint32_t j) const {
     return scene_.radius[i] > 0 ? scene_.radius[i] : (Site(j) - Site(i)).norm() / 2;
@@ -171,9 +247,54 @@ class Builder {
   }
 
   const ExportableScene& scene_;
+  const Eigen::AlignedBox3d box_;
   std::vector<uint8_t> inside_;
   std::vector<CutEdge> edges_;
 };
+
+// Adds to each value those of its neighbours, `steps` times; of closed surfaces, each neighbour
+// once.
+template <typename T>
+void AddNeighbors(const Triangles& triangles, int steps, std::vector<T>* values) {
+  for (int step = 0; step < steps; ++step) {
+    const std::vector<T> before = *values;
+    for (const auto& [a, b, c] : triangles) {
+      (*values)[a] += before[b];
+      (*values)[b] += before[c];
+      (*values)[c] += before[a];
+    }
+  }
+}
+
+// Moves the vertices inwards to where light ends (LightDepth), each by at most `max_moves`.
+void DrawIn(const Builder& builder,
+            const Triangles& triangles,
+            const std::vector<double>& max_moves,
+            std::vector<Vector3d>* positions) {
+  const size_t n = positions->size();
+  std::vector<Vector3d> normals(n, Vector3d::Zero());
+  std::vector<double> counts(n, 1);
+  for (const auto& triangle : triangles) {
+    const auto& [a, b, c] = triangle;
+    const Vector3d area =
+        ((*positions)[b] - (*positions)[a]).cross((*positions)[c] - (*positions)[a]);
+    for (const uint32_t v : triangle) normals[v] += area;
+  }
+  AddNeighbors(triangles, kNormalSteps, &normals);
+  // Zero where there is no direction.
+  for (Vector3d& normal : normals) normal = normal.stableNormalized();
+  std::vector<double> depths(n);
+  ParallelForBlocks(static_cast<int64_t>(n), kBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t v = begin; v < end; ++v) {
+      depths[v] = builder.LightDepth(v, (*positions)[v], -normals[v]);
+    }
+  });
+  AddNeighbors(triangles, kDepthSteps, &depths);
+  AddNeighbors(triangles, kDepthSteps, &counts);
+  for (size_t v = 0; v < n; ++v) {
+    (*positions)[v] -= std::min(depths[v] / counts[v], max_moves[v]) * normals[v];
+  }
+}
 
 void Untangle(const Triangles& triangles,
               const std::vector<Vector3d>& on_edges,
@@ -193,8 +314,9 @@ void Untangle(const Triangles& triangles,
 
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
-                                   const ObjectSurface& cells) {
-  const Builder builder(scene, object);
+                                   const ObjectSurface& cells,
+                                   const Eigen::AlignedBox3d& box) {
+  const Builder builder(scene, object, box);
   const std::vector<Vector3d> on_edges = builder.PointsOnEdges();
   const std::vector<Vector3d> corners = builder.TrimmedCorners(cells.vertex_tet);
 
@@ -203,8 +325,21 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
   surface.object_name = object.name;
   surface.triangles = builder.March(cells.vertex_tet, on_edges);
   std::vector<Vector3d> positions = builder.FaceCentroids(cells, corners, on_edges);
-  SmoothKeepingEdges(
-      surface.triangles, builder.MaxMoves(), EnclosedVolume(corners, cells.triangles), &positions);
+  bool is_cut = false;
+  for (size_t v = 0; v < positions.size(); ++v) {
+    const bool is_fixed = builder.IsFixed(v);
+    is_cut |= is_fixed;
+    if (is_fixed || !box.contains(positions[v])) positions[v] = on_edges[v];
+  }
+  std::vector<double> max_moves = builder.MaxMoves();
+  const double volume = EnclosedVolume(positions, surface.triangles);
+  DrawIn(builder, surface.triangles, max_moves, &positions);
+  const double drawn_in = EnclosedVolume(positions, surface.triangles) - volume;
+  SmoothKeepingEdges(surface.triangles,
+                     max_moves,
+                     drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
+                     &positions);
+  for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 
   surface.vertices.reserve(positions.size());

@@ -5,6 +5,7 @@
 #include "export/scene/names.h"
 #include "export/transfer/face_votes.h"
 #include "export/transfer/label_cut.h"
+#include "export/transfer/obj_labels.h"
 #include "export/transfer/ply_labels.h"
 #include "export/transfer/polygon_mesh.h"
 #include "foam/util/error.h"
@@ -17,6 +18,7 @@
 #include <limits>
 #include <map>
 #include <span>
+#include <utility>
 
 #include <glog/logging.h>
 #include <nlohmann/json.hpp>
@@ -222,8 +224,10 @@ TransferredLabels TransferToMesh(LabelSource* source,
                                  const fs::path& output,
                                  const TransferProgress& progress) {
   progress("reading", 0);
-  const PolygonMesh mesh = ReadPolygonMesh(input);
+  const PolygonMesh mesh = IsObjName(input) ? ReadObjMesh(input) : ReadPolygonMesh(input);
   RequireValidMesh(input, mesh);
+  const auto materials = IsObjName(input) ? ObjMaterialFiles(input, output.parent_path())
+                                          : std::vector<std::pair<fs::path, fs::path>>();
   progress("looking at the mesh", 0.1);
   source->LookAt(mesh);
   FrameCheck check(*source, input);
@@ -254,7 +258,12 @@ TransferredLabels TransferToMesh(LabelSource* source,
       std::copy_n(from.begin() + static_cast<int64_t>(block.first), labels.size(), labels.begin());
     };
   };
-  CopyPlyWithLabels(input, output, source->labels(), take(vertex_labels), take(face_labels));
+  if (IsObjName(input)) {
+    CopyFiles(materials);
+    CopyObjWithLabels(input, output, source->labels(), face_labels);
+  } else {
+    CopyPlyWithLabels(input, output, source->labels(), take(vertex_labels), take(face_labels));
+  }
   LabelCount count;
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     count.AddVertex(mesh.vertices[v], vertex_labels[v]);
@@ -284,8 +293,9 @@ TransferredLabels TransferLabels(LabelSource* source,
                                  const fs::path& output,
                                  double smoothness,
                                  const TransferProgress& progress) {
-  return HasFaces(input) ? TransferToMesh(source, smoothness, input, output, progress)
-                         : TransferToCloud(source, input, output, progress);
+  return IsObjName(input) || HasFaces(input)
+             ? TransferToMesh(source, smoothness, input, output, progress)
+             : TransferToCloud(source, input, output, progress);
 }
 
 void WriteTransferSidecar(const fs::path& path,

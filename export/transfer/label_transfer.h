@@ -61,7 +61,8 @@ struct TransferredLabels {
 using TransferProgress = std::function<void(const std::string& what, double done)>;
 
 // Copies the PLY `input`, a mesh or a point cloud, to `output` with a label and a confidence for
-// each vertex, and for each face of a mesh (CopyPlyWithLabels).
+// each vertex, and for each face of a mesh (CopyPlyWithLabels); or an OBJ with a group for each
+// label (CopyObjWithLabels), and its materials and textures into the folder of `output`.
 //
 // The faces of a mesh collect votes of places spread over them, and are labelled by a cut
 // (CutFaceLabels); its vertices take the labels of their faces (VertexLabels). Clouds are read and

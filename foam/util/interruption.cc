@@ -10,8 +10,8 @@
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
-#include <glog/logging.h>
 #include <pthread.h>
 
 namespace semfoam {
@@ -22,12 +22,12 @@ namespace {
 constexpr std::chrono::seconds kRepetition(1);
 
 struct State {
-  // Guards num_deferrals and callback.
+  // Guards num_deferrals and callbacks.
   std::mutex mutex;
   // Number of objects of DeferInterruption.
   int num_deferrals = 0;
-  // The function of OnInterrupt; empty without one.
-  std::function<void()> callback;
+  // The functions of all OnInterrupt, the oldest first.
+  std::vector<std::pair<const OnInterrupt*, std::function<void()>>> callbacks;
   // The signal held back; 0: none.
   std::atomic<int> requested = 0;
 };
@@ -40,7 +40,7 @@ State& GlobalState() {
 
 // Ends the process. The caller holds the state's mutex.
 [[noreturn]] void End(int signal) {
-  if (const auto& callback = GlobalState().callback) callback();
+  for (const auto& [owner, callback] : GlobalState().callbacks) callback();
   RemoveScratchFoldersAndExit(Interruption(signal).ExitCode());
 }
 
@@ -92,13 +92,12 @@ DeferInterruption::~DeferInterruption() {
 
 OnInterrupt::OnInterrupt(std::function<void()> callback) {
   const std::lock_guard lock(GlobalState().mutex);
-  CHECK(!GlobalState().callback);
-  GlobalState().callback = std::move(callback);
+  GlobalState().callbacks.emplace_back(this, std::move(callback));
 }
 
 OnInterrupt::~OnInterrupt() {
   const std::lock_guard lock(GlobalState().mutex);
-  GlobalState().callback = nullptr;
+  std::erase_if(GlobalState().callbacks, [this](const auto& entry) { return entry.first == this; });
 }
 
 int InterruptionRequested() { return GlobalState().requested.load(std::memory_order_relaxed); }

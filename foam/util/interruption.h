@@ -75,8 +75,8 @@ class Interruption : public std::exception {
 
 // Calls a function before a signal ends the process, as long as the object exists: to print what is
 // left to do. The function runs in the thread that waits for signals, and must neither wait for
-// other threads nor throw. It is not called when the process ends by an Interruption. At most one
-// object may exist at a time (CHECK).
+// other threads nor throw. It is not called when the process ends by an Interruption. Several
+// objects may exist at a time, on any threads: their functions are called one after another.
 class OnInterrupt {
  public:
   explicit OnInterrupt(std::function<void()> callback);

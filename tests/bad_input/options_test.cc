@@ -83,7 +83,7 @@ TEST(Options, Options) {
       {"segment", "--formats|vdb,fbx", {"", {"formats", "'vdb,fbx'"}, "is invalid"}},
       {"segment", "--formats|om|--VolumeExport.nvdb|1", {"", {"nvdb", "formats"}, "no effect"}},
       {"segment",
-       "--formats|vdb|--MeshExport.method|smooth",
+       "--formats|vdb|--MeshExport.method|cells",
        {"", {"method", "formats"}, "no effect"}},
       {"analyze",
        "--mask_path|TABLETOP/segmentation_labels/masks/mug|--Masks.consistency|tracks",

@@ -28,7 +28,7 @@ std::optional<FileIdentity> IdentityOf(const fs::path& path) {
 
 void CheckNoInputOverwrite(const std::vector<fs::path>& inputs,
                            const std::vector<fs::path>& outputs,
-                           const std::string& option) {
+                           const std::string& field) {
   std::set<FileIdentity> read;
   for (const fs::path& input : inputs) {
     if (const std::optional<FileIdentity> identity = IdentityOf(input)) read.insert(*identity);
@@ -37,16 +37,16 @@ void CheckNoInputOverwrite(const std::vector<fs::path>& inputs,
     const std::optional<FileIdentity> identity = IdentityOf(output);
     if (!identity || read.count(*identity) == 0) continue;
     throw UserError(
-        output.string(), ": is read, so it will not be written; give another ", option, ".");
+        output.string(), ": is read, so it will not be written; give another ", Field{field}, ".");
   }
 }
 
-void RequireOwnImages(const std::vector<fs::path>& images, const std::string& option) {
+void RequireOwnImages(const std::vector<fs::path>& images, const std::string& field) {
   for (const fs::path& image : images) {
     if (!fs::is_regular_file(fs::symlink_status(image)) || IsOwnImage(image)) continue;
     throw UserError(image.string(),
                     ": was not written by this program and would be lost; give another ",
-                    option,
+                    Field{field},
                     ".");
   }
 }

@@ -39,6 +39,8 @@ class PlainLines : public google::LogSink {
 }  // namespace
 
 void InitLogging(const char* program) {
+  // Another library of the process, where this is none of ours, may have done it.
+  if (google::IsGoogleLoggingInitialized()) return;
   static PlainLines plain_lines;
   for (const int severity : {google::GLOG_INFO, google::GLOG_WARNING, google::GLOG_ERROR}) {
     google::SetLogDestination(severity, "");

@@ -240,7 +240,9 @@ class Study {
     Add(row);
     if (!scene.objects.empty()) {
       const auto begin_meshes = std::chrono::steady_clock::now();
-      ExportSurfaces(scene, scratch.path());
+      SurfaceExportOptions cells;
+      cells.method = SurfaceMethod::kCells;
+      ExportSurfaces(scene, scratch.path(), cells);
       row.value = "cells";
       row.seconds = trained.seconds + preparing + SecondsSince(begin_meshes);
       row.surface_error = scale * SurfaceError(views, [&](const DepthView& view) {

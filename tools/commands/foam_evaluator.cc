@@ -142,8 +142,8 @@ void RequireRoomForMaps(const Model& model,
                       ".*, whose maps would have the same name; leave --maps_path out.");
     }
   }
-  CheckNoInputOverwrite(photos, maps, "--maps_path");
-  RequireOwnImages(maps, "--maps_path");
+  CheckNoInputOverwrite(photos, maps, "maps_path");
+  RequireOwnImages(maps, "maps_path");
 }
 
 // When to fit the exposure of the photos.
@@ -223,7 +223,7 @@ void RunFoamEvaluator(int argc, char** argv) {
   if (!maps_path.empty()) lock.emplace(maps_path);
   const fs::path truth = FindTruth(truth_path, image_path);
   if (!json_path.empty()) {
-    CheckNoInputOverwrite({foam_path}, {json_path}, "--json_path");
+    CheckNoInputOverwrite({foam_path}, {json_path}, "json_path");
     if (!truth.empty()) RequireNamesForJson(truth);
   }
   const Model model = ReadModel(foam_path);

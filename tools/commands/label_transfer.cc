@@ -5,10 +5,9 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
 #include "export/transfer/label_source.h"
-#include "export/transfer/ply_split.h"
-#include "foam/util/elapsed_time.h"
+#include "export/transfer/obj_labels.h"
 #include "foam/util/error.h"
-#include "foam/util/json_file.h"
+#include "foam/util/input_file.h"
 #include "foam/util/ply_reader.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
@@ -16,57 +15,22 @@
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
+#include "tools/controllers/labelled_files.h"
 #include "tools/masks/mask_label_source.h"
 #include "tools/masks/model_masks.h"
 #include "tools/options/export_options.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
-#include "tools/support/progress.h"
 
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
-
-#include <glog/logging.h>
-#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kSidecar = "labels.json";
-
-// Throws UserError where the folder holds a labels.json, a file of the name of the input, or, for
-// `split`, a folder of objects, that an earlier run of this command has not written.
-void RequireRoomForFiles(const fs::path& output_path, const fs::path& file, bool split) {
-  const fs::path sidecar = output_path / kSidecar;
-  std::string ours;
-  if (fs::exists(sidecar)) {
-    const nlohmann::json json = ReadJsonFile(sidecar);
-    const auto transfer = json.is_object() ? json.find("transfer") : json.end();
-    if (transfer == json.end() || !transfer->is_object()) {
-      throw UserError(sidecar.string(),
-                      ": was not written by label_transfer and would be lost; give another "
-                      "--output_path.");
-    }
-    if (const auto name = transfer->find("file"); name != transfer->end() && name->is_string()) {
-      ours = name->get<std::string>();
-    }
-  }
-  const auto require_ours = [](const fs::path& target, bool is_ours) {
-    if (is_ours || !fs::exists(target)) return;
-    throw UserError(target.string(),
-                    ": was not written by label_transfer and would be lost; give another "
-                    "--output_path.");
-  };
-  require_ours(output_path / file, file.string() == ours);
-  if (split) require_ours(output_path / "objects", !ours.empty());
-}
 
 void PrintLabels(const TransferredLabels& transferred) {
   const bool is_mesh = transferred.faces > 0;
@@ -95,6 +59,8 @@ struct Paths {
   std::string output;
   // Whether to write each object as a file of its own, too.
   bool split = false;
+  // Whether the parts of a mesh are closed.
+  bool cap = false;
 };
 
 void AddOptions(OptionManager* options,
@@ -112,7 +78,8 @@ void AddOptions(OptionManager* options,
   options->AddRequiredOption(
       "input_path",
       &paths->input,
-      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP");
+      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP, or a mesh as "
+      ".obj, in which labels become groups and materials stay");
   options->AddRequiredOption("output_path",
                              &paths->output,
                              "folder for the labelled file, which keeps its name, and labels.json");
@@ -120,6 +87,8 @@ void AddOptions(OptionManager* options,
                             &paths->split,
                             "also objects/<id>_<name>.ply: each object as a file of its own, with "
                             "the vertices on borders in each");
+  options->AddDefaultOption(
+      "cap", &paths->cap, "with --split 1, of a mesh: closes the boundaries of each object");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,
@@ -140,6 +109,18 @@ void AddOptions(OptionManager* options,
                             "file's unit, are taken for noise; 0 = none, -1 = twice the radius of "
                             "a cell, or 6 pixels of the masks");
   AddFrameOptions(options, frame);
+  options->SetFrequentOptions({"foam_path",
+                               "workspace_path",
+                               "split",
+                               "cap",
+                               "labels_path",
+                               "mask_path",
+                               "tolerance",
+                               "smoothness",
+                               "transform",
+                               "up_axis",
+                               "scale",
+                               "units"});
 }
 
 // Throws UserError unless exactly one of the foam and the workspace is given, with options that
@@ -152,6 +133,7 @@ void RequireOneSource(const OptionManager& options, const Paths& paths) {
                     paths.foam.empty() ? "is" : "are",
                     " given; one of them must tell the labels.");
   }
+  if (!paths.split) options.RequireEffect({"cap"}, "without --split 1; give it, or leave this out");
   if (paths.workspace.empty()) {
     options.RequireEffect({"mask_path", "FoamTraining.label_zero", "Masks.consistency"},
                           "with --foam_path; give --workspace_path instead of that");
@@ -165,39 +147,8 @@ void Transfer(LabelSource* source,
               const Paths& paths,
               double smoothness,
               const std::string& source_checksum) {
-  const fs::path input = paths.input, folder = paths.output;
-  const fs::path output = folder / input.filename();
-  const auto begin = std::chrono::steady_clock::now();
-  TransferredLabels transferred;
-  {
-    ProgressLine line;
-    transferred = TransferLabels(
-        source, input, output, smoothness, [&](const std::string& what, double done) {
-          const std::string text = what + ", " + std::to_string(std::lround(100 * done)) + " %";
-          line.Show({what, done, SecondsSince(begin), text});
-        });
-    line.Clear();
-  }
-  std::vector<WrittenFile> parts;
-  if (paths.split) parts = SplitLabelledPly(output, folder, source->labels());
-  WriteTransferSidecar(
-      folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
-  const bool is_mesh = transferred.faces > 0;
-  LOG(INFO) << output.string() << ": " << transferred.vertices
-            << (is_mesh ? " vertices and " + std::to_string(transferred.faces) + " faces"
-                        : " points")
-            << " labelled in " << FormatDuration(SecondsSince(begin));
-  if (transferred.unknown > 0) {
-    std::ostringstream share;
-    share.precision(2);
-    share << 100.0 * static_cast<double>(transferred.unknown) /
-                 static_cast<double>(transferred.asked);
-    LOG(INFO) << share.str() << " % of the " << (is_mesh ? "vertices" : "points")
-              << (source->Tolerance() > 0 ? " are far from all matter of the foam"
-                                          : " are seen by no photo");
-  }
-  for (const WrittenFile& part : parts) LOG(INFO) << "  " << part.path << ": " << part.summary;
-  PrintLabels(transferred);
+  PrintLabels(WriteLabelled(
+      source, {paths.input, paths.output, paths.split, smoothness, paths.cap}, source_checksum));
 }
 
 void TransferFromFoam(const Paths& paths,
@@ -247,14 +198,21 @@ void RunLabelTransfer(int argc, char** argv) {
   transfer.RequireValid();
   const ExportTransform transform = ParseExportTransform(frame);
   const fs::path input = paths.input, folder = paths.output;
-  // Before any work, what is no PLY.
-  const PlyReader header(input, "a PLY of points or faces");
+  // Before any work, what cannot be read.
+  if (!IsObjName(input)) {
+    const PlyReader header(input, "a PLY of points or faces");
+  } else {
+    RequireRegularFile(input, "a PLY or an OBJ");
+    if (paths.split) {
+      throw UserError(paths.input, ": is an OBJ; --split 1 writes parts of PLY files alone.");
+    }
+  }
   std::vector<fs::path> inputs = {input};
   if (!paths.foam.empty()) inputs.push_back(paths.foam);
   if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);
-  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / kSidecar});
+  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / "labels.json"});
   const OutputLock lock(folder);
-  RequireRoomForFiles(folder, input.filename(), paths.split);
+  RequireRoomForLabelled(folder, input.filename(), paths.split);
   if (paths.workspace.empty()) {
     TransferFromFoam(paths, masks.labels_path, transfer, transform);
   } else {

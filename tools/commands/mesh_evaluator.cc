@@ -133,7 +133,7 @@ ordered_json ToJson(const std::vector<ScoredPair>& pairs, const std::vector<doub
 // A file system takes names that JSON does not; and no mesh is written over.
 void RequireRoomForJson(const std::string& json_path, const std::vector<MeshPair>& meshes) {
   for (const MeshPair& files : meshes) {
-    CheckNoInputOverwrite({files.mesh, files.reference, files.visible}, {json_path}, "--json_path");
+    CheckNoInputOverwrite({files.mesh, files.reference, files.visible}, {json_path}, "json_path");
     if (IsUtf8(files.name)) continue;
     throw UserError(files.reference.string(),
                     ": its name is not UTF-8 and cannot stand in a JSON file; rename it, or leave "

@@ -24,7 +24,9 @@ void RunMeshExporter(int argc, char** argv) {
   ComponentOptions components;
   SurfaceExportOptions surface;
   ExportTransformOptions frame;
-  OptionManager options("mesh_exporter", "Writes the closed surface of every object of a foam.");
+  OptionManager options(
+      "mesh_exporter",
+      "Writes the closed surface of every object of a foam, or of the whole scene.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
   options.AddRequiredOption(
       "output_path",
@@ -35,11 +37,13 @@ void RunMeshExporter(int argc, char** argv) {
   AddLabelOptions(&options, &choice);
   AddComponentOptions(&options, &components);
   AddMeshExportOptions(&options, &surface);
+  AddMeshCropOption(&options, &surface);
   AddFrameOptions(&options, &frame);
   options.SetFrequentOptions({"labels",
                               "exclude_labels",
                               "formats",
                               "MeshExport.method",
+                              "MeshExport.crop",
                               "MeshExport.target_faces",
                               "keep_fragments",
                               "up_axis",
@@ -58,9 +62,16 @@ void RunMeshExporter(int argc, char** argv) {
   RequireSameFoam(output_path, surface.source_checksum);
   const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
   RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
-  RequireObjects(scene, foam_path);
   surface.objects = FilterObjects(scene, choice);
-  const std::vector<WrittenFile> files = WriteMeshes(scene, output_path, wanted, surface);
+  std::vector<WrittenFile> files;
+  if (IsWhole(model)) {
+    const ExportableScene whole = PrepareWhole(model, scene.transform, components);
+    RequireObjects(whole, foam_path);
+    files = WriteWholeMesh(whole, output_path, wanted, surface);
+  } else {
+    RequireObjects(scene, foam_path);
+    files = WriteMeshes(scene, output_path, wanted, surface);
+  }
   WriteLabels(scene, output_path, {surface.source_checksum, files});
 }
 

@@ -2,6 +2,7 @@
 #include "tools/controllers/export_objects.h"
 
 #include "export/scene/names.h"
+#include "export/scene/whole_scene.h"
 #include "foam/util/error.h"
 #include "tools/controllers/object_photos.h"
 
@@ -46,6 +47,20 @@ void LogTilt(const ExportTransform& transform) {
   }
 }
 
+// Logs the fragments together.
+void LogLeftovers(const ExportableScene& scene) {
+  int64_t fragments = 0, cells = 0;
+  for (const LeftOutLabel& label : scene.labels_left_out) {
+    if (!label.is_fragment) continue;
+    ++fragments;
+    cells += label.left_out.cells;
+  }
+  if (fragments == 0) return;
+  LOG(INFO) << "Leftovers: " << fragments << (fragments == 1 ? " fragment" : " fragments") << " of "
+            << cells << (cells == 1 ? " cell" : " cells")
+            << ", without files; keep_fragments makes objects of them";
+}
+
 // Logs what is left out of the objects, and which labels have no object.
 void LogLeftOut(const ExportableScene& scene) {
   for (const ObjectInfo& object : scene.objects) {
@@ -55,8 +70,9 @@ void LogLeftOut(const ExportableScene& scene) {
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     LOG(INFO) << "No object " << label.name << " (" << label.id << "), " << label.reason << ": "
-              << Describe(label.left_out) << (label.is_fragment ? "; keep_fragments keeps it" : "");
+              << Describe(label.left_out);
   }
+  LogLeftovers(scene);
   std::string without_cells;
   for (const Label& label : scene.labels_without_cells) {
     if (!without_cells.empty()) without_cells += ", ";
@@ -85,6 +101,17 @@ ExportableScene PrepareExport(const Model& model,
   return scene;
 }
 
+bool IsWhole(const Model& model) { return !model.foam.HasSemantics(); }
+
+ExportableScene PrepareWhole(const Model& model,
+                             const ExportTransform& transform,
+                             const ComponentOptions& components) {
+  ExportableSceneOptions options;
+  options.transform = transform;
+  options.components = components;
+  return MakeWholeScene(model, options);
+}
+
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path) {
   if (!scene.objects.empty()) return;
   if (!scene.labels_left_out.empty()) {
@@ -102,10 +129,10 @@ void RequireObjects(const ExportableScene& scene, const std::filesystem::path& f
                     " labels has solid cells, so there is no surface to write; a longer training "
                     "would be right, or volume_exporter, which writes the whole scene.");
   }
-  throw UserError(foam_path.string(),
-                  ": has no labels, so there is no object whose surface could be written; a "
-                  "training with masks would be right, or volume_exporter, which writes the whole "
-                  "scene.");
+  throw UserError(
+      foam_path.string(),
+      ": nothing in it is solid, so there is no surface to write; a longer training would "
+      "be right.");
 }
 
 }  // namespace semfoam

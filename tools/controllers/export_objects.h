@@ -20,6 +20,15 @@ ExportableScene PrepareExport(const Model& model,
                               ExportTransform transform = {},
                               const ComponentOptions& components = {});
 
+// Whether the model has no labels, so that its surface is written as a whole (PrepareWhole).
+bool IsWhole(const Model& model);
+
+// Prepares the whole scene as one object (MakeWholeScene), for a model without labels, with the
+// transform of PrepareExport's result.
+ExportableScene PrepareWhole(const Model& model,
+                             const ExportTransform& transform,
+                             const ComponentOptions& components);
+
 // Throws UserError, with the reason, where the scene of `foam_path` has no object, for a command
 // that writes only objects. Must be called before anything is written.
 void RequireObjects(const ExportableScene& scene, const std::filesystem::path& foam_path);

@@ -33,6 +33,10 @@ constexpr ExportName kSceneFiles[] = {{"vdb", "scene.vdb"},
                                       {"vdb_labels_int32", "scene_labels_int32.vdb"},
                                       {"nvdb_labels_int32", "scene_labels_int32.nvdb"},
                                       {"vdb_points", "scene_points.vdb"},
+                                      {"om", "scene.om"},
+                                      {"ply", "scene.ply"},
+                                      {"obj", "scene.obj"},
+                                      {"mtl", "scene.mtl"},
                                       {"glb", "scene.glb"},
                                       {"usda", "scene.usda"}};
 constexpr const char* kObjectFormats[] = {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"};

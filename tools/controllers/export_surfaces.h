@@ -20,4 +20,10 @@ std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
                                      const std::set<ExportFormat>& formats,
                                      SurfaceExportOptions surface = {});
 
+// As WriteMeshes, for a scene of PrepareWhole (ExportWholeSurface).
+std::vector<WrittenFile> WriteWholeMesh(const ExportableScene& scene,
+                                        const std::filesystem::path& output_path,
+                                        const std::set<ExportFormat>& formats,
+                                        SurfaceExportOptions surface = {});
+
 }  // namespace semfoam

@@ -51,8 +51,13 @@ void SegmentScene(SceneSegmenterOptions options) {
     finished.files = WriteVolumes(scene, output_path, volume);
   }
   if (options.formats != std::set<ExportFormat>{ExportFormat::kVdb}) {
+    surface.crop = volume.crop;
     const std::vector<WrittenFile> meshes =
-        WriteMeshes(scene, output_path, options.formats, surface);
+        IsWhole(model) ? WriteWholeMesh(PrepareWhole(model, scene.transform, options.components),
+                                        output_path,
+                                        options.formats,
+                                        surface)
+                       : WriteMeshes(scene, output_path, options.formats, surface);
     finished.files.insert(finished.files.end(), meshes.begin(), meshes.end());
   }
   WriteLabels(scene, output_path, finished);
@@ -63,8 +68,10 @@ void SegmentScene(SceneSegmenterOptions options) {
                  << "of it; labels.json and the lines above say why.";
   }
   const size_t num_objects = SelectObjects(scene, volume.objects).size();
-  LOG(INFO) << num_objects << (num_objects == 1 ? " object" : " objects") << ", everything is in "
-            << output_path.string();
+  const std::string what =
+      IsWhole(model) ? "No labels, so the scene is whole"
+                     : std::to_string(num_objects) + (num_objects == 1 ? " object" : " objects");
+  LOG(INFO) << what << ", everything is in " << output_path.string();
 }
 
 }  // namespace semfoam

@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <sstream>
@@ -59,20 +60,6 @@ const char* TextOf(EffectSwitch value) {
   return value == EffectSwitch::kOn ? "on" : value == EffectSwitch::kOff ? "off" : "auto";
 }
 
-const char* TextOf(MaskConsistency value) {
-  switch (value) {
-    case MaskConsistency::kOff:
-      return "off";
-    case MaskConsistency::kTracks:
-      return "tracks";
-    case MaskConsistency::kIndependent:
-      return "independent";
-    case MaskConsistency::kAuto:
-      break;
-  }
-  return "auto";
-}
-
 const char* TextOf(LabelZero value) {
   return value == LabelZero::kClass ? "class" : value == LabelZero::kIgnore ? "ignore" : "auto";
 }
@@ -102,7 +89,7 @@ std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
 std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
                                                 const SceneEffects& effects) {
   std::map<std::string, std::string> values = TrainingTexts(run);
-  values["mask_consistency"] = TextOf(run.scene.mask_consistency);
+  values["mask_consistency"] = NameOf(kMaskConsistencyNames, run.scene.mask_consistency);
   values["sh_degree"] = FormatValue(effects.sh_degree);
   for (const char* name : {"exposure", "shading", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
@@ -148,7 +135,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
   values["Effects.sh_degree"] = run.effects.fixed_sh_degree ? "on" : "auto";
-  values["Masks.consistency"] = TextOf(run.scene.mask_consistency);
+  values["Masks.consistency"] = NameOf(kMaskConsistencyNames, run.scene.mask_consistency);
   if (!run.scene.ignore_path.empty()) values["invert"] = FormatValue(run.scene.ignore_inverted);
   values["quality"] = NameOf(kQualityNames, run.quality);
   values["random_seed"] = FormatValue(run.training.random_seed);
@@ -190,7 +177,8 @@ bool IsOfBlock(const Checkpoint* checkpoint) {
   return checkpoint != nullptr && !checkpoint->Texts("block").empty();
 }
 
-// Trains, with checkpoints. After a signal, writes a last checkpoint and throws Interruption.
+// Trains, with checkpoints. After a signal, or where TrainingRun::when_reported stops it, writes a
+// last checkpoint and throws Interruption.
 TrainingSummary Train(const TrainingScene& scene,
                       const std::vector<SeedPoint>& seeds,
                       const TrainingRun& run,
@@ -205,6 +193,7 @@ TrainingSummary Train(const TrainingScene& scene,
   CheckpointTexts all_texts = texts;
   if (IsOfBlock(checkpoint.get())) all_texts["block"] = checkpoint->Texts("block");
   hooks.device = run.device;
+  bool goes_on = true;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
       line.Show(CountProgress(
@@ -212,6 +201,7 @@ TrainingSummary Train(const TrainingScene& scene,
     } else {
       line.Update(progress);
     }
+    if (run.when_reported && !run.when_reported(progress)) goes_on = false;
   };
   // The blocks of a scene have one light, that of the run which they are of.
   if (!IsOfBlock(checkpoint.get())) {
@@ -230,7 +220,7 @@ TrainingSummary Train(const TrainingScene& scene,
       save(contents);
     };
     if (run.between_iterations) run.between_iterations(iteration, save_all);
-    const int signal = InterruptionRequested();
+    const int signal = goes_on ? InterruptionRequested() : SIGINT;
     if (signal == 0 && !folder->IsDue()) return;
     CheckpointContents contents;
     save_all(&contents);

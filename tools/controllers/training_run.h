@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
@@ -18,6 +19,12 @@
 #include <vector>
 
 namespace semfoam {
+
+inline constexpr EnumName<MaskConsistency> kMaskConsistencyNames[] = {
+    {MaskConsistency::kAuto, "auto"},
+    {MaskConsistency::kOff, "off"},
+    {MaskConsistency::kTracks, "tracks"},
+    {MaskConsistency::kIndependent, "independent"}};
 
 // Ends a training before its end, whose state the thrower has written.
 struct TrainingStopped {};
@@ -71,6 +78,10 @@ struct TrainingRun {
   // Called, unless empty, when scene.foam, effects.json and training_log.csv are written, before
   // TrainingFolder::EndTraining, with the reports of the log.
   std::function<void(const std::vector<TrainingProgress>&, const TrainingFolder&)> when_written;
+  // Called, unless empty, with each report of the training, about once a second, from the thread of
+  // TrainAndWrite. Returns whether to go on; if not, the training ends after the current iteration
+  // with a checkpoint and throws Interruption(SIGINT).
+  std::function<bool(const TrainingProgress&)> when_reported;
 };
 
 // Sets the paths of `run->scene` that are empty to the usual folders of COLMAP and mask trackers in

@@ -41,9 +41,10 @@ void RequireOwnJson(const fs::path& file) {
     // It is none of ours.
   }
   if (!is_own) {
-    throw UserError(
-        file.string(),
-        ": was not written by this command and would be lost; give another --output_path.");
+    throw UserError(file.string(),
+                    ": was not written by this command and would be lost; give another ",
+                    Field{"output_path"},
+                    ".");
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/scene/enum_names.h"
 #include "foam/image/image.h"
 #include "foam/model/model.h"
 
@@ -18,6 +19,8 @@ enum class MaskOutput {
   kPalette,  // <photo>.png, 8-bit palette, as DEVA, SAM 2 and DAVIS have it
   kCoco      // instances.json: COCO annotations with compressed run lengths and track ids
 };
+inline constexpr EnumName<MaskOutput> kMaskOutputNames[] = {
+    {MaskOutput::kPng16, "png"}, {MaskOutput::kPalette, "palette"}, {MaskOutput::kCoco, "coco"}};
 
 // Receives masks of photos one after another.
 class MaskWriter {

@@ -17,10 +17,10 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
   options->AddDefaultOption("VolumeExport.max_resolution",
                             &volume->max_resolution,
                             "voxels along the longest edge of the scene's box");
-  options->AddDefaultOption(
-      "VolumeExport.crop",
-      &volume->crop,
-      "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame: no voxel outside of it");
+  options->AddDefaultOption("VolumeExport.crop",
+                            &volume->crop,
+                            "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame: no voxel outside of "
+                            "it, and meshes cut there");
   options->AddDefaultOption("VolumeExport.supersample",
                             &volume->supersample,
                             "samples along each edge of a voxel, 1 to 8; 1 = its centre alone");
@@ -59,11 +59,18 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
                 "MeshExport.method",
                 &surface->method,
                 kSurfaceMethodNames,
-                "cells = the exact faces of the cells; smooth = an iso-surface through "
-                "them, smoothed, with the same volume");
+                "smooth = an iso-surface through the cells, smoothed, with the same volume; cells "
+                "= their exact faces");
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
+}
+
+void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {
+  options->AddDefaultOption("MeshExport.crop",
+                            &surface->crop,
+                            "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame to cut surfaces at; by "
+                            "default those that reach far beyond what photos show");
 }
 
 void AddFormatsOption(OptionManager* options, std::string* formats) {
@@ -137,6 +144,7 @@ void RequireEffects(const OptionManager& options,
     if (is_written) return;
     std::vector<std::string> names;
     for (const auto& [name, value] : options.GroupValues(group)) {
+      if (name == "crop") continue;  // cuts meshes, too
       names.push_back(group);
       names.back().append(".").append(name);
     }

@@ -20,6 +20,9 @@ void AddVolumeExportOptions(OptionManager* options, VolumeExportOptions* volume)
 // Adds --MeshExport.*.
 void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface);
 
+// Adds --MeshExport.crop, for commands without --VolumeExport.crop, which stands for both.
+void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface);
+
 // Adds --formats. `*formats` lists the formats that the command can write; the default is all of
 // them.
 void AddFormatsOption(OptionManager* options, std::string* formats);

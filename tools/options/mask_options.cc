@@ -6,6 +6,7 @@
 #include "plugin/mask/mask_folders.h"
 #include "plugin/mask/mask_tables.h"
 #include "plugin/util/files.h"
+#include "tools/controllers/training_run.h"
 
 #include <vector>
 
@@ -34,10 +35,7 @@ LabelZero MaskOptions::Zero() const {
 }
 
 MaskConsistency MaskOptions::Consistency() const {
-  return consistency == "off"           ? MaskConsistency::kOff
-         : consistency == "tracks"      ? MaskConsistency::kTracks
-         : consistency == "independent" ? MaskConsistency::kIndependent
-                                        : MaskConsistency::kAuto;
+  return ParseEnum(kMaskConsistencyNames, consistency).value_or(MaskConsistency::kAuto);
 }
 
 void AddMaskPathOptions(OptionManager* options, MaskOptions* masks) {
@@ -61,7 +59,7 @@ void AddMaskReadingOptions(OptionManager* options, MaskOptions* masks) {
                            "object; auto = a class where it covers a fifth of the masks");
   options->AddChoiceOption("Masks.consistency",
                            &masks->consistency,
-                           {"auto", "off", "tracks", "independent"},
+                           AllNames(kMaskConsistencyNames),
                            "what to do about errors of the masks: correct them by the SfM tracks, "
                            "or, where ids mean nothing from photo to photo, match them by these");
 }

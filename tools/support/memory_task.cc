@@ -11,8 +11,8 @@ struct Task {
   const char* advice = nullptr;
 };
 
-// The innermost active task, or the one that an exception has left.
-Task current;
+// The innermost active task of the thread, or the one that an exception has left.
+thread_local Task current;
 
 }  // namespace
 

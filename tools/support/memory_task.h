@@ -6,8 +6,8 @@
 namespace semfoam {
 
 // Marks a scope that may take much memory. If memory is used up (std::bad_alloc), the error names
-// the innermost active task, and how it would take less. For the main thread; both texts must
-// outlive the task.
+// the innermost active task of the thread, and how it would take less. Both texts must outlive the
+// task.
 class MemoryTask {
  public:
   // `what_is_done` is a text such as "photos and masks are decoded", `advice` one such as "a
@@ -23,7 +23,8 @@ class MemoryTask {
   const int exceptions_at_begin_;
 };
 
-// Returns the sentence of the error. Must be called after std::bad_alloc has left all tasks.
+// Returns the sentence of the error. Must be called after std::bad_alloc has left all tasks of the
+// thread.
 std::string MemoryUsedUp();
 
 }  // namespace semfoam

@@ -27,7 +27,9 @@ class AssimpReads : public TemporaryFolderTest {
     Model model = TouchingBalls(1500);
     model.labels[1].name = "M\xC3\xBCtze 2";
     scene_ = MakeExportableScene(model);
-    ExportSurfaces(scene_, folder_);
+    SurfaceExportOptions options;
+    options.method = SurfaceMethod::kCells;
+    ExportSurfaces(scene_, folder_, options);
     for (const ObjectInfo& object : scene_.objects) {
       surfaces_.push_back(ExtractSurface(scene_, object));
     }

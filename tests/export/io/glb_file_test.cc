@@ -30,6 +30,7 @@ const std::string kCleanName = "M\xC3\xBCtze \"blue\" \xEF\xBF\xBD";
 
 SurfaceExportOptions OnlyGlb() {
   SurfaceExportOptions options;
+  options.method = SurfaceMethod::kCells;
   options.om = options.ply = options.obj = options.usda = false;
   return options;
 }

@@ -97,6 +97,26 @@ TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirComponents) {
   EXPECT_EQ(sidecar["labels_left_out"][0]["reason"], "too few cells in every piece");
 }
 
+TEST_F(LabelSidecar, HoldsFragmentsAsOneEntry) {
+  ExportableScene scene = MakeExportableScene(TouchingBalls(1000));
+  WriteLabelSidecar(folder_ / "labels.json", scene, {});
+  EXPECT_FALSE(json::parse(std::ifstream(folder_ / "labels.json")).contains("leftovers"));
+  LeftOutLabel fragment{LabelId{218}, "label_218", {2, 5, 0.25, 4, 0.125, {1, 2, 3}}, "why", true};
+  scene.labels_left_out.push_back(fragment);
+  fragment.id = LabelId{40};
+  scene.labels_left_out.push_back(fragment);
+  fragment.id = LabelId{41};
+  fragment.is_fragment = false;
+  scene.labels_left_out.push_back(fragment);
+  WriteLabelSidecar(folder_ / "labels.json", scene, {});
+  const json leftovers = json::parse(std::ifstream(folder_ / "labels.json"))["leftovers"];
+  EXPECT_EQ(leftovers["ids"], (json{218, 40}));
+  EXPECT_EQ(leftovers["cells"], 10);
+  EXPECT_EQ(leftovers["volume"], 0.5);
+  EXPECT_EQ(leftovers["below_share_of_cells"], 0.001);
+  EXPECT_EQ(leftovers["below_share_of_confidence"], 0.85);
+}
+
 TEST_F(LabelSidecar, SaysTheFrame) {
   ExportTransformOptions frame;
   frame.transform = "0 -1 0 5 1 0 0 0 0 0 1 0";

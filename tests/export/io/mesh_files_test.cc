@@ -2,6 +2,7 @@
 #include "export/io/mesh_files.h"
 
 #include "export/io/surface_export.h"
+#include "export/surface/clean_cells.h"
 #include "export/surface/semantic_mesh.h"
 #include "export/surface/smooth_surface.h"
 #include "export/surface/surface_decimation.h"
@@ -383,9 +384,11 @@ TEST_F(MeshFiles, ExportCountsTheFacesThatADecimationMadeIntersect) {
       }));
   SurfaceExportOptions options;
   options.method = SurfaceMethod::kSmooth;
-  options.target_faces = 400;
-  const ObjectSurface small = Decimate(
-      ExtractSmoothSurface(scene, scene.objects[0], ExtractSurface(scene, scene.objects[0])), 400);
+  options.target_faces = 100;
+  ObjectInfo object = scene.objects[0];
+  object.cells = FillPitsAndTunnels(scene, object.cells).cells;
+  const ObjectSurface small =
+      Decimate(ExtractSmoothSurface(scene, object, ExtractSurface(scene, object)), 100);
   const size_t crossing = SelfIntersections(small.vertices, small.triangles).size();
   ASSERT_GT(crossing, 0u);
   EXPECT_THAT(ExportSurfaces(scene, folder_, options)[0].summary,

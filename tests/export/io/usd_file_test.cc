@@ -28,6 +28,7 @@ class UsdFiles : public TemporaryFolderTest {
  protected:
   json Export(const ExportableScene& scene) {
     SurfaceExportOptions options;
+    options.method = SurfaceMethod::kCells;
     options.om = options.ply = options.obj = options.glb = false;
     options.creator = "the \"test\" \\ 1";
     const std::vector<WrittenFile> files = ExportSurfaces(scene, folder_, options);

@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <random>
+#include <sstream>
 
 #include "tests/export/test_foams.h"
 #include "tests/export/transfer/test_meshes.h"
@@ -98,6 +99,45 @@ TEST_F(LabelTransferTest, AMeshOfSomebodyElseGetsItsLabels) {
   EXPECT_EQ(transferred.labels[0].name, "mug");
   EXPECT_NEAR(transferred.labels[0].area, transferred.area / 2, 0.01 * transferred.area);
   EXPECT_NEAR(transferred.labels[1].box.min().x(), 0.005, 0.03);
+}
+
+// Labels become groups; what a texture needs is as it was.
+TEST_F(LabelTransferTest, AnObjGetsItsLabelsAsGroups) {
+  std::ofstream(folder_ / "in.mtl") << "newmtl all\n";
+  const std::filesystem::path path = folder_ / "in.obj";
+  {
+    std::ofstream obj(path);
+    obj.precision(17);
+    obj << "mtllib in.mtl\nvt 0.25 0.5\nusemtl all\n";
+    for (const Eigen::Vector3d& x : mesh_.vertices) obj << "v " << x.transpose() << "\n";
+    for (size_t f = 0; f < mesh_.NumFaces(); ++f) {
+      obj << "f";
+      for (const uint32_t corner : mesh_.Face(f)) obj << " " << corner + 1 << "/1";
+      obj << "\n";
+    }
+  }
+  FoamLabels source(scene_, 0);
+  const TransferredLabels transferred =
+      TransferLabels(&source, path, folder_ / "out/in.obj", -1, [](const std::string&, double) {});
+  EXPECT_EQ(transferred.faces, std::ssize(mesh_.corners) / 3);
+  EXPECT_EQ(ReadAll(folder_ / "out/in.mtl"), "newmtl all\n");
+
+  std::istringstream labelled(ReadAll(folder_ / "out/in.obj"));
+  std::string without_groups, group;
+  size_t face = 0, right = 0;
+  for (std::string line; std::getline(labelled, line);) {
+    if (line.starts_with("g ")) {
+      group = line;
+      continue;
+    }
+    without_groups += line + "\n";
+    if (!line.starts_with("f ")) continue;
+    right +=
+        group == (Truth(mesh_.vertices[mesh_.Face(face)[0]]) == kLeft ? "g 7_mug" : "g 8_label_8");
+    ++face;
+  }
+  EXPECT_EQ(without_groups, ReadAll(path));
+  EXPECT_GE(right, face * 98 / 100);
 }
 
 // Noise on the places, as of fused.ply, with and without normals; and outliers far off, which get

@@ -72,16 +72,17 @@ TEST(Interruption, TellsWhatIsLeftToDoBeforeItEnds) {
   EXPECT_EXIT(
       {
         HandleInterruptions();
+        const OnInterrupt say([] { std::fputs("there is more to do\n", stderr); });
         {
           const OnInterrupt done([] { std::fputs("this is done\n", stderr); });
         }
-        const OnInterrupt say([] { std::fputs("there is more to do\n", stderr); });
+        const OnInterrupt also([] { std::fputs("and here, too\n", stderr); });
         const OutputFile file(folder / "unfinished.vdb");
         Send(SIGINT);
         WaitForTheEnd();
       },
       ExitedWithCode(130),
-      "^there is more to do\n$");
+      "^there is more to do\nand here, too\n$");
   EXPECT_THAT(FilesBelow(folder.path()), IsEmpty());
   // Who holds signals back says it himself.
   EXPECT_EXIT(

@@ -243,6 +243,8 @@ INSTANTIATE_TEST_SUITE_P(
                     "BAD_FOAM",
                     "--output_path",
                     "OUT",
+                    "--method",
+                    "cells",
                     "--target_faces",
                     "500"},
                    {"", {"target_faces", "smooth"}, "needs the method"}},

@@ -77,7 +77,9 @@ TEST(Blender, ShowsWhatWeExport) {
   VolumeExportOptions volume;
   volume.max_resolution = 64;
   ExportVolumes(scene, folder / "out", volume);
-  ExportSurfaces(scene, folder / "out");
+  SurfaceExportOptions surface;
+  surface.method = SurfaceMethod::kCells;
+  ExportSurfaces(scene, folder / "out", surface);
 
   const fs::path picture = fs::current_path() / "blender_test.png";
   fs::remove(picture);

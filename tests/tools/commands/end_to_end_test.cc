@@ -666,13 +666,20 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.Errors(), IsEmpty());
   EXPECT_THAT(outcome.err, HasSubstr("colour only"));
+  EXPECT_THAT(outcome.err, HasSubstr("the scene is whole, everything is in " + out.string()));
   EXPECT_THAT(FilesBelow(out),
               testing::UnorderedElementsAre("scene.foam",
                                             "effects.json",
                                             "labels.json",
                                             "report.html",
                                             "training_log.csv",
-                                            "scene.vdb"));
+                                            "scene.vdb",
+                                            "scene.om",
+                                            "scene.ply",
+                                            "scene.obj",
+                                            "scene.mtl",
+                                            "scene.glb",
+                                            "scene.usda"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
   // No photo was held out of this one.

@@ -122,14 +122,13 @@ TEST_F(ExportOptionsTest, TheMethodReachesEveryFormat) {
   ASSERT_EQ(Run("mesh_exporter", "plain").exit_code, 0);
   ASSERT_EQ(Run("mesh_exporter", "cells", {"--method", "cells"}).exit_code, 0);
   const std::string glb = "objects/7_mug.glb";
-  EXPECT_EQ(ReadFile(folder_ / "plain" / glb), ReadFile(folder_ / "cells" / glb));
   const Outcome smooth = Run("mesh_exporter", "smooth", {"--method", "smooth"});
   ASSERT_EQ(smooth.exit_code, 0) << smooth.err;
   EXPECT_THAT(smooth.err, HasSubstr(" faces, 1 shell, no cavities, genus 0, from the cells 0.0"));
   EXPECT_THAT(smooth.err, HasSubstr("Hausdorff distance 0."));
+  EXPECT_TRUE(ReadFile(folder_ / "plain" / glb) == ReadFile(folder_ / "smooth" / glb));
   ExpectListed("smooth");
-  const Outcome few =
-      Run("mesh_exporter", "few", {"--method", "smooth", "--MeshExport.target_faces", "100"});
+  const Outcome few = Run("mesh_exporter", "few", {"--MeshExport.target_faces", "100"});
   ASSERT_EQ(few.exit_code, 0) << few.err;
   for (const std::string name : {"7_mug", "8_label_8"}) {
     EXPECT_NE(faces("smooth", name), faces("cells", name));
@@ -148,8 +147,7 @@ TEST_F(ExportOptionsTest, TheMethodReachesEveryFormat) {
   EXPECT_THAT(ply, HasSubstr("element vertex " + std::to_string(obj.size()) + "\n"));
   // What cannot be is said: a torus has at least 14 faces.
   WriteModel(folder_ / "scene.foam", Torus());
-  const Outcome too_few =
-      Run("mesh_exporter", "too_few", {"--method", "smooth", "--target_faces", "12"});
+  const Outcome too_few = Run("mesh_exporter", "too_few", {"--target_faces", "12"});
   ASSERT_EQ(too_few.exit_code, 0) << too_few.err;
   EXPECT_THAT(too_few.err, HasSubstr(" faces instead of 12, because fewer would"));
 }
@@ -383,13 +381,79 @@ TEST_F(ExportOptionsTest, WithoutObjectsThereIsNothingToWrite) {
   model.foam.classifier_bias.clear();
   model.labels.clear();
   WriteModel(foam, model);
-  expect_refusal({"masks", "volume_exporter"}, "has no labels", {"--formats", "glb"});
+  const Foam unlabelled = model.foam;
+  model.foam.raw_density.assign(model.foam.NumSites(), -100);
+  WriteModel(foam, model);
+  expect_refusal({"longer training"}, "nothing in it is solid", {"--formats", "glb"});
+  model.foam = unlabelled;
+  WriteModel(foam, model);
   const Outcome object = Run("volume_exporter", "none", {"--labels", "mug"});
   EXPECT_EQ(object.exit_code, 1);
   EXPECT_THAT(object.Errors(), testing::ElementsAre(HasSubstr("the scene has no objects")));
   EXPECT_FALSE(fs::exists(folder_ / "none"));
   EXPECT_EQ(Run("volume_exporter", "scene", {"--max_resolution", "16"}).exit_code, 0);
   EXPECT_THAT(FilesBelow(folder_ / "scene"), UnorderedElementsAre("scene.vdb", "labels.json"));
+}
+
+// Without masks there is a mesh, too: all matter as one closed surface.
+TEST_F(ExportOptionsTest, WithoutLabelsTheWholeSceneIsOneMesh) {
+  ASSERT_EQ(Run("mesh_exporter", "apart", {"--formats", "obj"}).exit_code, 0);
+  Model model = ReadModel(folder_ / "scene.foam");
+  model.foam.num_classes = 0;
+  model.foam.identity.clear();
+  model.foam.classifier_weight.clear();
+  model.foam.classifier_bias.clear();
+  model.labels.clear();
+  WriteModel(folder_ / "scene.foam", model);
+  const Outcome whole = Run("mesh_exporter", "whole");
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_THAT(whole.err, HasSubstr("1 shell, no cavities, genus 0"));
+  EXPECT_THAT(FilesBelow(folder_ / "whole"),
+              UnorderedElementsAre("labels.json",
+                                   "scene.om",
+                                   "scene.ply",
+                                   "scene.obj",
+                                   "scene.mtl",
+                                   "scene.glb",
+                                   "scene.usda"));
+  ExpectListed("whole");
+  EXPECT_EQ(Labels("whole")["objects"], json::array());
+  // Both balls, which touch, in one.
+  const auto box = [&](const std::vector<std::string>& paths) {
+    Eigen::AlignedBox3d of_all;
+    for (const std::string& path : paths) {
+      for (const Eigen::Vector3d& vertex : ObjVertices(folder_ / path)) of_all.extend(vertex);
+    }
+    return of_all;
+  };
+  const Eigen::AlignedBox3d of_whole = box({"whole/scene.obj"});
+  const Eigen::AlignedBox3d of_parts =
+      box({"apart/objects/7_mug.obj", "apart/objects/8_label_8.obj"});
+  EXPECT_LT((of_whole.min() - of_parts.min()).norm(), 0.1);
+  EXPECT_LT((of_whole.max() - of_parts.max()).norm(), 0.1);
+  ExpectRefused(Run("mesh_exporter", "mug", {"--labels", "mug"}),
+                {"", {"mug"}, "the scene has no objects"});
+  EXPECT_FALSE(fs::exists(folder_ / "mug"));
+}
+
+TEST_F(ExportOptionsTest, ACropCutsMeshes) {
+  for (const std::string method : {"smooth", "cells"}) {
+    const Outcome cut = Run("mesh_exporter",
+                            method,
+                            {"--method", method, "--formats", "obj", "--crop", "0,0,0,10,40,60"});
+    ASSERT_EQ(cut.exit_code, 0) << cut.err;
+    double right = 0;
+    for (const std::string name : {"7_mug", "8_label_8"}) {
+      if (!fs::exists(folder_ / method / "objects" / (name + ".obj"))) continue;
+      for (const Eigen::Vector3d& x : ObjVertices(folder_ / method / "objects" / (name + ".obj"))) {
+        right = std::max(right, x.x());
+      }
+    }
+    EXPECT_NEAR(right, 10, method == "smooth" ? 1e-9 : 0.5) << method;
+    ExpectListed(method);
+  }
+  ExpectRefused(Run("mesh_exporter", "bad", {"--crop", "1,2,3"}), {"", {"crop"}, "six numbers"});
+  EXPECT_FALSE(fs::exists(folder_ / "bad"));
 }
 
 TEST_F(ExportOptionsTest, OneFolderHoldsOneFrame) {

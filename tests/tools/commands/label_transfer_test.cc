@@ -194,6 +194,10 @@ TEST_F(LabelTransferCommandTest, OneSourceOfLabelsIsNeeded) {
               NamesMistake("", {"foam_path", "workspace_path"}, "both"));
   EXPECT_THAT(Sentence(Run(mesh, out, {"--mask_path", out})),
               NamesMistake("", {"mask_path", "foam_path"}, "no effect"));
+  EXPECT_THAT(Sentence(Run(mesh, out, {"--cap", "1"})),
+              NamesMistake("", {"cap", "split"}, "no effect"));
+  EXPECT_THAT(Sentence(Run(folder_ / "a.obj", out, {})),
+              NamesMistake((folder_ / "a.obj").string(), {}, "there is no such file"));
   EXPECT_FALSE(fs::exists(out));
 }
 

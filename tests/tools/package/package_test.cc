@@ -17,6 +17,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
 using testing::Not;
+using testing::StartsWith;
 
 class Packages : public testing::Test {
  protected:
@@ -78,7 +79,8 @@ TEST_F(Packages, TheProgramComesWithItsManualAndCompletion) {
                                        "/usr/share/bash-completion/completions/semfoam",
                                        "/usr/share/doc/semfoam/changelog.gz",
                                        "/usr/share/doc/semfoam/copyright",
-                                       "/usr/share/man/man1/semfoam.1.gz"};
+                                       "/usr/share/man/man1/semfoam.1.gz",
+                                       "/usr/share/semfoam/semantic_foam_blender.zip"};
   for (const CommandEntry& command : Commands()) {
     expected.push_back("/usr/share/man/man1/semfoam-" + std::string(command.name) + ".1.gz");
   }
@@ -102,9 +104,30 @@ TEST_F(Packages, TheLibrariesComeWithHeadersAndTheirCMakePackage) {
   EXPECT_THAT(Field("libsemfoam-dev", "Depends"), HasSubstr("libeigen3-dev"));
 }
 
+TEST_F(Packages, ThePythonModuleComesWithItsStubs) {
+  if (!SEMFOAM_HAS_PYTHON) GTEST_SKIP() << "built without the Python module";
+  const std::vector<std::string> files = Files("python3-semfoam");
+  const std::string folder = "/usr/lib/python3/dist-packages/semfoam/";
+  EXPECT_THAT(files,
+              IsSupersetOf({folder + "__init__.py",
+                            folder + "__init__.pyi",
+                            folder + "py.typed",
+                            std::string("/usr/share/doc/python3-semfoam/changelog.gz"),
+                            std::string("/usr/share/doc/python3-semfoam/copyright")}));
+  EXPECT_THAT(files, Contains(StartsWith(folder + "_semfoam.cpython-")));
+  EXPECT_EQ(files.size(), 6);
+  EXPECT_THAT(Field("python3-semfoam", "Depends"),
+              AllOf(HasSubstr("python3 (>= 3."),
+                    HasSubstr("python3-numpy"),
+                    HasSubstr("libopenvdb"),
+                    HasSubstr("libtbb12")));
+}
+
 // As far as lintian is installed.
 TEST_F(Packages, LintianFindsNoError) {
-  for (const char* name : {"semfoam", "libsemfoam-dev"}) {
+  std::vector<std::string> names = {"semfoam", "libsemfoam-dev"};
+  if (SEMFOAM_HAS_PYTHON) names.emplace_back("python3-semfoam");
+  for (const std::string& name : names) {
     if (RunProgram("sh", {"-c", "command -v lintian"}).exit_code != 0) return;
     const Outcome lintian =
         RunProgram("lintian", {"--allow-root", "--fail-on", "error", Path(name)});

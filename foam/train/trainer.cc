@@ -186,17 +186,16 @@ TrainingSummary Trainer::Finish(const Device& device) {
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
   const ViewRenderer renderer(summary_.foam, device);
-  const bool spreads_labels = summary_.foam.HasSemantics() && !TrainsBlock() &&
-                              FewViewsHaveLabels(views_);
-  std::vector<float> labelled;
-  summary_.statistics = MeasureCells(summary_.foam,
-                                     renderer,
-                                     views_,
-                                     StatisticsStride(views_, options_.num_rays),
-                                     spreads_labels ? &labelled : nullptr);
+  const bool spreads_labels =
+      summary_.foam.HasSemantics() && !TrainsBlock() && FewViewsHaveLabels(views_);
+  const int stride = StatisticsStride(views_, options_.num_rays);
+  summary_.statistics = MeasureCells(summary_.foam, renderer, views_, stride);
   if (spreads_labels) {
-    summary_.spread_cells =
-        SpreadLabels(renderer.delaunay(), summary_.statistics, labelled, &summary_.foam);
+    summary_.spreading = SpreadLabels(
+        renderer.delaunay(),
+        summary_.statistics,
+        MeasureLabels(summary_.foam, renderer, views_, LabelStride(views_, options_.num_rays)),
+        &summary_.foam);
   }
   return std::move(summary_);
 }

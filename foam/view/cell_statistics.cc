@@ -23,13 +23,16 @@ struct CellObservation {
   float passed;
   float stopped;
   Eigen::Vector3f color;
-  // Whether the ray's pixel has a class.
-  bool is_labelled;
+  // Of the ray's pixel; kUnlabelled unless asked for.
+  ClassIndex class_index;
 };
 
 // Maximum number of rays whose observations are in memory at a time; the rays of kRowsPerBlock rows
 // are, however many they are.
 constexpr int kRaysInMemory = 1 << 16;
+// Least weight of a cell on a ray for which the ray's pixel votes. At the edges of things a pixel
+// also shows a little of what is behind them, and in haze a little of everything.
+constexpr float kLeastVote = 0.3f;
 // Rows of pixels that one thread casts.
 constexpr int kRowsPerBlock = 8;
 
@@ -38,7 +41,7 @@ constexpr size_t kRaysAtOnce = 256;
 
 // Appends what a ray saw of every cell in which it passed, stopped or showed something.
 void AddObservations(const RayTrace& trace,
-                     bool is_labelled,
+                     ClassIndex class_index,
                      size_t num_sites,
                      std::vector<CellObservation>* observations) {
   for (int k = 0; k < trace.num_segments; ++k) {
@@ -53,7 +56,7 @@ void AddObservations(const RayTrace& trace,
                              passed,
                              stopped,
                              {trace.color[0][k], trace.color[1][k], trace.color[2][k]},
-                             is_labelled});
+                             class_index});
   }
 }
 
@@ -66,8 +69,17 @@ struct PixelGrid {
   uint32_t start_cell;
   CellShading<float> shading;
   float cutoff_tau;
-  // The view's pixels; null: none is taken for labelled.
+  // Whether the pixels' classes are asked for.
+  bool asks_classes;
+  // The view's pixels where the views do not hold them and their classes are asked for.
   const ViewPixels* pixels;
+
+  ClassIndex ClassAt(int x, int y) const {
+    if (!asks_classes) return kUnlabelled;
+    if (pixels != nullptr) return pixels->At(x, y).Class();
+    TrainingRay ray;
+    return views.Ray(view, x, y, &ray) ? ray.class_index : kUnlabelled;
+  }
 };
 
 // Casts the pixels of rows [begin, end) of the grid.
@@ -78,17 +90,16 @@ void ObserveRows(const PixelGrid& grid,
                  std::vector<CellObservation>* observations) {
   const TrainingViews& views = grid.views;
   std::vector<Eigen::Vector3f> directions;
-  std::vector<uint8_t> is_labelled;
+  std::vector<ClassIndex> classes;
   for (int64_t row = begin; row < end; ++row) {
     directions.clear();
-    is_labelled.clear();
+    classes.clear();
     Eigen::Vector3f direction;
     const int y = static_cast<int>(row * grid.stride);
     for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
       if (!views.RayDirection(grid.view, x, y, &direction)) continue;
       directions.push_back(direction);
-      is_labelled.push_back(grid.pixels != nullptr &&
-                            grid.pixels->At(x, y).Class() != kUnlabelled);
+      classes.push_back(grid.ClassAt(x, y));
     }
     for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
       const std::span<RayTrace> traces =
@@ -100,7 +111,7 @@ void ObserveRows(const PixelGrid& grid,
       }
       TraceRays(grid.renderer.geometry(), grid.shading, grid.cutoff_tau, traces);
       for (size_t i = 0; i < traces.size(); ++i) {
-        AddObservations(traces[i], is_labelled[first + i] != 0, num_sites, observations);
+        AddObservations(traces[i], classes[first + i], num_sites, observations);
       }
     }
   }
@@ -113,7 +124,6 @@ class ObservationSums {
       : passed_(num_sites, 0.0),
         stopped_(num_sites, 0.0),
         weight_(num_sites, 0.0),
-        labelled_(num_sites, 0.0),
         weighted_color_(num_sites, Eigen::Vector3d::Zero()) {
     statistics_.contribution.assign(num_sites, 0.f);
   }
@@ -124,12 +134,8 @@ class ObservationSums {
     if (!(s.weight > kNegligibleWeight)) return;
     statistics_.contribution[s.cell] = std::max(statistics_.contribution[s.cell], s.weight);
     weight_[s.cell] += s.weight;
-    if (s.is_labelled) labelled_[s.cell] += s.weight;
     weighted_color_[s.cell] += s.weight * s.color.cast<double>();
   }
-
-  // Returns the sum of each cell's weights in labelled pixels.
-  std::vector<float> Labelled() const { return {labelled_.begin(), labelled_.end()}; }
 
   // Call it once, after the last Add. Cells that no ray saw get the colour of their constant SH
   // term.
@@ -152,9 +158,64 @@ class ObservationSums {
  private:
   CellStatistics statistics_;
   std::vector<double> passed_, stopped_;
-  std::vector<double> weight_, labelled_;
+  std::vector<double> weight_;
   std::vector<Eigen::Vector3d> weighted_color_;
 };
+
+PixelGrid MakeGrid(const ViewRenderer& renderer,
+                   const TrainingViews& views,
+                   int view,
+                   int stride,
+                   bool asks_classes,
+                   const ViewPixels* pixels) {
+  return {renderer,
+          views,
+          view,
+          stride,
+          renderer.StartCell(views.Origin(view)),
+          renderer.shading(),
+          static_cast<float>(-std::log(kTransmittanceCutoff)),
+          asks_classes,
+          pixels};
+}
+
+// Calls add(observation) for all observations of the grid's rays, in an order that does not depend
+// on the number of threads.
+template <typename Add>
+void ForEachObservation(const PixelGrid& grid, size_t num_sites, Add&& add) {
+  const int columns = (grid.views.Width(grid.view) + grid.stride - 1) / grid.stride;
+  const int rows = (grid.views.Height(grid.view) + grid.stride - 1) / grid.stride;
+  const int rows_in_memory = std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
+  for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
+    const int num_rows = std::min(rows_in_memory, rows - first_row);
+    std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
+                                                     kRowsPerBlock);
+    ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
+      ObserveRows(
+          grid, first_row + begin, first_row + end, num_sites, &blocks[begin / kRowsPerBlock]);
+    });
+    for (const std::vector<CellObservation>& observations : blocks) {
+      for (const CellObservation& observation : observations) add(observation);
+    }
+  }
+}
+
+// Sorts votes by cell, then class, and adds up those of the same cell and class, in their order.
+void AddUpVotes(std::vector<LabelVote>* votes) {
+  std::stable_sort(votes->begin(), votes->end(), [](const LabelVote& a, const LabelVote& b) {
+    return std::pair(a.cell, a.class_index) < std::pair(b.cell, b.class_index);
+  });
+  size_t count = 0;
+  for (const LabelVote& vote : *votes) {
+    if (count > 0 && (*votes)[count - 1].cell == vote.cell &&
+        (*votes)[count - 1].class_index == vote.class_index) {
+      (*votes)[count - 1].weight += vote.weight;
+    } else {
+      (*votes)[count++] = vote;
+    }
+  }
+  votes->resize(count);
+}
 
 }  // namespace
 
@@ -167,37 +228,40 @@ int64_t CellStatisticsBytes(int64_t num_sites) {
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
-                            int stride,
-                            std::vector<float>* labelled) {
+                            int stride) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
-  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
-    const uint32_t start = renderer.StartCell(views.Origin(view));
-    const bool asks_labels = labelled != nullptr && views.HasLabels(view);
-    const std::unique_ptr<ViewPixels> pixels = asks_labels ? views.OpenView(view) : nullptr;
-    const PixelGrid grid{
-        renderer, views, view, stride, start, renderer.shading(), cutoff_tau, pixels.get()};
-    const int columns = (views.Width(view) + stride - 1) / stride;
-    const int rows = (views.Height(view) + stride - 1) / stride;
-    const int rows_in_memory =
-        std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
-    for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
-      const int num_rows = std::min(rows_in_memory, rows - first_row);
-      std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
-                                                       kRowsPerBlock);
-      ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
-        ObserveRows(grid, first_row + begin, first_row + end, n, &blocks[begin / kRowsPerBlock]);
-      });
-      // In block order, so that the sums are the same on any number of threads.
-      for (const std::vector<CellObservation>& observations : blocks) {
-        for (const CellObservation& observation : observations) sums.Add(observation);
-      }
-    }
+    ForEachObservation(
+        MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr),
+        n,
+        [&](const CellObservation& observation) { sums.Add(observation); });
   }
-  if (labelled != nullptr) *labelled = sums.Labelled();
   return sums.Finish(foam);
+}
+
+std::vector<LabelVote> MeasureLabels(const Foam& foam,
+                                     const ViewRenderer& renderer,
+                                     const TrainingViews& views,
+                                     int stride) {
+  const float pixels_of_ray = static_cast<float>(stride) * static_cast<float>(stride);
+  std::vector<LabelVote> votes;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view) || !views.HasLabels(view)) continue;
+    const std::unique_ptr<ViewPixels> pixels = views.HoldsPixels() ? nullptr : views.OpenView(view);
+    ForEachObservation(
+        MakeGrid(renderer, views, view, stride, /*asks_classes=*/true, pixels.get()),
+        foam.NumSites(),
+        [&](const CellObservation& observation) {
+          if (observation.class_index == kUnlabelled) return;
+          if (observation.weight < kLeastVote) return;
+          votes.push_back(
+              {observation.cell, observation.class_index, pixels_of_ray * observation.weight});
+        });
+    AddUpVotes(&votes);
+  }
+  return votes;
 }
 
 }  // namespace semfoam

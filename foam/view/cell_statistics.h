@@ -3,6 +3,7 @@
 
 #include "foam/data/training_views.h"
 #include "foam/model/foam.h"
+#include "foam/util/ids.h"
 #include "foam/view/view_renderer.h"
 
 #include <cstdint>
@@ -13,13 +14,27 @@ namespace semfoam {
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
 // each cell the largest weight, the weight-averaged visible colour, and how much light passes and
 // is stopped (CellStatistics). A cell that no ray meets has zeros and the colour of its constant SH
-// term. Unless null, writes to `labelled` [N] the sum of each cell's weights in the pixels that have
-// a class.
+// term.
 CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
-                            int stride,
-                            std::vector<float>* labelled = nullptr);
+                            int stride);
+
+// How much of a class the masks show in a cell.
+struct LabelVote {
+  uint32_t cell = 0;
+  ClassIndex class_index{0};
+  // Sum over the class's pixels of the cell's rendering weight, where it is kLeastVote or more.
+  float weight = 0;
+};
+
+// Casts every `stride`-th pixel, in x and y, of the views that have labels and are not held out.
+// Returns the votes of their pixels, one for each cell and class, by cell, then class. The result
+// does not depend on the number of threads. Throws what TrainingViews::OpenView throws.
+std::vector<LabelVote> MeasureLabels(const Foam& foam,
+                                     const ViewRenderer& renderer,
+                                     const TrainingViews& views,
+                                     int stride);
 
 // Returns the memory that MeasureCells takes for `num_sites` sites, in bytes, without its result.
 int64_t CellStatisticsBytes(int64_t num_sites);

@@ -96,26 +96,42 @@ TEST(LabelSpreading, CodesOfClassesAreFarFromEachOther) {
 }
 
 // A slab of opaque cells on a jittered grid, 24 x 8 x 2, grey up to `red_from` in x and red from
-// there on, with `num_classes` classes of which all cells have the first.
+// there on, in air, with `num_classes` classes of which all cells have the first.
 struct Slab {
   static constexpr int kX = 24, kY = 8, kZ = 2;
+  static constexpr int kNumCells = kX * kY * kZ;
 
   Slab(int red_from, int num_classes) {
-    for (int i = 0; i < kX * kY * kZ; ++i) {
-      CounterRandom random(3, 0x7e, i);
-      const Eigen::Vector3f cell(i % kX, i / kX % kY, i / (kX * kY));
-      const Eigen::Vector3f jitter = RandomPoint(&random, 0.2).cast<float>();
-      foam.positions.push_back(0.1f * (cell + jitter));
-      foam.raw_density.push_back(static_cast<float>(RawDensity(500)));
-      statistics.contribution.push_back(1);
-      statistics.mean_color.push_back(i % kX < red_from ? Eigen::Vector3f(0.5f, 0.5f, 0.5f)
-                                                        : Eigen::Vector3f(0.8f, 0.3f, 0.3f));
+    for (int i = 0; i < kNumCells; ++i) {
+      AddCell(i % kX, i / kX % kY, i / (kX * kY));
+      foam.raw_density.back() = static_cast<float>(RawDensity(500));
+      statistics.contribution.back() = 1;
+      statistics.mean_color.back() =
+          i % kX < red_from ? Eigen::Vector3f(0.5f, 0.5f, 0.5f) : Eigen::Vector3f(0.8f, 0.3f, 0.3f);
+    }
+    for (int z = -2; z < kZ + 2; ++z) {
+      for (int y = -2; y < kY + 2; ++y) {
+        for (int x = -2; x < kX + 2; ++x) {
+          const bool is_inside = x >= 0 && x < kX && y >= 0 && y < kY && z >= 0 && z < kZ;
+          if (!is_inside) AddCell(x, y, z);
+        }
+      }
     }
     foam.num_classes = num_classes;
     foam.identity.assign(foam.NumSites() * kIdentityDim, 0.f);
     foam.classifier_weight.assign(size_t(num_classes) * kIdentityDim, 0.f);
     foam.classifier_bias.assign(num_classes, 0.f);
     delaunay = Triangulate(WithGuardSites(foam.positions));
+  }
+
+  // Adds a cell of air.
+  void AddCell(int x, int y, int z) {
+    CounterRandom random(3, 0x7e, foam.NumSites());
+    foam.positions.push_back(0.1f *
+                             (Eigen::Vector3f(x, y, z) + RandomPoint(&random, 0.2).cast<float>()));
+    foam.raw_density.push_back(static_cast<float>(RawDensity(1e-4)));
+    statistics.contribution.push_back(0);
+    statistics.mean_color.push_back(Eigen::Vector3f::Zero());
   }
 
   static uint32_t Cell(int x, int y, int z) { return x + kX * (y + kY * z); }
@@ -142,7 +158,7 @@ TEST(LabelSpreading, ColourEdgesStopLabels) {
       {{Slab::Cell(0, 4, 0), ClassIndex{0}, 100}, {Slab::Cell(23, 4, 0), ClassIndex{1}, 100}},
       &slab.foam);
   int wrong = 0;
-  for (int i = 0; i < Slab::kX * Slab::kY * Slab::kZ; ++i) {
+  for (int i = 0; i < Slab::kNumCells; ++i) {
     wrong += slab.ClassOf(i) != (i % Slab::kX >= 4);
   }
   EXPECT_EQ(wrong, 0);
@@ -156,8 +172,8 @@ TEST(LabelSpreading, WithoutEdgesLabelsMeetInTheMiddle) {
       {{Slab::Cell(0, 4, 0), ClassIndex{0}, 100}, {Slab::Cell(23, 4, 0), ClassIndex{1}, 100}},
       &slab.foam);
   int64_t second = 0;
-  for (int i = 0; i < Slab::kX * Slab::kY * Slab::kZ; ++i) {
-    second += slab.ClassOf(i);
+  for (uint32_t i = 0; i < slab.foam.NumSites(); ++i) second += slab.ClassOf(i);
+  for (int i = 0; i < Slab::kNumCells; ++i) {
     if (i % Slab::kX < 9) {
       EXPECT_EQ(slab.ClassOf(i), 0) << i;
     }
@@ -173,7 +189,7 @@ TEST(LabelSpreading, WithoutEdgesLabelsMeetInTheMiddle) {
 TEST(LabelSpreading, AirStopsLabels) {
   Slab slab(/*red_from=*/Slab::kX, /*num_classes=*/2);
   // A gap of air at 5 and 6.
-  for (int i = 0; i < Slab::kX * Slab::kY * Slab::kZ; ++i) {
+  for (int i = 0; i < Slab::kNumCells; ++i) {
     if (i % Slab::kX == 5 || i % Slab::kX == 6) {
       slab.foam.raw_density[i] = static_cast<float>(RawDensity(1e-4));
     }
@@ -183,7 +199,7 @@ TEST(LabelSpreading, AirStopsLabels) {
       slab.statistics,
       {{Slab::Cell(0, 4, 0), ClassIndex{0}, 100}, {Slab::Cell(23, 4, 0), ClassIndex{1}, 100}},
       &slab.foam);
-  for (int i = 0; i < Slab::kX * Slab::kY * Slab::kZ; ++i) {
+  for (int i = 0; i < Slab::kNumCells; ++i) {
     if (i % Slab::kX < 5) {
       EXPECT_EQ(slab.ClassOf(i), 0) << i;
     }
@@ -197,7 +213,7 @@ TEST(LabelSpreading, NoVotedClassVanishes) {
   for (const int num_classes : {3, 20}) {
     Slab slab(/*red_from=*/Slab::kX, num_classes);
     std::vector<LabelVote> votes;
-    for (uint32_t i = 0; i < slab.foam.NumSites(); ++i) {
+    for (uint32_t i = 0; i < Slab::kNumCells; ++i) {
       votes.push_back({i, ClassIndex{0}, 50});
       // Never more than the first class has; the most in cell 70. No mask has the second.
       if (i >= 60 && i < 80) votes.push_back({i, ClassIndex{2}, i == 70 ? 40.f : 20.f});
@@ -249,8 +265,7 @@ TEST(LabelSpreading, IsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-// The synthetic room, some views of which have labels. The wall's label is that of another number
-// of classes where the room has more.
+// The synthetic room, some views of which have labels.
 class FewLabels final : public TrainingViews {
  public:
   explicit FewLabels(std::set<int> labelled) : labelled_(std::move(labelled)) {}

@@ -19,7 +19,7 @@ constexpr double kVoxelsAlong = 20;
 // this share of its longest side: points that are far off are mostly wrong.
 constexpr double kTailShare = 0.02, kMargin = 0.3;
 // Distance in voxels at which a photo shows nothing of a voxel, beside one that it shows.
-constexpr int kReach = 2;
+constexpr int kReach = 4;
 
 using Voxel = std::array<int32_t, 3>;
 

@@ -328,7 +328,7 @@ TEST(MaskAnalyzer, SaysWhatIsWrongInOneSentence) {
 }
 
 TEST(MaskAnalyzer, SuggestsPhotosToMaskBeforeThereAreMasks) {
-  const TempFolder folder("no_masks");
+  const TempFolder folder;
   const Outcome outcome = Analyze({"--input_path",
                                    (kTabletop / "sparse/0").string(),
                                    "--mask_path",
@@ -346,7 +346,7 @@ TEST(MaskAnalyzer, SuggestsPhotosToMaskBeforeThereAreMasks) {
 }
 
 TEST(MaskAnalyzer, SuggestsWhatTheMasksDoNotShow) {
-  const TempFolder folder("four_masks");
+  const TempFolder folder;
   for (const char* name : {"0000.png", "0004.png", "0020.png", "0036.png", "0052.png"}) {
     fs::copy_file(kTabletop / "object_mask" / name, folder.path() / name);
   }

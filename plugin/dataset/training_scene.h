@@ -63,6 +63,7 @@ class TrainingScene final : public TrainingViews {
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 
+  bool HasLabels(int view) const override { return HasMask(view); }
   bool HoldsPixels() const override { return holds_pixels_; }
   int64_t CacheBytes() const override { return cache_bytes_; }
   int MostOpenViews() const override { return most_open_views_; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
+#include "export/scene/names.h"
+#include "foam/edit/label_editing.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
@@ -30,6 +32,7 @@
 #include <cstdio>
 #include <memory>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -391,6 +394,50 @@ void ReportTraining(const TrainingSummary& summary, TrainingRun* run) {
   }
 }
 
+// Returns "mug, plant": the names of labels, or their ids, shortened where there are many.
+std::string NamesOf(const std::vector<Label>& labels) {
+  constexpr size_t kMostNames = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(labels.size(), kMostNames); ++i) {
+    if (i > 0) text += ", ";
+    text += labels[i].name.empty() ? std::to_string(Value(labels[i].id)) : OneLine(labels[i].name);
+  }
+  if (labels.size() > kMostNames) {
+    text += " and " + std::to_string(labels.size() - kMostNames) + " more";
+  }
+  return text;
+}
+
+// Logs how labels were spread, and which are smaller than cells. `labels` [classes].
+void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labels) {
+  std::vector<Label> small;
+  if (summary.spreading) {
+    LOG(INFO) << "Few photos have masks: their labels were spread along the surfaces to all cells; "
+              << summary.spreading->changed_cells << " of " << summary.foam.NumSites()
+              << " cells changed their label";
+    for (const ClassIndex c : summary.spreading->small_classes) {
+      small.push_back(labels.at(Value(c)));
+    }
+    if (!small.empty()) {
+      LOG(WARNING) << "The cells are too large for the masks: " << NamesOf(small)
+                   << (small.size() == 1 ? " has" : " have") << " fewer than " << kFewCells
+                   << " cells; more sites (final_sites) and rays (num_rays) would be right.";
+    }
+  } else if (summary.foam.HasSemantics()) {
+    std::vector<bool> has_cells(labels.size(), false);
+    for (const ClassIndex c : ClassesOfCells(summary.foam)) has_cells[Value(c)] = true;
+    for (size_t k = 0; k < labels.size(); ++k) {
+      if (!has_cells[k]) small.push_back(labels[k]);
+    }
+    if (!small.empty()) {
+      LOG(WARNING) << "No cell has the label" << (small.size() == 1 ? " " : "s ") << NamesOf(small)
+                   << ": the training is too short for the masks, or they show too little of "
+                   << (small.size() == 1 ? "it" : "them")
+                   << "; more sites (final_sites) and rays (num_rays) would be right.";
+    }
+  }
+}
+
 // Logs warnings about a foam that may be damaged or of poor quality.
 void LogWarnings(const TrainingSummary& summary) {
   if (summary.step_limit_hits > 0 || summary.nonfinite_gradients > 0) {
@@ -589,6 +636,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   effects.effects.push_back(adaptation.light().MakeEffect());
   effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
+  ReportLabels(summary, scene.Labels());
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);
   if (const int signal = InterruptionRequested()) {

@@ -31,6 +31,10 @@ struct SurfaceExportOptions {
   // whose sites are in it); empty: for kSmooth SurfaceBox of each object, for kCells none.
   std::string crop;
 
+  // Whether to close also walls, floors and whole scenes, of which photos show one side, by the
+  // back of their cells; for kSmooth only. Otherwise they are sheets with a rim (OpenSheet).
+  bool close_sheets = false;
+
   // The objects to write, and to include in the files of the scene.
   LabelFilter objects;
 
@@ -58,7 +62,8 @@ struct SurfaceExportOptions {
 // Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every selected object, and
 // `scene.{glb,usda}` if there is one, into `output_path`. The stage refers to those objects'
 // volumes that exist in `output_path`. Calls `on_written` (if any) after each file. The summaries
-// give counts, shells, cavities and genus (export/scene/surface_topology.h); for `smooth` also the
+// give counts, shells, cavities and genus (export/scene/surface_topology.h), of sheets pieces and
+// rims; for `smooth` also the
 // distance from the `cells` surface and the number of triangles that intersect (after a
 // decimation), with a warning where it has more triangles than `target_faces`. CHECKs that the
 // options are in range; throws UserError when a file cannot be written.

@@ -145,6 +145,9 @@ struct ExportableScene {
   // [N] Whether at least ExportableSceneOptions::fewest_looks rays have looked at the cell; all 1
   // without CellStatistics::passed and stopped.
   std::vector<uint8_t> seen;
+  // [N] Whether photos look through the cell: rays cross it before they have met their surface
+  // (CellStatistics::passed of at least 1). All 0 without CellStatistics::passed.
+  std::vector<uint8_t> crossed;
   // [N] Whether the cell is matter: solid, and no haze that nearly all rays pass.
   std::vector<uint8_t> is_matter;
   // [N] Index into `objects`; -1: none.

@@ -205,6 +205,13 @@ class Builder {
     }
   }
 
+  // Whether photos look at a vertex from outside: their rays cross the outer cell, which is no
+  // other object's.
+  bool IsShown(size_t v) const {
+    const uint32_t j = edges_[v].second;
+    return j < scene_.NumSites() && scene_.object_of_cell[j] < 0 && scene_.crossed[j];
+  }
+
   std::vector<double> MaxMoves() const {
     std::vector<double> moves;
     moves.reserve(edges_.size());
@@ -348,6 +355,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
     const uint32_t cell = builder.edges()[v].first;
     surface.vertex_color.push_back(ToColor8(scene.display_color[cell]));
     surface.vertex_confidence.push_back(scene.labels.confidence[cell]);
+    surface.vertex_shown.push_back(builder.IsShown(v));
   }
   ShowVerticesOnFaces(&surface);
   return surface;

@@ -12,6 +12,7 @@
 #include "plugin/mask/mask_classes.h"
 #include "plugin/mask/mask_consistency.h"
 #include "plugin/mask/mask_decoding.h"
+#include "plugin/mask/pixel_blocks.h"
 #include "plugin/photo/photo_light.h"
 #include "plugin/photo/photo_survey.h"
 
@@ -73,6 +74,10 @@ class TrainingScene final : public TrainingViews {
   // Converts the colours of all later rays to the reference exposure. `lights` [views]; empty: the
   // colours stay as they are.
   void SetLights(std::vector<PhotoLight> lights);
+
+  // Takes pixels out of the training: they have no ray, but still a direction. `excluded` [views];
+  // empty: none.
+  void SetExcluded(std::vector<PixelBlocks> excluded);
 
   const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
@@ -157,6 +162,8 @@ class TrainingScene final : public TrainingViews {
   std::shared_ptr<const MaskRewriter> mask_rewriter_;
   // Empty: none.
   std::vector<PhotoLight> lights_;
+  // Empty: none.
+  std::vector<PixelBlocks> excluded_;
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;
   std::string names_warning_;

@@ -14,7 +14,7 @@
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
-#include "plugin/photometric/light_refinement.h"
+#include "plugin/photometric/view_adaptation.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/mask_importing.h"
@@ -44,8 +44,8 @@ namespace {
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
 
-// A refinement of the photos' light renders one ray for so many rays of the training.
-constexpr int64_t kRefinementShare = 100;
+// An adaptation to the photos renders one ray for so many rays of the training.
+constexpr int64_t kAdaptationShare = 100;
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -134,6 +134,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.exposure"] = TextOf(run.effects.exposure);
   values["Effects.white_balance"] = TextOf(run.effects.white_balance);
   values["Effects.shading"] = TextOf(run.effects.shading);
+  values["Effects.transients"] = run.effects.transients ? "auto" : "off";
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
@@ -187,7 +188,7 @@ TrainingSummary Train(const TrainingScene& scene,
                       const TrainingRun& run,
                       const CheckpointTexts& texts,
                       std::unique_ptr<Checkpoint> checkpoint,
-                      LightRefiner* lights,
+                      ViewAdaptation* adaptation,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
@@ -209,17 +210,15 @@ TrainingSummary Train(const TrainingScene& scene,
   // The blocks of a scene have one light, that of the run which they are of.
   if (!IsOfBlock(checkpoint.get())) {
     hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
-      const bool first = !lights->IsDecided();
-      lights->Refine(render);
-      if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
+      for (const std::string& line : adaptation->Adapt(render)) LOG(INFO) << line;
     };
   }
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     const auto save_all = [&](CheckpointContents* contents) {
       contents->texts.insert(all_texts.begin(), all_texts.end());
       folder->AddIdentity(contents);
-      StateWriter light("light", contents);
-      lights->Serialize(&light);
+      StateWriter adapted("adaptation", contents);
+      adaptation->Serialize(&adapted);
       save(contents);
     };
     if (run.between_iterations) run.between_iterations(iteration, save_all);
@@ -235,9 +234,9 @@ TrainingSummary Train(const TrainingScene& scene,
   TrainingOptions training = run.training;
   if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
   if (checkpoint != nullptr) {
-    StateReader light("light", *checkpoint);
-    lights->Serialize(&light);
-    lights->Restore();
+    StateReader adapted("adaptation", *checkpoint);
+    adaptation->Serialize(&adapted);
+    adaptation->Restore();
   }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
@@ -622,19 +621,20 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << report;
   }
 
-  LightRefiner lights(
-      &scene, effects.lights, run->effects.shading, run->training.num_rays / kRefinementShare);
+  ViewAdaptation adaptation(
+      &scene, run->effects, effects.lights, run->training.num_rays / kAdaptationShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary;
   try {
-    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
+    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &adaptation, folder);
   } catch (const TrainingStopped&) {
     if (run->when_stopped) run->when_stopped(scene, seeds);
     throw;
   }
-  effects.effects.push_back(lights.MakeEffect());
-  effects.lights = lights.lights();
+  effects.effects.push_back(adaptation.transients().MakeEffect());
+  effects.effects.push_back(adaptation.light().MakeEffect());
+  effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
   ReportLabels(summary, scene.Labels());
   LogWarnings(summary);

@@ -142,19 +142,22 @@ ViewScore ScoreView(const PhotoRecord& photo,
                                              options.supersample);
   const LabelImage ids = model.foam.HasSemantics() ? IdImage(rendered, model.labels) : LabelImage{};
   if (model.foam.HasSemantics()) objects->Add(photo.name, ids);
-  ImagePair pair = {ColorImage(rendered), std::move(truth)};
-  if (options.fit_exposure) pair = FitExposure(pair.render, pair.photo);
-  const ViewScore score = {
-      photo.name, Psnr(pair.render, pair.photo), Ssim(pair.render, pair.photo)};
+  Image8 render = ColorImage(rendered);
+  if (options.fit_exposure) render = WithGains(render, FitGains(render, truth));
+  const auto compare = [&](const Image8& shown, const Image8& photographed) {
+    return ViewScore{photo.name, Psnr(shown, photographed), Ssim(shown, photographed)};
+  };
+  const ViewScore score =
+      options.fit_exposure ? compare(RightHalf(render), RightHalf(truth)) : compare(render, truth);
   if (on_maps) {
     ViewMaps maps;
-    maps.error = ErrorImage(pair.render, pair.photo);
+    maps.error = ErrorImage(render, truth);
     if (model.foam.HasSemantics()) {
       maps.labels = PaletteImage(ids);
       maps.confidence = ConfidenceImage(rendered);
     }
-    maps.photo = std::move(pair.photo);
-    maps.render = std::move(pair.render);
+    maps.photo = std::move(truth);
+    maps.render = std::move(render);
     on_maps(photo.name, maps);
   }
   return score;

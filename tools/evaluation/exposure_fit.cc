@@ -24,11 +24,11 @@ bool IsFit(const uint8_t* render, const uint8_t* photo) {
 
 }  // namespace
 
-ImagePair FitExposure(const Image8& render, const Image8& photo) {
+Gains FitGains(const Image8& render, const Image8& photo) {
   CHECK_EQ(render.width, photo.width);
   CHECK_EQ(render.height, photo.height);
   const int half = render.width / 2;
-  std::array<double, 3> products{}, squares{};
+  Gains products{}, squares{};
   for (int y = 0; y < render.height; ++y) {
     for (int x = 0; x < half; ++x) {
       const size_t i = 3 * (static_cast<size_t>(y) * render.width + x);
@@ -40,20 +40,27 @@ ImagePair FitExposure(const Image8& render, const Image8& photo) {
       }
     }
   }
-  ImagePair right;
-  right.render = {render.width - half, render.height, {}};
-  right.photo = right.render;
-  for (int y = 0; y < render.height; ++y) {
-    for (int x = half; x < render.width; ++x) {
-      const size_t i = 3 * (static_cast<size_t>(y) * render.width + x);
-      for (int c = 0; c < 3; ++c) {
-        const double gain = products[c] / std::max(squares[c], 1e-12);
-        const double light = std::min(gain * LinearFromDisplay(render.data[i + c] / 255.0), 1.0);
-        right.render.data.push_back(
-            static_cast<uint8_t>(std::nearbyint(255 * DisplayFromLinear(light))));
-        right.photo.data.push_back(photo.data[i + c]);
-      }
-    }
+  Gains gains;
+  for (int c = 0; c < 3; ++c) gains[c] = products[c] / std::max(squares[c], 1e-12);
+  return gains;
+}
+
+Image8 WithGains(const Image8& image, const Gains& gains) {
+  Image8 result = image;
+  for (size_t i = 0; i < result.data.size(); ++i) {
+    const double light = std::min(gains[i % 3] * LinearFromDisplay(image.data[i] / 255.0), 1.0);
+    result.data[i] = static_cast<uint8_t>(std::nearbyint(255 * DisplayFromLinear(light)));
+  }
+  return result;
+}
+
+Image8 RightHalf(const Image8& image) {
+  const int half = image.width / 2;
+  Image8 right = {image.width - half, image.height, {}};
+  for (int y = 0; y < image.height; ++y) {
+    const auto row = image.data.begin() + std::ptrdiff_t{3} * y * image.width;
+    right.data.insert(
+        right.data.end(), row + std::ptrdiff_t{3} * half, row + std::ptrdiff_t{3} * image.width);
   }
   return right;
 }

@@ -35,6 +35,24 @@ void Store(T value, char* to) {
   std::copy_n(reinterpret_cast<const char*>(&value), sizeof(T), to);
 }
 
+// Appends the bits of positions, as differences that gzip finds small: see PackedFoam::bytes.
+void AppendPositions(const std::vector<Eigen::Vector3f>& cells, std::string* bytes) {
+  const size_t begin = bytes->size(), count = cells.size();
+  bytes->resize(begin + 12 * count);
+  for (int axis = 0; axis < 3; ++axis) {
+    uint32_t before = 0;
+    for (size_t i = 0; i < count; ++i) {
+      const auto bits = std::bit_cast<uint32_t>(cells[i][axis]);
+      const uint32_t difference = bits - before;
+      before = bits;
+      const uint32_t zigzag = difference << 1 ^ (0u - (difference >> 31));
+      for (int b = 0; b < 4; ++b) {
+        (*bytes)[begin + (4 * axis + b) * count + i] = static_cast<char>(zigzag >> 8 * b);
+      }
+    }
+  }
+}
+
 // Numbers beyond the largest half become the largest half, as a page has no use for infinity.
 uint16_t Half(float value) {
   constexpr float kLargestHalf = 65504;
@@ -42,14 +60,15 @@ uint16_t Half(float value) {
   return Eigen::numext::bit_cast<uint16_t>(half);
 }
 
-// Stores values as integers times one power of two, and returns its exponent.
-int8_t StoreScaled(std::span<const float> values, char* to) {
+// Stores values as integers times one power of two, and returns its exponent: that of the largest
+// value, but at least `least_exponent`, since steps that nobody sees would cost bytes.
+int8_t StoreScaled(std::span<const float> values, int least_exponent, char* to) {
   float largest = 0;
   for (const float value : values) largest = std::max(largest, std::abs(value));
-  int exponent = -100;
+  int exponent = least_exponent;
   if (largest > 0) {
     std::frexp(largest / 127, &exponent);  // the next power of two above
-    exponent = std::clamp(exponent, -100, 100);
+    exponent = std::clamp(exponent, std::max(-100, least_exponent), 100);
   }
   for (size_t i = 0; i < values.size(); ++i) {
     const float scaled = std::clamp(std::ldexp(values[i], -exponent), -127.f, 127.f);
@@ -93,17 +112,37 @@ uint16_t PackedClass(const Foam& foam, uint32_t site, const std::vector<int32_t>
   return static_cast<uint16_t>(best | (object_of_cell[site] < 0 ? kLooseCell : 0));
 }
 
-void PackRecord(const Foam& foam, uint32_t site, uint16_t packed_class, char* record) {
+// The exponent of the step in which a cell's colour gradient is stored: across half the mean
+// distance to its neighbours it amounts to half a step of kPackedColorExponent.
+int LeastGradientExponent(const Foam& foam, const Delaunay& delaunay, uint32_t site) {
+  double distance = 0;
+  int count = 0;
+  for (const uint32_t neighbor : delaunay.Neighbors(site)) {
+    if (neighbor >= foam.NumSites()) continue;  // guards are far away
+    distance += (foam.positions[neighbor] - foam.positions[site]).norm();
+    ++count;
+  }
+  if (count == 0 || !(distance > 0)) return kPackedColorExponent;
+  return kPackedColorExponent - static_cast<int>(std::ceil(std::log2(distance / count)));
+}
+
+void PackRecord(const Foam& foam,
+                const Delaunay& delaunay,
+                uint32_t site,
+                uint16_t packed_class,
+                char* record) {
   const int stride = foam.ShStride();
   const float* const sh = &foam.sh[size_t{site} * stride];
   Store(Half(Density(foam.raw_density[site])), record);
   for (int c = 0; c < 3; ++c) Store(Half(sh[c]), record + 2 + 2 * c);
   Store(packed_class, record + 8);
   if (foam.HasColorGradients()) {
-    record[10] = StoreScaled(
-        {&foam.color_gradient[size_t{site} * kColorGradientDim], kColorGradientDim}, record + 13);
+    record[10] =
+        StoreScaled({&foam.color_gradient[size_t{site} * kColorGradientDim], kColorGradientDim},
+                    LeastGradientExponent(foam, delaunay, site),
+                    record + 13);
   }
-  record[11] = StoreScaled({sh + 3, sh + stride}, record + kPackedHeadBytes);
+  record[11] = StoreScaled({sh + 3, sh + stride}, kPackedColorExponent, record + kPackedHeadBytes);
 }
 
 }  // namespace
@@ -146,9 +185,7 @@ PackedFoam PackFoam(const Model& model,
   packed.sh_degree = foam.sh_degree;
   packed.record_bytes = (kPackedHeadBytes + foam.ShStride() - 3 + 15) / 16 * 16;
   std::string& bytes = packed.bytes;
-  for (const Eigen::Vector3f& cell : cells) {
-    Append(std::span<const float>(cell.data(), 3), &bytes);
-  }
+  AppendPositions(cells, &bytes);
   packed.classifier_begin = bytes.size();
   for (int k = 0; k < foam.num_classes; ++k) {
     Append(std::span<const float>(&foam.classifier_weight[size_t(k) * kIdentityDim], kIdentityDim),
@@ -162,19 +199,20 @@ PackedFoam PackFoam(const Model& model,
   bytes.resize(packed.neighbors_begin, '\0');
   for (size_t i = 0; i < sites.size(); ++i) {
     char* const record = bytes.data() + packed.records_begin + i * packed.record_bytes;
-    PackRecord(foam, sites[i], PackedClass(foam, sites[i], object_of_cell), record);
+    PackRecord(foam, delaunay, sites[i], PackedClass(foam, sites[i], object_of_cell), record);
     if (!foam.HasSemantics()) continue;
     const float* const identity = &foam.identity[size_t{sites[i]} * kIdentityDim];
-    record[12] = StoreScaled({identity, kIdentityDim},
-                             bytes.data() + packed.identities_begin + i * kIdentityDim);
+    record[12] = StoreScaled(
+        {identity, kIdentityDim}, -100, bytes.data() + packed.identities_begin + i * kIdentityDim);
   }
   for (uint32_t cell = 0; cell < kept_delaunay.num_cells; ++cell) {
     const std::span<const uint32_t> neighbors = kept_delaunay.Neighbors(cell);
-    AppendLeb128(static_cast<uint32_t>(neighbors.size()), &bytes);
-    uint32_t before = 0xffffffffu;
-    for (const uint32_t neighbor : neighbors) {
-      AppendLeb128(neighbor - before, &bytes);
-      before = neighbor;
+    const auto above = std::upper_bound(neighbors.begin(), neighbors.end(), cell);
+    AppendLeb128(static_cast<uint32_t>(neighbors.end() - above), &bytes);
+    uint32_t before = cell;
+    for (auto neighbor = above; neighbor != neighbors.end(); ++neighbor) {
+      AppendLeb128(*neighbor - before, &bytes);
+      before = *neighbor;
     }
   }
   return packed;

@@ -27,6 +27,8 @@ namespace semfoam {
 //   13  9 int8     colour gradient (Foam::color_gradient)
 //   22  3 int8     per coefficient of degree 1 and higher: SH coefficients
 inline constexpr int kPackedHeadBytes = 22;
+// The least exponent of SH coefficients, whose step is then 1/128 of white.
+inline constexpr int kPackedColorExponent = -7;
 inline constexpr uint16_t kNoPackedClass = 0x7fff;
 inline constexpr uint16_t kLooseCell = 0x8000;
 
@@ -45,12 +47,14 @@ struct PackedFoam {
   int record_bytes = 0;
 
   // Little-endian, one after the other:
-  //   positions   [num_cells][3] float
+  //   positions   [3][4][num_cells] bytes: for each axis the bits of the float, less those of the
+  //               cell before (of the first: as they are), zigzag (0, -1, 1, -2 ... are 0, 1, 2,
+  //               3 ...), their lowest bytes first
   //   classifier  [num_classes][kIdentityDim + 1] float, the bias last
   //   records     [num_sites][record_bytes]
   //   identities  [num_sites][kIdentityDim] int8; nothing without semantics
-  //   neighbours  LEB128, for each cell: the number of its neighbours, then the differences of
-  //               their ascending indices (from -1)
+  //   neighbours  LEB128, for each cell: the number of its neighbours of higher index, then the
+  //               differences of their ascending indices, from its own
   std::string bytes;
   size_t classifier_begin = 0;
   size_t records_begin = 0;

@@ -178,6 +178,12 @@ ordered_json ObjectsOf(const Model& model, const ExportableScene& scene, const f
   return objects;
 }
 
+// What lengths are measured in.
+std::string UnitsOf(const ExportTransform& transform) {
+  if (transform.unit != LengthUnit::kUnknown) return NameOf(kLengthUnitNames, transform.unit);
+  return transform.scale == 1 ? "units of the COLMAP model" : "units of the exported files";
+}
+
 std::string NameOf(const Label& label) {
   return label.name.empty() ? "label_" + std::to_string(Value(label.id)) : label.name;
 }
@@ -304,6 +310,7 @@ ordered_json ReportContent(const Model& model,
   content["cameras"] = CamerasOf(model, input);
   content["labels"] = LabelsOf(model);
   content["objects"] = ObjectsOf(model, scene, folder);
+  content["units"] = UnitsOf(scene.transform);
   content["world_units_per_unit"] = scene.world_from_normalized.scale;
   content["negligible_weight"] = kNegligibleWeight;
   content["transmittance_cutoff"] = kTransmittanceCutoff;

@@ -49,19 +49,24 @@ export async function unpack(
   return bytes;
 }
 
-export function readFoam(bytes: Uint8Array, header: FoamHeader): FoamData {
-  const floats = (begin: number, count: number) => new Float32Array(bytes.buffer, begin, count);
-  const data: FoamData = {
-    header,
-    positions: floats(0, 3 * header.num_cells),
-    classifier: floats(header.classifier_begin, 17 * header.num_classes),
-    records: bytes.subarray(header.records_begin, header.identities_begin),
-    identities: bytes.subarray(header.identities_begin, header.neighbors_begin),
-    offsets: new Uint32Array(header.num_cells + 1),
-    // A number takes at least a byte.
-    neighbors: new Uint32Array(header.bytes - header.neighbors_begin),
-  };
-  let next = header.neighbors_begin, end = 0;
+// Positions from the planes of bytes of their differences.
+function readPositions(bytes: Uint8Array, count: number): Float32Array {
+  const positions = new Float32Array(3 * count), bits = new Uint32Array(positions.buffer);
+  for (let axis = 0; axis < 3; ++axis) {
+    const [a, b, c, d] = [0, 1, 2, 3].map((k) => bytes.subarray((4 * axis + k) * count, (4 * axis + k + 1) * count));
+    let value = 0;
+    for (let i = 0; i < count; ++i) {
+      const zigzag = a[i] | (b[i] << 8) | (c[i] << 16) | (d[i] << 24);
+      value = (value + ((zigzag >>> 1) ^ -(zigzag & 1))) | 0;
+      bits[3 * i + axis] = value;
+    }
+  }
+  return positions;
+}
+
+// Lists of neighbours from those of higher index.
+function readNeighbors(bytes: Uint8Array, begin: number, count: number): { offsets: Uint32Array; neighbors: Uint32Array } {
+  let next = begin;
   const read = (): number => {
     let value = 0;
     for (let shift = 0; ; shift += 7) {
@@ -70,16 +75,49 @@ export function readFoam(bytes: Uint8Array, header: FoamHeader): FoamData {
       if (byte < 128) return value >>> 0;
     }
   };
-  for (let cell = 0; cell < header.num_cells; ++cell) {
-    data.offsets[cell] = end;
-    const count = read();
-    data.neighbors[end++] = count;
-    let index = -1;
-    for (let k = 0; k < count; ++k) data.neighbors[end++] = index += read();
+  // A number takes at least a byte.
+  const above = new Uint32Array(bytes.length - begin), sizes = new Uint32Array(count), offsets = new Uint32Array(count + 1);
+  let edges = 0;
+  for (let cell = 0; cell < count; ++cell) {
+    const own = read();
+    sizes[cell] = own;
+    offsets[cell] += own;
+    let index = cell;
+    for (let k = 0; k < own; ++k) {
+      index += read();
+      above[edges++] = index;
+      ++offsets[index];
+    }
   }
-  data.offsets[header.num_cells] = end;
-  data.neighbors = data.neighbors.slice(0, end);
-  return data;
+  let end = 0;
+  for (let cell = 0; cell < count; ++cell) {
+    const begins = end;
+    end += 1 + offsets[cell];
+    offsets[cell] = begins;
+  }
+  offsets[count] = end;
+  const neighbors = new Uint32Array(end);
+  edges = 0;
+  // neighbors[offsets[cell]] counts those that are there; it grows to their number.
+  for (let cell = 0; cell < count; ++cell) {
+    for (let k = 0; k < sizes[cell]; ++k) {
+      const other = above[edges++];
+      neighbors[offsets[cell] + ++neighbors[offsets[cell]]] = other;
+      neighbors[offsets[other] + ++neighbors[offsets[other]]] = cell;
+    }
+  }
+  return { offsets, neighbors };
+}
+
+export function readFoam(bytes: Uint8Array, header: FoamHeader): FoamData {
+  return {
+    header,
+    positions: readPositions(bytes, header.num_cells),
+    classifier: new Float32Array(bytes.buffer, header.classifier_begin, 17 * header.num_classes),
+    records: bytes.subarray(header.records_begin, header.identities_begin),
+    identities: bytes.subarray(header.identities_begin, header.neighbors_begin),
+    ...readNeighbors(bytes, header.neighbors_begin, header.num_cells),
+  };
 }
 
 // The cell whose site is nearest, by descent over the Delaunay graph from `start`: the graph has no

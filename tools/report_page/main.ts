@@ -37,7 +37,7 @@ function showHead(): void {
   }
   if (report.objects.length > 0) figure("objects", count(report.objects.length));
   byId("footer").textContent =
-    `Written by ${report.program}. Lengths and volumes are in the units of the COLMAP model. ` +
+    `Written by ${report.program}. Lengths, areas and volumes are in ${report.units}. ` +
     "Everything is in this file; nothing is loaded, nothing is sent.";
 }
 
@@ -149,7 +149,7 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     measure.hidden = !measuring;
     const [a, b] = viewer.measured;
     measure.textContent = b
-      ? `Distance: ${number(distance(a, b) * report.world_units_per_unit, 4)} units of the model.`
+      ? `Distance: ${number(distance(a, b) * report.world_units_per_unit, 4)} ${report.units}`
       : a ? "Click the second point." : "Click the first point.";
     all.hidden = viewer.isolated < 0 && report.labels.every((_, k) => viewer.showOf(k) === 0);
     place();

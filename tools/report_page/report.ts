@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The data of a report, as the program writes them (tools/report/report_content.cc). Lengths and
-// volumes are in the units of the COLMAP model, unless they are called normalised.
+// The data of a report, as the program writes them (tools/report/report_content.cc). Lengths,
+// areas and volumes are in Report.units, unless they are called normalised.
 
 export type Vector = [number, number, number];
 // Row-major.
@@ -110,6 +110,8 @@ export interface Report {
   cameras: Camera[];
   labels: Label[];
   objects: FoamObject[];
+  // What lengths are in, such as "m"; volumes are in the cubes of it.
+  units: string;
   world_units_per_unit: number;
   negligible_weight: number;
   transmittance_cutoff: number;

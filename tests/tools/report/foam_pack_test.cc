@@ -44,13 +44,33 @@ std::vector<std::vector<uint32_t>> NeighborsOf(const PackedFoam& packed) {
     }
   };
   std::vector<std::vector<uint32_t>> neighbors(packed.num_cells);
-  for (std::vector<uint32_t>& list : neighbors) {
-    list.resize(read());
-    uint32_t index = 0xffffffffu;
-    for (uint32_t& neighbor : list) neighbor = index += read();
+  for (uint32_t cell = 0; cell < packed.num_cells; ++cell) {
+    uint32_t other = cell;
+    for (uint32_t left = read(); left > 0; --left) {
+      other += read();
+      neighbors[cell].push_back(other);
+      neighbors.at(other).push_back(cell);
+    }
   }
   EXPECT_EQ(next, packed.bytes.size());
   return neighbors;
+}
+
+std::vector<Eigen::Vector3f> PositionsOf(const PackedFoam& packed) {
+  const size_t count = packed.num_cells;
+  std::vector<Eigen::Vector3f> positions(count);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    uint32_t bits = 0;
+    for (size_t i = 0; i < count; ++i) {
+      uint32_t zigzag = 0;
+      for (size_t b = 0; b < 4; ++b) {
+        zigzag |= uint32_t{static_cast<uint8_t>(packed.bytes[(4 * axis + b) * count + i])} << 8 * b;
+      }
+      bits += zigzag % 2 == 0 ? zigzag / 2 : ~(zigzag / 2);
+      std::memcpy(&positions[i][axis], &bits, sizeof(bits));
+    }
+  }
+  return positions;
 }
 
 Model RandomModel(size_t num_sites, int sh_degree, int num_classes) {
@@ -67,7 +87,7 @@ Model RandomModel(size_t num_sites, int sh_degree, int num_classes) {
   };
   fill(num_sites, 2, &foam.raw_density);
   fill(num_sites * foam.ShStride(), 0.7, &foam.sh);
-  fill(num_sites * kColorGradientDim, 30, &foam.color_gradient);
+  fill(num_sites * kColorGradientDim, 3, &foam.color_gradient);
   if (num_classes > 0) fill(num_sites * kIdentityDim, 1, &foam.identity);
   fill(size_t(num_classes) * kIdentityDim, 1, &foam.classifier_weight);
   fill(num_classes, 1, &foam.classifier_bias);
@@ -100,10 +120,9 @@ TEST_P(PackFoamOfDegree, ComesBack) {
     EXPECT_THAT(neighbors[i], testing::ElementsAreArray(delaunay.Neighbors(i)));
   }
   const int stride = foam.ShStride();
+  const std::vector<Eigen::Vector3f> positions = PositionsOf(packed);
+  EXPECT_EQ(positions, WithGuardSites(foam.positions));
   for (uint32_t i = 0; i < packed.num_sites; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_EQ(At<float>(bytes, 4 * (3 * i + k)), foam.positions[i][k]);
-    }
     const size_t record = packed.records_begin + size_t{i} * packed.record_bytes;
     const float density = Density(foam.raw_density[i]);
     EXPECT_NEAR(HalfAt(bytes, record), density, 1e-3 * density + 1e-7);
@@ -111,18 +130,31 @@ TEST_P(PackFoamOfDegree, ComesBack) {
       EXPECT_NEAR(HalfAt(bytes, record + 2 + 2 * c), foam.sh[i * stride + c], 1e-3);
     }
     EXPECT_EQ(At<uint16_t>(bytes, record + 8) >> 15, i % 2);
-    // Half a step of 1/127 of the largest, and up to twice that for the power of two.
-    const auto expect_near = [&](size_t place, int exponent_place, const float* values, int count) {
-      float largest = 0;
-      for (int k = 0; k < count; ++k) largest = std::max(largest, std::abs(values[k]));
-      for (int k = 0; k < count; ++k) {
-        const float value = std::ldexp(1.f * At<int8_t>(bytes, place + k),
-                                       At<int8_t>(bytes, record + exponent_place));
-        EXPECT_NEAR(value, values[k], largest / 127);
-      }
-    };
-    expect_near(record + 13, 10, &foam.color_gradient[i * kColorGradientDim], kColorGradientDim);
-    expect_near(record + kPackedHeadBytes, 11, &foam.sh[i * stride + 3], stride - 3);
+    // Half a step of 1/127 of the largest, and up to twice that for the power of two; but no step
+    // below `step`.
+    const auto expect_near =
+        [&](size_t place, int exponent_place, const float* values, int count, double step = 0) {
+          float largest = 0;
+          for (int k = 0; k < count; ++k) largest = std::max(largest, std::abs(values[k]));
+          for (int k = 0; k < count; ++k) {
+            const float value = std::ldexp(1.f * At<int8_t>(bytes, place + k),
+                                           At<int8_t>(bytes, record + exponent_place));
+            EXPECT_NEAR(value, values[k], std::max<double>(largest / 127, step / 2));
+          }
+        };
+    double distance = 0;
+    int count = 0;
+    for (const uint32_t neighbor : delaunay.Neighbors(i)) {
+      if (neighbor >= packed.num_sites) continue;
+      distance += (foam.positions[neighbor] - foam.positions[i]).norm();
+      ++count;
+    }
+    expect_near(record + 13,
+                10,
+                &foam.color_gradient[i * kColorGradientDim],
+                kColorGradientDim,
+                count / (128 * distance));
+    expect_near(record + kPackedHeadBytes, 11, &foam.sh[i * stride + 3], stride - 3, 1. / 128);
     expect_near(packed.identities_begin + i * kIdentityDim,
                 12,
                 &foam.identity[i * kIdentityDim],
@@ -161,7 +193,8 @@ TEST(PackFoam, KeepsWhatMatters) {
       PackFoam(model, delaunay, EveryOtherCell(500), static_cast<int64_t>(expected.size()));
   EXPECT_EQ(packed.num_left_out, 500 - static_cast<int64_t>(expected.size()));
   std::vector<float> kept, wanted;
-  for (uint32_t i = 0; i < packed.num_sites; ++i) kept.push_back(At<float>(packed.bytes, 12 * i));
+  const std::vector<Eigen::Vector3f> positions = PositionsOf(packed);
+  for (uint32_t i = 0; i < packed.num_sites; ++i) kept.push_back(positions[i].x());
   for (const uint32_t site : expected) wanted.push_back(model.foam.positions[site].x());
   EXPECT_EQ(kept, wanted);
   EXPECT_EQ(NeighborsOf(packed).size(), packed.num_cells);

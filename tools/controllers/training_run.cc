@@ -430,10 +430,10 @@ void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labe
       if (!has_cells[k]) small.push_back(labels[k]);
     }
     if (!small.empty()) {
-      LOG(WARNING) << "No cell has the label" << (small.size() == 1 ? " " : "s ") << NamesOf(small)
-                   << ": the training is too short for the masks, or they show too little of "
-                   << (small.size() == 1 ? "it" : "them")
-                   << "; more sites (final_sites) and rays (num_rays) would be right.";
+      LOG(INFO) << "No cell has the label" << (small.size() == 1 ? " " : "s ") << NamesOf(small)
+                << ": the training is too short for the masks, or they show too little of "
+                << (small.size() == 1 ? "it" : "them")
+                << "; more sites (final_sites) and rays (num_rays) would be right.";
     }
   }
 }

@@ -90,6 +90,17 @@ TEST(MaskConsistency, FragmentsGoToWhatTheyAreFragmentsOf) {
   EXPECT_EQ(wall.masks.labels.size(), 3u);
 }
 
+// Where few photos have masks, a small thing is in one of them, and no point need confirm it.
+TEST(MaskConsistency, FewMasksHaveNoFragments) {
+  Wall wall;
+  for (int view = 8; view < kViews; ++view) wall.Paint(view, 0, 0, kWidth, [](int) { return 0; });
+  wall.Paint(4, kHeight - 3, 100, 103, [](int) { return 61; });
+  const MaskConsistencyReport report = wall.Correct(MaskConsistency::kTracks);
+  EXPECT_EQ(report.num_dropped, 0);
+  EXPECT_EQ(wall.IdAt(4, 101, kHeight - 1), 61);
+  EXPECT_EQ(wall.masks.labels.size(), 4u);
+}
+
 // A thing without texture has no points; what many photos say of it is believed.
 TEST(MaskConsistency, RegionsWithoutPointsAreBelieved) {
   Wall wall;

@@ -17,8 +17,10 @@
 #include "export/surface/surface_box.h"
 #include "export/surface/surface_decimation.h"
 #include "export/surface/surface_geometry.h"
+#include "export/texture/texture_baker.h"
 #include "export/volume/volume_options.h"
 #include "foam/util/error.h"
+#include "foam/util/output_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -84,6 +86,21 @@ std::optional<ObjectSurface> SheetOf(const ObjectInfo& object,
   if (object.id != kNoObject && ShownShare(surface) >= kSheetShare) return std::nullopt;
   ObjectSurface sheet = OpenSheet(surface);
   return sheet.triangles.empty() ? std::nullopt : std::optional(std::move(sheet));
+}
+
+// ", texture of 1024 x 1024 ...".
+std::string TextureSummary(const SurfaceTexture& texture) {
+  char text[160];
+  std::snprintf(text,
+                sizeof(text),
+                ", texture of %d x %d, %.2g MB, %.0f %% of the surface from %d photos",
+                texture.image.width,
+                texture.image.height,
+                static_cast<double>(texture.file.size()) / 1e6,
+                100.0 * static_cast<double>(texture.num_photo_texels) /
+                    static_cast<double>(std::max<int64_t>(1, texture.num_texels)),
+                texture.num_photos);
+  return text;
 }
 
 struct MadeSurface {
@@ -167,7 +184,7 @@ class SurfaceFiles {
 
   void WriteObject(const ObjectInfo& object) {
     const bool is_whole = object.id == kNoObject;
-    const MadeSurface made = MakeSurface(scene_, object, options_);
+    MadeSurface made = MakeSurface(scene_, object, options_);
     const ObjectSurface& surface = made.surface;
     if (surface.triangles.empty()) return;
     const std::string stem = is_whole ? "scene" : "objects/" + object.file_stem;
@@ -176,10 +193,22 @@ class SurfaceFiles {
       writer(output_path_ / (stem + extension), surface);
       AddWritten(object.id, stem + extension, made.summary, made.warning);
     };
+    const std::optional<SurfaceTexture> baked = MakeTexture(object, surface);
+    const SurfaceTexture* const texture = baked ? &*baked : nullptr;
+    const std::string image = texture ? stem + "." + texture->extension : "";
+    if (texture) made.summary += TextureSummary(*texture);
     write(options_.om, ".om", WriteOm);
     write(options_.ply, ".ply", WritePly);
-    write(options_.obj, ".obj", WriteObj);
-    write(options_.obj, ".mtl", WriteMtl);
+    write(options_.obj, ".obj", [&](const std::filesystem::path& path, const auto&) {
+      WriteObj(path, surface, texture);
+    });
+    write(options_.obj, ".mtl", [&](const std::filesystem::path& path, const auto&) {
+      WriteMtl(path, surface, std::filesystem::path(image).filename().string());
+    });
+    if (texture && (options_.obj || options_.usda)) {
+      WriteTextFile(output_path_ / image, texture->file);
+      AddWritten(object.id, image, made.summary);
+    }
     ++num_objects_;
     if (is_whole) scene_summary_ = made.summary;
     if (!options_.glb && !options_.usda) return;
@@ -187,11 +216,11 @@ class SurfaceFiles {
     const LocalMesh mesh = MakeLocalMesh(surface);
     write(options_.glb && !is_whole, ".glb", [&](const std::filesystem::path& path, const auto&) {
       GlbFile glb(scene_.transform, options_.creator);
-      glb.Add(object, surface, mesh);
+      glb.Add(object, surface, mesh, texture);
       glb.Write(path);
     });
-    if (options_.glb) scene_glb_.Add(object, surface, mesh);
-    if (scene_usda_) AddToStage(object, surface, mesh, stem + ".vdb");
+    if (options_.glb) scene_glb_.Add(object, surface, mesh, texture);
+    if (scene_usda_) AddToStage(object, {surface, mesh, texture, image}, stem + ".vdb");
   }
 
   // Returns all that was written.
@@ -213,10 +242,15 @@ class SurfaceFiles {
   }
 
  private:
+  std::optional<SurfaceTexture> MakeTexture(const ObjectInfo& object,
+                                            const ObjectSurface& surface) const {
+    if (options_.photos == nullptr || !(options_.obj || options_.glb || options_.usda)) return {};
+    return BakeTexture(scene_, object, surface, *options_.photos, options_.texture);
+  }
+
   // `volume_path` is where the object's volume lies, if it does.
   void AddToStage(const ObjectInfo& object,
-                  const ObjectSurface& surface,
-                  const LocalMesh& mesh,
+                  const UsdSurface& surface,
                   const std::string& volume_path) {
     std::vector<VolumeField> volume_fields;
     try {
@@ -226,7 +260,7 @@ class SurfaceFiles {
       usda_warning_ += usda_warning_.empty() ? "does without " : " ";
       usda_warning_ += error.what();
     }
-    scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
+    scene_usda_->Add(object, surface, volume_path, volume_fields);
   }
 
   void AddWritten(LabelId object_id,
@@ -266,7 +300,7 @@ std::string SurfaceExportOptions::Check() const {
     return "crop must be six numbers x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1 and z0 < z1; it is '" +
            crop + "'.";
   }
-  return "";
+  return texture.Check();
 }
 
 std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,

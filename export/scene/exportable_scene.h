@@ -180,6 +180,10 @@ struct ExportableScene {
     const Eigen::Vector3d unturned = world_from_normalized.Apply(x);
     return transform.IsTurned() ? transform.rotation * unturned : unturned;
   }
+  Eigen::Vector3d ColmapFromFile(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d unturned = transform.IsTurned() ? transform.rotation.transpose() * x : x;
+    return colmap_from_normalized.Apply(world_from_normalized.Invert(unturned));
+  }
 };
 
 // Prepares a model for export and finds its objects.

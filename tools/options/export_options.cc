@@ -77,6 +77,22 @@ void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {
                             "default those that reach far beyond what photos show");
 }
 
+void AddTextureOptions(OptionManager* options,
+                       TextureChoice* choice,
+                       SurfaceExportOptions* surface) {
+  options->AddDefaultOption(
+      "texture", &choice->is_wanted, "also textures, baked from the photos, in obj, glb and usda");
+  options->AddDefaultOption("texture_size",
+                            &surface->texture.size,
+                            "edge of a texture in texels, at most; smaller where the photos do not "
+                            "show more");
+  AddEnumOption(options,
+                "texture_format",
+                &choice->format,
+                kTextureFormatNames,
+                "jpeg is about a fifth as large");
+}
+
 void AddFormatsOption(OptionManager* options, std::string* formats) {
   options->AddDefaultOption("formats", formats, "what to write, apart by commas");
 }
@@ -157,6 +173,11 @@ void RequireEffects(const OptionManager& options,
   };
   require("VolumeExport", formats.count(ExportFormat::kVdb) != 0, "vdb");
   require("MeshExport", formats != std::set<ExportFormat>{ExportFormat::kVdb}, "a mesh's format");
+  if (!TakesTextures(formats)) {
+    options.RequireEffect(
+        {"texture", "texture_size", "texture_format"},
+        "without obj, glb or usda among the --formats; add one, or leave this out");
+  }
   if (volume.voxel_size > 0) {
     options.RequireEffect({"VolumeExport.max_resolution"},
                           "with --VolumeExport.voxel_size; give one of the two");

@@ -88,11 +88,11 @@ TEST_F(EndToEndTest, LeavesEveryFileAndNoOther) {
   for (const json& object : labels["objects"]) {
     const std::string stem = "objects/" + std::to_string(object["id"].get<int>()) + "_" +
                              object["name"].get<std::string>();
-    for (const std::string format : {"vdb", "om", "ply", "obj", "mtl", "glb"}) {
+    for (const std::string format : {"vdb", "om", "ply", "obj", "mtl", "png", "glb"}) {
       expected.insert(stem + "." + format);
       EXPECT_EQ(object["files"][format], stem + "." + format);
     }
-    EXPECT_EQ(object["files"].size(), 6u);
+    EXPECT_EQ(object["files"].size(), 7u);
   }
   EXPECT_EQ(labels["files"],
             (json{{"vdb", "scene.vdb"}, {"glb", "scene.glb"}, {"usda", "scene.usda"}}));
@@ -678,6 +678,7 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
                                             "scene.ply",
                                             "scene.obj",
                                             "scene.mtl",
+                                            "scene.png",
                                             "scene.glb",
                                             "scene.usda"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());

@@ -11,6 +11,7 @@
 #include "export/scene/object_surface.h"
 #include "export/scene/surface_topology.h"
 #include "export/surface/clean_cells.h"
+#include "export/surface/contact_planes.h"
 #include "export/surface/open_sheet.h"
 #include "export/surface/semantic_mesh.h"
 #include "export/surface/smooth_surface.h"
@@ -103,11 +104,14 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   std::string faces, more;
   bool is_sheet = false;
   if (options.method == SurfaceMethod::kSmooth) {
+    const std::vector<ContactPlane> contacts = ContactPlanes(scene, object);
+    object.cells = CellsUpToContacts(scene, contacts, object.cells);
     CleanCells clean = FillPitsAndTunnels(scene, object.cells);
-    object.cells = std::move(clean.cells);
+    object.cells = CellsUpToContacts(scene, contacts, clean.cells);
+    if (object.cells.empty()) return made;
     more = Counted(clean.pits, "pit", "filled") + Counted(clean.tunnels, "thin tunnel", "closed");
     const ObjectSurface cells = ExtractSurface(scene, object);
-    made.surface = ExtractSmoothSurface(scene, object, cells, box);
+    made.surface = ExtractSmoothSurface(scene, object, cells, box, contacts);
     if (std::optional<ObjectSurface> sheet = SheetOf(object, made.surface, options)) {
       made.surface = *std::move(sheet);
       is_sheet = true;

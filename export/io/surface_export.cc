@@ -73,8 +73,8 @@ std::string Counted(int64_t count, const std::string& noun, const std::string& v
 }
 
 // Share of the area of a closed surface below which photos show one side only. Of things on a table
-// it is 0.68 to 0.99, of walls, floors, rugs and pictures 0.38 to 0.44.
-constexpr double kSheetShare = 0.55;
+// it is 0.71 to 1, of walls, floors, rugs and pictures 0.35 to 0.52.
+constexpr double kSheetShare = 0.6;
 
 // The visible side of a wall, a floor or a whole scene; nothing for other surfaces, and where it is
 // not known what photos show.

@@ -23,6 +23,10 @@ constexpr double kSpikeRadii = 3;
 constexpr double kUnseenRadii = 1;
 // The same where the object ends in a contact.
 constexpr double kContactRadii = 2;
+// A vertex is in a contact's plane within this share of its length, for rounding; steps of
+// averaging there.
+constexpr double kInPlane = 1e-6;
+constexpr int kContactSteps = 4;
 constexpr int64_t kBlock = 1024;
 // How far a vertex may move, as a share of its cell's radius and of its half edge.
 constexpr double kMaxMove = 0.9;
@@ -216,6 +220,15 @@ class Builder {
   // other object's.
   bool IsShown(size_t v) const { return IsLookedThrough(edges_[v].second); }
 
+  // The contact in whose plane a vertex lies, if there is one.
+  const ContactPlane* ContactOf(size_t v, const Vector3d& position) const {
+    if (!IsFixed(v)) return nullptr;
+    for (const ContactPlane& contact : contacts_) {
+      if (contact.plane.absDistance(position) < kInPlane * contact.length) return &contact;
+    }
+    return nullptr;
+  }
+
   std::vector<double> MaxMoves() const {
     std::vector<double> moves;
     moves.reserve(edges_.size());
@@ -332,6 +345,32 @@ void DrawIn(const Builder& builder,
   }
 }
 
+// Moves the vertices in contacts within their planes, towards the means of their neighbours: the
+// line along which an object meets the plane is as ragged as its cells.
+void SmoothInContacts(const Builder& builder,
+                      const Triangles& triangles,
+                      std::vector<Vector3d>* positions) {
+  std::vector<const ContactPlane*> contacts(positions->size());
+  bool has_contact = false;
+  std::vector<double> counts(positions->size(), 0);
+  for (size_t v = 0; v < positions->size(); ++v) {
+    contacts[v] = builder.ContactOf(v, (*positions)[v]);
+    has_contact |= contacts[v] != nullptr;
+  }
+  if (!has_contact) return;
+  for (const auto& triangle : triangles) {
+    for (const uint32_t v : triangle) ++counts[v];
+  }
+  for (int step = 0; step < kContactSteps; ++step) {
+    std::vector<Vector3d> sums = *positions;
+    AddNeighbors(triangles, 1, &sums);
+    for (size_t v = 0; v < positions->size(); ++v) {
+      if (contacts[v] == nullptr) continue;
+      (*positions)[v] = contacts[v]->plane.projection(sums[v] / (counts[v] + 1));
+    }
+  }
+}
+
 void Untangle(const Triangles& triangles,
               const std::vector<Vector3d>& on_edges,
               std::vector<Vector3d>* positions) {
@@ -376,6 +415,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                      max_moves,
                      drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
                      &positions);
+  SmoothInContacts(builder, surface.triangles, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 

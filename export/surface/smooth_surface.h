@@ -29,8 +29,10 @@ namespace semfoam {
 // With a `box` (normalised frame) the object is cut at it: `object` and `cells` must hold only the
 // cells whose sites are in it (CellsInBox), and a vertex on an edge that leaves the box lies in its
 // side and stays there. So it does in the planes of `contacts`, where the edge leads through one
-// into what no photo shows, not far from the site: things are flat below where they stand. `object`
-// and `cells` must hold only cells whose sites are on the object's side (CellsUpToContacts).
+// into what no photo shows, not far from the site: things are flat below where they stand; in the
+// plane such vertices are smoothed, as the line where the object meets it is as ragged as the
+// cells. `object` and `cells` must hold only cells whose sites are on the object's side
+// (CellsUpToContacts).
 //
 // The result is a closed, oriented 2-manifold for any labels and any degenerate sites, because its
 // faces follow from the indices of the triangulation, not from positions:

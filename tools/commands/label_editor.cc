@@ -7,6 +7,8 @@
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
 #include "foam/util/photo_name.h"
+#include "plugin/colmap/camera_models.h"
+#include "plugin/colmap/camera_rays.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_record.h"
@@ -18,6 +20,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,11 +37,15 @@ namespace fs = std::filesystem;
 
 using Json = nlohmann::json;
 
+// Objects that a smaller share of the pixels in an outline shows are not meant by it.
+constexpr double kLeastShareOfOutline = 0.05;
+
 // Pieces of an object with a smaller share of its cells keep its label when it is split.
 constexpr double kLeastShareOfPiece = 0.01;
 constexpr const char* kRightEdits =
     R"({"edits": [{"rename": "7", "to": "mug"}, {"merge": "a,b"}, {"split": "chairs"}, {"drop": "x"}, )"
-    R"({"assign": "mug", "pick": "a.jpg,12,34"}, {"assign": "mug", "box": "0,0,0,1,1,1"}]})";
+    R"({"assign": "mug", "pick": "a.jpg,12,34"}, {"assign": "mug", "box": "0,0,0,1,1,1"}, )"
+    R"({"assign": "lid", "outline": "a.jpg,9,9,30,9,20,25"}]})";
 
 enum class EditKind { kRename, kMerge, kSplit, kDrop, kAssign };
 
@@ -48,9 +55,10 @@ struct LabelEdit {
   std::string labels;
   // New name, in kRename.
   std::string to;
-  // "x,y,z,x,y,z" or "IMAGE,x,y", in kAssign.
+  // "x,y,z,x,y,z", "IMAGE,x,y" or "IMAGE,x,y,x,y,x,y...", in kAssign; one of them.
   std::string box;
   std::string pick;
+  std::string outline;
 };
 
 // A model that is edited.
@@ -180,8 +188,9 @@ class LabelEditor {
   }
 
   std::string Assign(const LabelEdit& edit) {
-    const std::vector<uint32_t> cells =
-        edit.box.empty() ? PickedCells(edit.pick) : CellsInBox(edit.box);
+    const std::vector<uint32_t> cells = !edit.box.empty()    ? CellsInBox(edit.box)
+                                        : !edit.pick.empty() ? PickedCells(edit.pick)
+                                                             : CellsInOutline(edit.outline);
     const std::vector<LabelText> found = FindLabels(edit.labels, Names());
     if (found.size() > 1 || found[0].ids.size() > 1 || found[0].text.empty()) {
       throw UserError(foam_path_.string(),
@@ -249,6 +258,52 @@ class LabelEditor {
     return nearest;
   }
 
+  // The cells whose sites a photo's outline goes around, front and back, of the objects that it
+  // shows there.
+  std::vector<uint32_t> CellsInOutline(const std::string& text) const {
+    const PhotoOutline outline = ParsePhotoOutline("outline", text);
+    const PhotoRecord& photo = FindPhoto(model_, outline, foam_path_);
+    const CameraRays all = MakeCameraRays(photo, model_.world_from_normalized, foam_path_);
+    CameraRays inside{0, 1, all.origin, {}};
+    for (int y = 0; y < photo.height; ++y) {
+      for (int x = 0; x < photo.width; ++x) {
+        if (!outline.Contains({x + 0.5, y + 0.5})) continue;
+        inside.directions.push_back(all.directions[static_cast<size_t>(y) * photo.width + x]);
+      }
+    }
+    inside.width = static_cast<int>(inside.directions.size());
+    std::map<ClassIndex, int> pixels;
+    if (inside.width > 0) {
+      const RenderedView view = ViewRenderer(model_.foam, device_).Render(inside);
+      for (size_t i = 0; i < view.distance.size(); ++i) {
+        if (view.distance[i] > 0) ++pixels[view.class_index[i]];
+      }
+    }
+    std::erase_if(pixels, [&](const auto& shown) {
+      return LabelIdOf(model_.labels, shown.first) == kNoObject ||
+             shown.second < kLeastShareOfOutline * inside.width;
+    });
+    const ChosenObjects chosen = ChooseObjects(model_, LabelChoice{}, foam_path_);
+    const Camera camera = CameraOf(photo, foam_path_);
+    const Pose pose = PoseOf(photo);
+    std::vector<uint32_t> cells;
+    for (uint32_t i = 0; i < chosen.is_in_object.size(); ++i) {
+      if (chosen.is_in_object[i] == 0) continue;
+      if (!pixels.contains(chosen.cell_labels.class_index[i])) continue;
+      const Eigen::Vector3d position =
+          model_.world_from_normalized.Apply(model_.foam.positions[i].cast<double>());
+      const auto pixel = Project(camera, pose.UnitRotation() * position + pose.translation);
+      if (pixel.has_value() && outline.Contains(*pixel)) cells.push_back(i);
+    }
+    if (cells.empty()) {
+      throw UserError(foam_path_.string(),
+                      ": the outline ",
+                      text,
+                      " goes around no object; one around a part of an object would be right.");
+    }
+    return cells;
+  }
+
   // The cells of all objects whose sites are in a box of the COLMAP frame.
   std::vector<uint32_t> CellsInBox(const std::string& text) const {
     const std::vector<std::string> parts = SplitAtCommas(text);
@@ -286,6 +341,10 @@ class LabelEditor {
   const Device& device_;
 };
 
+int CountPlaces(const std::string& box, const std::string& pick, const std::string& outline) {
+  return int{!box.empty()} + int{!pick.empty()} + int{!outline.empty()};
+}
+
 std::string TextMember(const fs::path& file, const Json& edit, const char* key) {
   if (!edit.contains(key)) return "";
   if (edit[key].is_string() && !edit[key].get<std::string>().empty()) {
@@ -319,10 +378,11 @@ std::vector<LabelEdit> ReadEdits(const fs::path& file) {
       edit.to = TextMember(file, value, "to");
       edit.box = TextMember(file, value, "box");
       edit.pick = TextMember(file, value, "pick");
+      edit.outline = TextMember(file, value, "outline");
     }
     const bool is_complete =
         (edit.kind != EditKind::kRename || !edit.to.empty()) &&
-        (edit.kind != EditKind::kAssign || edit.box.empty() != edit.pick.empty());
+        (edit.kind != EditKind::kAssign || CountPlaces(edit.box, edit.pick, edit.outline) == 1);
     if (num_kinds != 1 || !is_complete) {
       throw UserError(
           file.string(), ": edit ", edits.size() + 1, " is not one of those in ", kRightEdits, ".");
@@ -342,6 +402,7 @@ struct EditOptions {
   std::string assign;
   std::string box;
   std::string pick;
+  std::string outline;
 };
 
 std::vector<LabelEdit> EditsOf(const EditOptions& options) {
@@ -359,19 +420,20 @@ std::vector<LabelEdit> EditsOf(const EditOptions& options) {
                      options.rename.substr(0, equals),
                      options.rename.substr(equals + 1),
                      "",
+                     "",
                      ""});
   }
-  if (!options.merge.empty()) edits.push_back({EditKind::kMerge, options.merge, "", "", ""});
-  if (!options.split.empty()) edits.push_back({EditKind::kSplit, options.split, "", "", ""});
-  if (!options.drop.empty()) edits.push_back({EditKind::kDrop, options.drop, "", "", ""});
+  if (!options.merge.empty()) edits.push_back({EditKind::kMerge, options.merge, "", "", "", ""});
+  if (!options.split.empty()) edits.push_back({EditKind::kSplit, options.split, "", "", "", ""});
+  if (!options.drop.empty()) edits.push_back({EditKind::kDrop, options.drop, "", "", "", ""});
   if (!options.assign.empty()) {
-    if (options.box.empty() == options.pick.empty()) {
+    if (CountPlaces(options.box, options.pick, options.outline) != 1) {
       throw UserError(
-          "Failed to parse options - --assign takes the cells of --box or those of --pick; give "
-          "one "
-          "of the two.");
+          "Failed to parse options - --assign takes the cells of --box, of --pick or of --outline; "
+          "give one of them.");
     }
-    edits.push_back({EditKind::kAssign, options.assign, "", options.box, options.pick});
+    edits.push_back(
+        {EditKind::kAssign, options.assign, "", options.box, options.pick, options.outline});
   }
   if (edits.empty()) {
     throw UserError(
@@ -406,7 +468,7 @@ void RunLabelEditor(int argc, char** argv) {
   options.AddDefaultOption(
       "assign",
       &edit_options.assign,
-      "the label, there already or new, of the cells that --box or --pick chooses");
+      "the label, there already or new, of the cells that --box, --pick or --outline chooses");
   options.AddDefaultOption(
       "box",
       &edit_options.box,
@@ -414,9 +476,13 @@ void RunLabelEditor(int argc, char** argv) {
       "cells of all objects in it");
   options.AddDefaultOption(
       "pick", &edit_options.pick, "IMAGE,x,y: the piece of the object that this pixel shows");
+  options.AddDefaultOption("outline",
+                           &edit_options.outline,
+                           "IMAGE,x,y,x,y,x,y ...: corners of an outline in a photo; the cells in "
+                           "it, front and back, of the objects that it shows");
   if (!options.Parse(argc, argv)) return;
   if (edit_options.assign.empty()) {
-    options.RequireEffect({"box", "pick"}, "without --assign; give both, or neither");
+    options.RequireEffect({"box", "pick", "outline"}, "without --assign; give both, or neither");
   }
   const std::vector<LabelEdit> edits = EditsOf(edit_options);
 

@@ -20,34 +20,53 @@ namespace {
 namespace fs = std::filesystem;
 
 const PhotoRecord& FindPhoto(const Model& model,
-                             const PhotoPixel& pixel,
+                             const std::string& name,
                              const fs::path& foam_path) {
-  const auto photo =
-      std::find_if(model.photos.begin(), model.photos.end(), [&](const PhotoRecord& record) {
-        return record.name == pixel.image;
-      });
+  const auto photo = std::find_if(model.photos.begin(),
+                                  model.photos.end(),
+                                  [&](const PhotoRecord& record) { return record.name == name; });
   if (photo == model.photos.end()) {
     throw UserError(foam_path.string(),
                     ": has no photo ",
-                    pixel.image,
+                    name,
                     model.photos.empty() ? "; it has none at all."
                                          : "; one of its photos is " + model.photos[0].name + ".");
   }
-  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= photo->width || pixel.y >= photo->height) {
+  return *photo;
+}
+
+const PhotoRecord& FindPhoto(const Model& model,
+                             const PhotoPixel& pixel,
+                             const fs::path& foam_path) {
+  const PhotoRecord& photo = FindPhoto(model, pixel.image, foam_path);
+  if (pixel.x < 0 || pixel.y < 0 || pixel.x >= photo.width || pixel.y >= photo.height) {
     throw UserError(foam_path.string(),
                     ": the photo ",
                     pixel.image,
                     " has ",
-                    photo->width,
+                    photo.width,
                     "x",
-                    photo->height,
+                    photo.height,
                     " pixels, and none at ",
                     pixel.x,
                     ",",
                     pixel.y,
                     ".");
   }
-  return *photo;
+  return photo;
+}
+
+// Takes the number off the end of a text, and the separators before it; returns whether there was
+// one, with something before it.
+template <typename T>
+bool TakeNumber(std::string* text, T* number) {
+  const std::string separators = ", ";
+  const size_t last = text->find_last_not_of(separators);
+  text->resize(last == std::string::npos ? 0 : last + 1);
+  const size_t before = text->find_last_of(separators);
+  if (before == std::string::npos || !ParseValue(text->substr(before + 1), number)) return false;
+  text->resize(text->find_last_not_of(separators, before) + 1);
+  return true;
 }
 
 // Returns the normal of the plane through points, unit length, of either sign: the direction in
@@ -74,19 +93,9 @@ Eigen::Vector3d PlaneNormal(std::vector<Eigen::Vector3d> points) {
 }  // namespace
 
 PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text) {
-  const std::string separators = ", ";
   PhotoPixel pixel;
-  std::string rest = text;
-  bool valid = true;
-  for (int* number : {&pixel.y, &pixel.x}) {
-    const size_t last = rest.find_last_not_of(separators);
-    rest.resize(last == std::string::npos ? 0 : last + 1);
-    const size_t before = rest.find_last_of(separators);
-    valid = valid && before != std::string::npos && ParseValue(rest.substr(before + 1), number);
-    rest.resize(before == std::string::npos ? 0 : before);
-  }
-  rest.resize(rest.find_last_not_of(separators) + 1);
-  pixel.image = rest;
+  pixel.image = text;
+  const bool valid = TakeNumber(&pixel.image, &pixel.y) && TakeNumber(&pixel.image, &pixel.x);
   if (!valid || pixel.image.empty()) {
     throw UserError("Failed to parse options - the argument ('",
                     text,
@@ -95,6 +104,48 @@ PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text) {
                     "' is invalid; it takes a photo's name and a pixel, IMAGE,x,y.");
   }
   return pixel;
+}
+
+bool PhotoOutline::Contains(const Eigen::Vector2d& point) const {
+  bool inside = false;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d& a = corners[i];
+    const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
+    if ((a.y() > point.y()) == (b.y() > point.y())) continue;
+    const double share = (point.y() - a.y()) / (b.y() - a.y());
+    if (point.x() < a.x() + share * (b.x() - a.x())) inside = !inside;
+  }
+  return inside;
+}
+
+PhotoOutline ParsePhotoOutline(const std::string& option, const std::string& text) {
+  PhotoOutline outline;
+  outline.image = text;
+  std::vector<double> numbers;
+  double number = 0;
+  for (std::string rest = text; TakeNumber(&rest, &number);) {
+    numbers.push_back(number);
+    // An odd number belongs to the photo's name.
+    if (numbers.size() % 2 == 0) outline.image = rest;
+  }
+  for (size_t i = 0; i + 1 < numbers.size(); i += 2) {
+    outline.corners.emplace_back(numbers[i + 1], numbers[i]);
+  }
+  if (outline.corners.size() < 3 || outline.image.empty()) {
+    throw UserError("Failed to parse options - the argument ('",
+                    text,
+                    "') for option '--",
+                    option,
+                    "' is invalid; it takes a photo's name and three corners or more, "
+                    "IMAGE,x,y,x,y,x,y.");
+  }
+  return outline;
+}
+
+const PhotoRecord& FindPhoto(const Model& model,
+                             const PhotoOutline& outline,
+                             const fs::path& foam_path) {
+  return FindPhoto(model, outline.image, foam_path);
 }
 
 SeenSurface SurfaceAt(const Model& model,

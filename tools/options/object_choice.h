@@ -30,6 +30,25 @@ struct PhotoPixel {
 // Parses "IMAGE,x,y", separated by commas or spaces. Throws UserError naming `option`.
 PhotoPixel ParsePhotoPixel(const std::string& option, const std::string& text);
 
+// A closed outline in a photo, at the size that the photo has in the model: corners, of which the
+// last is joined to the first. The middle of the upper left pixel is (0.5, 0.5).
+struct PhotoOutline {
+  std::string image;
+  std::vector<Eigen::Vector2d> corners;
+
+  // Whether a point is inside, by the even-odd rule.
+  bool Contains(const Eigen::Vector2d& point) const;
+};
+
+// Parses "IMAGE,x,y,x,y,x,y ...", separated by commas or spaces: three corners or more. Throws
+// UserError naming `option`.
+PhotoOutline ParsePhotoOutline(const std::string& option, const std::string& text);
+
+// Returns the photo of an outline. Throws UserError where the model has none of this name.
+const PhotoRecord& FindPhoto(const Model& model,
+                             const PhotoOutline& outline,
+                             const std::filesystem::path& foam_path);
+
 // The surface of a foam at a pixel, where the transmittance of its ray is 1/2.
 struct SeenSurface {
   // Label of the rendered identity; kNoObject: unlabelled.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Mode } from "./foam_renderer";
+import { Meshes, Mode } from "./foam_renderer";
 import { Vector } from "./report";
 import { distance, dot, row, subtract } from "./vector";
 import { Show, Viewer } from "./viewer";
@@ -11,6 +11,7 @@ export interface ControlEvents {
   click: (x: number, y: number) => void;
   toggleKeys: () => void;
   toggleMeasure: () => void;
+  toggleMarks: () => void;
 }
 
 export const kKeys: [string, string][] = [
@@ -21,9 +22,10 @@ export const kKeys: [string, string][] = [
   ["arrows", "look around"],
   ["click", "choose an object"],
   ["double click, F", "fly to it"],
-  ["1 to 6", "colour, labels, confidence, depth, cells, surfaces"],
+  ["1 to 5", "colour, labels, confidence, depth, cells"],
   ["I, H, G, U", "isolate, hide, dim, show all"],
-  ["C, P, M, X", "cameras, points, measure, slice"],
+  ["B, C, P", "surfaces, cameras, points"],
+  ["M, X, N", "measure, slice, mark a photo"],
   ["R", "back to the start"],
 ];
 
@@ -140,16 +142,12 @@ export function control(viewer: Viewer, element: HTMLElement, events: ControlEve
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const chosen = viewer.chosen;
-    if (/^[1-6]$/.test(key)) viewer.setMode((Number(key) - 1) as Mode);
-    else if (key === "c") {
-      viewer.showsCameras = !viewer.showsCameras;
-      viewer.present();
-      viewer.changed();
-    } else if (key === "p") {
-      viewer.showsPoints = !viewer.showsPoints;
-      viewer.present();
-      viewer.changed();
-    } else if (key === "m") events.toggleMeasure();
+    if (/^[1-5]$/.test(key)) viewer.setMode((Number(key) - 1) as Mode);
+    else if (key === "b") viewer.setMeshes(((viewer.meshes + 1) % 3) as Meshes);
+    else if (key === "c") viewer.setShowsCameras(!viewer.showsCameras);
+    else if (key === "p") viewer.setShowsPoints(!viewer.showsPoints);
+    else if (key === "m") events.toggleMeasure();
+    else if (key === "n") events.toggleMarks();
     else if (key === "x") viewer.setSlice((viewer.slice + 1) % 3, viewer.sliceAt);
     else if (key === "u") viewer.showAll();
     else if (key === "i" && chosen >= 0) viewer.isolate(chosen);

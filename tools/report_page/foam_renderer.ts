@@ -3,6 +3,7 @@ import { FoamData, nearestCell } from "./foam_data";
 import { Matrix, PackedPositions, Report, Vector } from "./report";
 import { dot, row, subtract } from "./vector";
 import linesGlsl from "./lines.glsl";
+import linesVertexGlsl from "./lines_vertex.glsl";
 import meshGlsl from "./mesh.glsl";
 import overlayVertexGlsl from "./overlay_vertex.glsl";
 import showGlsl from "./show.glsl";
@@ -29,21 +30,42 @@ export enum Mode {
   Confidence,
   Depth,
   Cells,
-  Surfaces,
 }
 
-// What a picture is drawn of: the foam, with the labels of the cells that are seen or with those of
-// the composited identities (slower, exact); or the objects' surfaces.
+// Whether the objects' surfaces are drawn, over the foam or alone.
+export enum Meshes {
+  None,
+  Over,
+  Alone,
+}
+
+// What is drawn besides the foam, with its depth.
+export interface Over {
+  meshes: Meshes;
+  points: boolean;
+  // Lines, and the pictures of cameras but that of this index; nothing: no cameras.
+  cameras?: { lines: Line[]; except: number };
+  // Pixels of the target in a pixel of the screen.
+  scale: number;
+}
+
+const kNothingOver: Over = { meshes: Meshes.None, points: false, scale: 1 };
+// Identities from here on are those of cameras, and of points.
+const kCameraIds = 0x10000000, kPointIds = 0x20000000;
+
+// What the foam is drawn with: the labels of the cells that are seen, or those of the composited
+// identities (slower, exact).
 export enum Draw {
   Foam,
   FoamAndLabels,
-  Surfaces,
 }
 
 // What a label shows of its matter, 0 to 255: of its object, and of its cells apart from it.
 export interface LabelState {
   object: number;
   loose: number;
+  // The label that it is shown as, where it was merged into another.
+  root?: number;
 }
 
 const kShown: LabelState = { object: 255, loose: 255 };
@@ -67,6 +89,8 @@ export interface Line {
   from: Vector;
   to: Vector;
   color: [number, number, number, number];
+  // Camera; nothing: none.
+  camera?: number;
 }
 
 // A pair of textures that a walk fills.
@@ -201,6 +225,9 @@ export interface Picked {
   distance: number;
   // -1: none.
   cell: number;
+  // Camera or SfM point instead; -1: none.
+  camera: number;
+  sfmPoint: number;
 }
 
 // Draws a foam with WebGL2: walks it into a Target, and shows that.
@@ -209,6 +236,7 @@ export class FoamRenderer {
   private walk: Program;
   private shower: Program;
   private liner: Program;
+  private pointer: Program;
   private sites: WebGLTexture;
   private neighbours: WebGLTexture;
   private records: WebGLTexture;
@@ -221,6 +249,8 @@ export class FoamRenderer {
   private mesher: Program;
   private surfaces: Surface[] = [];
   private points: Surface | null = null;
+  private pictures: Surface | null = null;
+  private pictureTexture: WebGLTexture | null = null;
   private widthBits = 11;
   private lastCell = 0;
   private pixel: Target;
@@ -248,7 +278,8 @@ export class FoamRenderer {
         `#define HAS_GRADIENT 1\n#define HAS_IDENTITY ${identityBytes ? 1 : 0}\n`,
     );
     this.shower = new Program(gl, kEverywhere, showGlsl);
-    this.liner = new Program(gl, overlayVertexGlsl, linesGlsl);
+    this.liner = new Program(gl, linesVertexGlsl, linesGlsl);
+    this.pointer = new Program(gl, overlayVertexGlsl, linesGlsl);
     this.mesher = new Program(gl, overlayVertexGlsl, meshGlsl);
 
     const sites = new Uint32Array(4 * header.num_cells);
@@ -281,10 +312,16 @@ export class FoamRenderer {
     this.lineArray = gl.createVertexArray()!;
     gl.bindVertexArray(this.lineArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
-    for (const [name, count, begin] of [["position", 3, 0], ["color", 4, 12]] as [string, number, number][]) {
+    for (const [name, count, begin] of [
+      ["begin", 3, 0],
+      ["end", 3, 12],
+      ["color", 4, 24],
+      ["id", 1, 40],
+    ] as [string, number, number][]) {
       const place = gl.getAttribLocation(this.liner.program, name);
       gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 28, begin);
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 44, begin);
+      gl.vertexAttribDivisor(place, 1);
     }
     gl.bindVertexArray(null);
   }
@@ -323,7 +360,10 @@ export class FoamRenderer {
   private uploadStates(stateOf: (label: number) => LabelState): void {
     const gl = this.gl, count = this.data.header.num_classes + 1;
     const bytes = new Uint8Array(4 * count);
-    for (let k = 0; k < count; ++k) bytes.set([stateOf(k).object, stateOf(k).loose], 4 * k);
+    for (let k = 0; k < count; ++k) {
+      const { object, loose } = stateOf(k), root = this.labelStates[k]?.root ?? k;
+      bytes.set([object, loose, root & 255, root >> 8], 4 * k);
+    }
     gl.bindTexture(gl.TEXTURE_2D, this.states);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, count, 1, gl.RGBA_INTEGER, gl.UNSIGNED_BYTE, bytes);
   }
@@ -332,7 +372,6 @@ export class FoamRenderer {
   // y of the part counts from below. Objects that are moved apart are walked one by one, each from
   // where the eye is as seen from its own place.
   draw(target: Target, pose: Pose, lens: Lens, how: Draw, part?: Part): void {
-    if (how === Draw.Surfaces) return this.drawSurfaces(target, pose, lens, part);
     const gl = this.gl, { header } = this.data, walk = this.walk.use();
     const whole = part ?? { x: 0, y: 0, width: target.width, height: target.height };
     walk.textures({
@@ -355,11 +394,11 @@ export class FoamRenderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
     gl.viewport(0, 0, target.width, target.height);
     gl.enable(gl.SCISSOR_TEST);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.ALWAYS);
     if (this.moved.size === 0) {
       this.drawLayer(target, pose, lens, whole, false);
     } else {
-      gl.enable(gl.DEPTH_TEST);
-      gl.depthFunc(gl.ALWAYS);
       const shown = (k: number) => this.labelStates[k] ?? kShown;
       this.uploadStates((k) => ({ object: this.moved.has(k) ? 0 : shown(k).object, loose: shown(k).loose }));
       this.drawLayer(target, pose, lens, whole, false);
@@ -373,8 +412,8 @@ export class FoamRenderer {
         this.drawLayer(target, moved, lens, box, true);
       }
       this.uploadStates(shown);
-      gl.disable(gl.DEPTH_TEST);
     }
+    gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.SCISSOR_TEST);
   }
 
@@ -416,7 +455,7 @@ export class FoamRenderer {
       walkedData: target.data,
       labelColors: this.labelColors,
     });
-    gl.uniform1i(shower.place("mode"), mode === Mode.Surfaces ? Mode.Color : mode);
+    gl.uniform1i(shower.place("mode"), mode);
     gl.uniform2i(shower.place("size"), width, height);
     gl.uniform2i(shower.place("walkedSize"), target.width, target.height);
     gl.uniform2fv(shower.place("depthRange"), depthRange);
@@ -451,32 +490,81 @@ export class FoamRenderer {
       this.surfaces.push({ array, label, count: 3 * one.triangles, origin: one.origin, step: one.step });
     }
     if (points) {
-      const array = attributes(this.liner, points, points.points);
+      const array = attributes(this.pointer, points, points.points);
       this.points = { array, label: -1, count: points.points, origin: points.origin, step: points.step };
     }
     gl.bindVertexArray(null);
   }
 
-  private drawSurfaces(target: Target, pose: Pose, lens: Lens, part?: Part): void {
-    const gl = this.gl, mesher = this.mesher.use();
+  // Takes over the pictures of cameras: where their corners are (two triangles for each camera), and
+  // the parts of `image` that they show.
+  addPictures(corners: Vector[], places: [number, number][], image: HTMLCanvasElement): void {
+    const gl = this.gl, array = gl.createVertexArray()!;
+    gl.bindVertexArray(array);
+    for (const [name, count, values] of [["position", 3, corners.flat()], ["uv", 2, places.flat()]] as [string, number, number[]][]) {
+      const place = gl.getAttribLocation(this.pointer.program, name);
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 0, 0);
+    }
+    // Of cameras without a photo.
+    gl.vertexAttrib4f(gl.getAttribLocation(this.pointer.program, "color"), 0.55, 0.6, 0.66, 1);
+    gl.bindVertexArray(null);
+    this.pictures = { array, label: -1, count: corners.length, origin: [0, 0, 0], step: [1, 1, 1] };
+    this.pictureTexture = texture(gl, gl.RGBA8, image.width, image.height, gl.LINEAR);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  }
+
+  // Makes a target empty, as far as the eye sees.
+  clear(target: Target): void {
+    const gl = this.gl;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
-    gl.viewport(0, 0, target.width, target.height);
-    const { x, y, width, height } = part ?? { x: 0, y: 0, width: target.width, height: target.height };
-    gl.enable(gl.SCISSOR_TEST);
-    gl.scissor(x, y, width, height);
     gl.clearBufferfv(gl.COLOR, 0, [...this.background, 1]);
     gl.clearBufferuiv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
+  }
+
+  // Draws what there is besides the foam into the whole of a target, where the foam does not hide it.
+  drawOver(target: Target, pose: Pose, lens: Lens, over: Over): void {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
+    gl.viewport(0, 0, target.width, target.height);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LESS);
+    if (over.meshes !== Meshes.None) this.drawSurfaces(target, pose, lens);
+    if (over.points && this.points) {
+      this.usePointer(target, pose, lens, this.points, kPointIds, false);
+      gl.uniform1f(this.pointer.place("pointSize"), Math.max(1, over.scale * Math.max(2, this.canvas.height / 250)));
+      gl.drawArrays(gl.POINTS, 0, this.points.count);
+    }
+    if (over.cameras) {
+      if (this.pictures) {
+        const { except } = over.cameras, begin = 6 * except, count = this.pictures.count;
+        this.usePointer(target, pose, lens, this.pictures, kCameraIds, true);
+        if (except < 0) {
+          gl.drawArrays(gl.TRIANGLES, 0, count);
+        } else {
+          gl.drawArrays(gl.TRIANGLES, 0, begin);
+          gl.drawArrays(gl.TRIANGLES, begin + 6, count - begin - 6);
+        }
+      }
+      this.drawLines(target.width, target.height, over.cameras.lines, pose, lens, Math.max(1, 1.5 * over.scale));
+    }
+    gl.bindVertexArray(null);
+    gl.disable(gl.DEPTH_TEST);
+  }
+
+  private drawSurfaces(target: Target, pose: Pose, lens: Lens): void {
+    const gl = this.gl, mesher = this.mesher.use();
     this.setLens(mesher, target.height, pose, lens);
     gl.uniform2f(mesher.place("sizeInPixels"), target.width, target.height);
     gl.uniform4fv(mesher.place("keep"), this.keep);
     for (const surface of this.surfaces) {
-      const share = (this.labelStates[surface.label] ?? kShown).object;
+      const { object: share, root } = this.labelStates[surface.label] ?? kShown;
       if (share === 0) continue;
       const offset = this.moved.get(surface.label)?.offset ?? [0, 0, 0];
-      gl.uniform1ui(mesher.place("label"), surface.label + 1);
+      gl.uniform1ui(mesher.place("label"), (root ?? surface.label) + 1);
       gl.uniform1i(mesher.place("isDim"), share < 255 ? 1 : 0);
       gl.uniform3fv(mesher.place("offset"), offset);
       gl.uniform3fv(mesher.place("boxOrigin"), surface.origin);
@@ -484,68 +572,71 @@ export class FoamRenderer {
       gl.bindVertexArray(surface.array);
       gl.drawElements(gl.TRIANGLES, surface.count, gl.UNSIGNED_INT, 0);
     }
-    gl.bindVertexArray(null);
-    gl.disable(gl.DEPTH_TEST);
-    gl.disable(gl.SCISSOR_TEST);
   }
 
-  // Draws the SfM points over the canvas; `lens` is for its size.
-  drawPoints(target: Target, pose: Pose, lens: Lens): void {
-    if (!this.points) return;
-    const gl = this.gl;
-    this.useLiner(target, pose, lens, this.points.origin, this.points.step);
-    gl.bindVertexArray(this.points.array);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    gl.drawArrays(gl.POINTS, 0, this.points.count);
-    gl.disable(gl.BLEND);
-    gl.bindVertexArray(null);
-  }
-
-  private useLiner(target: Target, pose: Pose, lens: Lens, origin: Vector, step: Vector): void {
-    const gl = this.gl, liner = this.liner.use();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    liner.textures({ walkedData: target.data });
-    this.setLens(liner, this.canvas.height, pose, lens);
-    gl.uniform3fv(liner.place("boxOrigin"), origin);
-    gl.uniform3fv(liner.place("boxStep"), step);
-    gl.uniform1f(liner.place("pointSize"), Math.max(2, this.canvas.height / 250));
-    gl.uniform2f(liner.place("sizeInPixels"), this.canvas.width, this.canvas.height);
-    gl.uniform2i(liner.place("size"), this.canvas.width, this.canvas.height);
-    gl.uniform2i(liner.place("walkedSize"), target.width, target.height);
+  private usePointer(target: Target, pose: Pose, lens: Lens, what: Surface, ids: number, sharesId: boolean): void {
+    const gl = this.gl, pointer = this.pointer.use();
+    pointer.textures({ pictures: this.pictureTexture });
+    this.setLens(pointer, target.height, pose, lens);
+    gl.uniform2f(pointer.place("sizeInPixels"), target.width, target.height);
+    gl.uniform3fv(pointer.place("boxOrigin"), what.origin);
+    gl.uniform3fv(pointer.place("boxStep"), what.step);
+    gl.uniform1ui(pointer.place("firstId"), ids);
+    gl.uniform1i(pointer.place("sharesId"), sharesId ? 1 : 0);
+    gl.uniform1i(pointer.place("hasPicture"), sharesId ? 1 : 0);
+    gl.bindVertexArray(what.array);
   }
 
   // Draws lines over the canvas; `lens` is for its size.
-  drawLines(target: Target, lines: Line[], pose: Pose, lens: Lens): void {
-    if (lines.length === 0) return;
-    const gl = this.gl;
-    const values = new Float32Array(14 * lines.length);
-    lines.forEach((line, i) => {
-      values.set([...line.from, ...line.color, ...line.to, ...line.color], 14 * i);
-    });
-    this.useLiner(target, pose, lens, [0, 0, 0], [1, 1, 1]);
-    gl.bindVertexArray(this.lineArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STREAM_DRAW);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    gl.drawArrays(gl.LINES, 0, 2 * lines.length);
-    gl.disable(gl.BLEND);
+  drawLinesOnTop(lines: Line[], pose: Pose, lens: Lens): void {
+    const gl = this.gl, { width, height } = this.canvas;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, width, height);
+    this.drawLines(width, height, lines, pose, lens, 2.5);
     gl.bindVertexArray(null);
   }
 
+  private drawLines(width: number, height: number, lines: Line[], pose: Pose, lens: Lens, thick: number): void {
+    if (lines.length === 0) return;
+    const gl = this.gl, liner = this.liner.use();
+    const values = new Float32Array(11 * lines.length);
+    lines.forEach((line, i) => {
+      values.set([...line.from, ...line.to, ...line.color, line.camera === undefined ? 0 : line.camera + 1], 11 * i);
+    });
+    liner.textures({ pictures: this.pictureTexture });
+    this.setLens(liner, height, pose, lens);
+    gl.uniform2f(liner.place("sizeInPixels"), width, height);
+    gl.uniform1f(liner.place("lineWidth"), thick);
+    gl.uniform1ui(liner.place("firstId"), kCameraIds);
+    gl.uniform1i(liner.place("hasPicture"), 0);
+    gl.bindVertexArray(this.lineArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STREAM_DRAW);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, lines.length);
+  }
+
+  // Draws the foam, or nothing where surfaces are drawn alone, and all else into a target.
+  drawAll(target: Target, pose: Pose, lens: Lens, how: Draw, over: Over): void {
+    if (over.meshes === Meshes.Alone) this.clear(target);
+    else this.draw(target, pose, lens, how);
+    this.drawOver(target, pose, lens, over);
+  }
+
   // Casts the ray through one point of a picture.
-  pick(pose: Pose, lens: Lens, x: number, y: number): Picked {
+  pick(pose: Pose, lens: Lens, x: number, y: number, over = kNothingOver): Picked {
     const gl = this.gl;
     const own: Lens = { fx: lens.fx, fy: lens.fy, cx: lens.cx - x + 0.5, cy: lens.cy - y + 0.5 };
-    this.draw(this.pixel, pose, own, Draw.FoamAndLabels);
+    this.drawAll(this.pixel, pose, own, Draw.FoamAndLabels, over);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.pixel.frame);
     const values = new Uint32Array(4);
     gl.readBuffer(gl.COLOR_ATTACHMENT1);
     gl.readPixels(0, 0, 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, values);
     const distance = new Float32Array(values.buffer, 4, 1)[0];
+    const kind = values[0] & ~(kCameraIds - 1);
     const picked: Picked = {
-      label: values[0] - 1,
+      label: kind === 0 ? values[0] - 1 : -1,
+      camera: kind === kCameraIds ? values[0] - kCameraIds : -1,
+      sfmPoint: kind === kPointIds ? values[0] - kPointIds : -1,
       distance,
       cell: values[2] - 1,
       opacity: (values[3] & 0xffff) / 65535,
@@ -568,12 +659,13 @@ export class FoamRenderer {
     mode: Mode,
     rays: number,
     depthRange: [number, number] = [1, 2],
+    over = kNothingOver,
   ): { colors: Uint8ClampedArray; labels: Uint32Array } {
     const gl = this.gl, target = new Target(gl), result = new Target(gl);
     target.resize(width * rays, height * rays);
     result.resize(width, height);
     const fine = { fx: lens.fx * rays, fy: lens.fy * rays, cx: lens.cx * rays, cy: lens.cy * rays };
-    this.draw(target, pose, fine, mode === Mode.Surfaces ? Draw.Surfaces : Draw.FoamAndLabels);
+    this.drawAll(target, pose, fine, Draw.FoamAndLabels, over);
     const colors = new Uint8Array(4 * width * height);
     const data = new Uint32Array(4 * target.width * target.height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);

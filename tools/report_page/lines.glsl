@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
-// Lines and points in 3D over the walked picture: faint where the foam hides them.
+// Lines, points and pictures of cameras: as they are, into the colours and the identities of the
+// walked picture, or over the canvas.
 
 precision highp float;
 precision highp int;
-precision highp usampler2D;
 
-uniform usampler2D walkedData;
-uniform ivec2 size;
-uniform ivec2 walkedSize;
+uniform sampler2D pictures;
+uniform bool hasPicture;
+flat in uint vertexId;
 in vec4 vertexColor;
 in vec3 fromEye;
-out vec4 shown;
+in vec2 place;
+layout(location = 0) out vec4 colorOut;
+layout(location = 1) out uvec4 dataOut;
 
 void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy / vec2(size) * vec2(walkedSize));
-  float far = uintBitsToFloat(texelFetch(walkedData, clamp(at, ivec2(0), walkedSize - 1), 0).y);
-  bool hidden = far > 0.0 && length(fromEye) > far * 1.01;
-  shown = vec4(vertexColor.rgb, vertexColor.a * (hidden ? 0.12 : 1.0));
+  float away = length(fromEye);
+  gl_FragDepth = away / (1.0 + away);
+  colorOut = hasPicture && place.x >= 0.0 ? texture(pictures, place) : vertexColor;
+  dataOut = uvec4(vertexId, floatBitsToUint(away), 0u, packUnorm2x16(vec2(1.0)));
 }

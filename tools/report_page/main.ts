@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 import { control, kKeys } from "./controls";
 import { byId, choices, count, duration, make, number } from "./dom";
+import { Edits } from "./edits";
 import { readFoam, unpack } from "./foam_data";
-import { Mode } from "./foam_renderer";
+import { Meshes, Mode } from "./foam_renderer";
+import { Marker } from "./marks";
 import { ObjectTable } from "./objects";
 import { showPlot } from "./plot";
 import { Report } from "./report";
@@ -59,6 +61,7 @@ interface Page {
   ready: boolean;
   error?: string;
   viewer?: Viewer;
+  edits?: Edits;
   report: Report;
   // From the opening of the page to its first and to its finest picture.
   firstPicture?: number;
@@ -67,15 +70,16 @@ interface Page {
 const page: Page = { ready: false, report };
 (window as unknown as { semfoam: Page }).semfoam = page;
 
-const kModes = ["Colour", "Labels", "Confidence", "Depth", "Cells", "Surfaces"];
+const kModes = ["Colour", "Labels", "Confidence", "Depth", "Cells"];
+const kMeshes = ["Surfaces", "Surfaces over the foam", "Surfaces alone"];
 
 // The row of controls below the view, and what follows the pointer.
-function addTools(viewer: Viewer, table: ObjectTable): void {
+function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   const tools = byId("tools"), measure = byId("measure"), hover = byId("hover"), keys = byId("keys");
   const photo = byId<HTMLImageElement>("photo");
   let measuring = false;
 
-  const modes = choices(kModes.filter((_, k) => k < Mode.Surfaces || report.objects.length > 0), viewer.mode, (k) => viewer.setMode(k as Mode));
+  const modes = choices(kModes, viewer.mode, (k) => viewer.setMode(k as Mode));
   const toggle = (text: string, act: () => void) => {
     const button = make("button", { type: "button", textContent: text });
     button.addEventListener("click", act);
@@ -93,26 +97,44 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     update();
   };
   const toggleKeys = () => (keys.hidden = !keys.hidden);
-  const cameras = toggle("Cameras", () => {
-    viewer.showsCameras = !viewer.showsCameras;
-    viewer.present();
+  const marker = new Marker(report, viewer, edits);
+  const toggleMarks = () => {
+    if (report.cameras.length === 0 || report.objects.length === 0) return;
+    marker.toggle();
+    if (marker.isOn) setFade(1);
     update();
-  });
-  const points = toggle("Points", () => {
-    viewer.showsPoints = !viewer.showsPoints;
-    viewer.present();
-    update();
-  });
+  };
+  const meshes = toggle("Surfaces", () => viewer.setMeshes(((viewer.meshes + 1) % 3) as Meshes));
+  const cameras = toggle("Cameras", () => viewer.setShowsCameras(!viewer.showsCameras));
+  const points = toggle("Points", () => viewer.setShowsPoints(!viewer.showsPoints));
+  const marks = toggle("Mark", toggleMarks);
+  marks.title = "Mark a piece of an object on a photo";
   const measurer = toggle("Measure", toggleMeasure);
   const slicer = toggle("Slice", () => viewer.setSlice((viewer.slice + 1) % 3, viewer.sliceAt));
   const slice = range("cut", 0, 1, 0.5, (value) => viewer.setSlice(viewer.slice, value));
   const apart = range("apart", 0, 1.5, 0, (value) => viewer.setExplosion(value));
   const fade = range("photo", 0, 1, 0, () => place());
+  const setFade = (share: number) => {
+    fade.input.value = String(share);
+    place();
+  };
+  // The photo comes up over the render, so that one sees both.
+  viewer.arrived = () => {
+    const begin = performance.now();
+    const step = (now: number) => {
+      if (viewer.camera < 0) return;
+      setFade(Math.max(0, Math.min(1, (now - begin) / 900)));
+      if (now - begin < 900) requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  };
   const all = toggle("Show all", () => viewer.showAll());
   tools.append(modes.element);
+  if (report.objects.length > 0) tools.append(meshes);
   if (report.cameras.length > 0) tools.append(cameras);
   if (report.overlays.points) tools.append(points);
   tools.append(measurer, slicer, slice.label);
+  if (report.cameras.length > 0 && report.objects.length > 0) tools.append(marks);
   if (report.objects.length > 1) tools.append(apart.label);
   tools.append(fade.label, all, toggle("Keys", toggleKeys));
   keys.append(
@@ -125,6 +147,7 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     const source = camera && (report.views.find((view) => view.camera === viewer.camera)?.photo ?? camera.thumbnail);
     photo.hidden = !source;
     fade.label.hidden = !source;
+    marker.show(camera ? viewer.photoPlace(camera) : null);
     if (!camera || !source) return;
     if (photo.src !== source) photo.src = source;
     const box = viewer.photoPlace(camera);
@@ -141,6 +164,9 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     modes.press(viewer.mode);
     cameras.setAttribute("aria-pressed", String(viewer.showsCameras));
     points.setAttribute("aria-pressed", String(viewer.showsPoints));
+    meshes.setAttribute("aria-pressed", String(viewer.meshes !== Meshes.None));
+    meshes.textContent = kMeshes[viewer.meshes];
+    marks.setAttribute("aria-pressed", String(marker.isOn));
     measurer.setAttribute("aria-pressed", String(measuring));
     slicer.setAttribute("aria-pressed", String(viewer.slice > 0));
     slicer.textContent = ["Slice", "Slice from above", "Slice from here"][viewer.slice];
@@ -154,8 +180,10 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     all.hidden = viewer.isolated < 0 && report.labels.every((_, k) => viewer.showOf(k) === 0);
     place();
     table.update();
+    edits.show();
   };
   viewer.changed = update;
+  edits.changed = update;
   viewer.presented = (isFine) => {
     page.firstPicture ??= performance.now();
     if (!isFine) return;
@@ -166,17 +194,14 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     }
   };
 
-  const nameOf = (label: number): string => {
-    const one = report.labels[label];
-    return one.name || (one.id === 0 ? "unlabelled" : `label_${one.id}`);
-  };
   control(viewer, byId("viewer"), {
     hover: (x, y) => {
-      const camera = viewer.cameraAt(x, y);
-      const picked = camera >= 0 ? null : viewer.pick(x, y);
-      const text = camera >= 0
-        ? report.cameras[camera].name
-        : picked && picked.label >= 0 ? `${nameOf(picked.label)}, ${Math.round(100 * picked.confidence)} %` : "";
+      const picked = viewer.pick(x, y);
+      const text = picked.camera >= 0
+        ? `${report.cameras[picked.camera].name}${report.cameras[picked.camera].held_out ? ", held out" : ""}`
+        : picked.sfmPoint >= 0
+          ? "a point of the COLMAP model"
+          : picked.label >= 0 ? `${edits.nameOf(picked.label)}, ${Math.round(100 * picked.confidence)} %` : "";
       hover.hidden = text === "";
       hover.textContent = text;
       hover.style.left = `${Math.min(x + 14, viewer.canvas.clientWidth - 120)}px`;
@@ -184,9 +209,9 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     },
     leave: () => (hover.hidden = true),
     click: (x, y) => {
-      const camera = viewer.cameraAt(x, y);
-      if (camera >= 0 && !measuring) return viewer.flyToCamera(camera);
       const picked = viewer.pick(x, y);
+      if (picked.camera >= 0 && !measuring) return viewer.flyToCamera(picked.camera);
+      if (table.mergesInto(picked.label)) return;
       if (!measuring) return viewer.choose(picked.label === viewer.chosen ? -1 : picked.label);
       if (!picked.point) return;
       viewer.measured = viewer.measured.length === 2 ? [picked.point] : [...viewer.measured, picked.point];
@@ -195,6 +220,7 @@ function addTools(viewer: Viewer, table: ObjectTable): void {
     },
     toggleKeys,
     toggleMeasure,
+    toggleMarks,
   });
   table.choose = (label) => {
     viewer.choose(label);
@@ -231,8 +257,9 @@ async function start(): Promise<void> {
     void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
       shown.renderer.addOverlays(overlays);
       byId("overlays").remove();
-      if (shown.mode === Mode.Surfaces || shown.showsPoints) shown.move();
+      if (shown.meshes !== Meshes.None || shown.showsPoints) shown.move();
     });
+    void viewer.loadPictures();
     if (location.hash) viewer.follow(location.hash);
     progress.hidden = true;
     progress.style.display = "none";
@@ -241,10 +268,13 @@ async function start(): Promise<void> {
     progress.textContent = page.error;
     byId("tools").hidden = true;
   }
-  const table = new ObjectTable(report, viewer);
+  const edits = new Edits(report, viewer);
+  edits.addButton();
+  const table = new ObjectTable(report, viewer, edits);
+  page.edits = edits;
   page.viewer = viewer ?? undefined;
   if (viewer) {
-    addTools(viewer, table);
+    addTools(viewer, table, edits);
     const shown = viewer;
     const wait = () => {
       if (!shown.isDone()) return void setTimeout(wait, 50);
@@ -253,6 +283,7 @@ async function start(): Promise<void> {
     };
     wait();
   } else {
+    edits.changed = () => edits.show();
     page.ready = true;
   }
 }

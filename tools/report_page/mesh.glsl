@@ -20,6 +20,9 @@ void main() {
   if (isDim && ((pixel.x + pixel.y) & 3) != 0) discard;
   vec3 normal = normalize(cross(dFdx(ownPlace), dFdy(ownPlace)));
   float light = 0.45 + 0.6 * abs(dot(normal, normalize(fromEye)));
+  // Slightly nearer, as the foam's matter begins at the same place.
+  float away = length(fromEye) * 0.997;
+  gl_FragDepth = away / (1.0 + away);
   colorOut = vec4(vertexColor.rgb * light, 1.0);
   dataOut = uvec4(label, floatBitsToUint(length(fromEye)), 0u, packUnorm2x16(vec2(1.0)));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 import { byId, count, make, number, save } from "./dom";
+import { Edits } from "./edits";
 import { Mode } from "./foam_renderer";
 import { FoamObject, Report } from "./report";
 import { Show, Viewer } from "./viewer";
@@ -28,7 +29,10 @@ export class ObjectTable {
   private sorted = { column: -1, up: false };
   private body: HTMLElement;
 
-  constructor(private report: Report, private viewer: Viewer | null) {
+  // The label that waits for another, to be merged into it; -1: none.
+  private merging = -1;
+
+  constructor(private report: Report, private viewer: Viewer | null, private edits: Edits) {
     const section = byId("objects");
     this.body = section.querySelector("tbody")!;
     if (report.objects.length === 0) return;
@@ -46,7 +50,7 @@ export class ObjectTable {
     this.body.append(...this.rows.values());
     const saver = make("button", { type: "button", textContent: "Save names as labels.json" });
     saver.title = "For --labels_path of the commands that read a foam";
-    saver.addEventListener("click", () => save("labels.json", this.labelsJson()));
+    saver.addEventListener("click", () => save("labels.json", edits.labelsFile()));
     section.querySelector(".actions")!.append(saver);
   }
 
@@ -57,8 +61,7 @@ export class ObjectTable {
     const name = make("input", { className: "name", value: object.name, spellcheck: false });
     name.setAttribute("aria-label", `Name of object ${object.id}`);
     name.addEventListener("change", () => {
-      label.name = object.name = name.value.trim() || object.name;
-      name.value = object.name;
+      this.edits.rename(object.label, name.value.trim() || object.name);
     });
     name.addEventListener("click", (event) => event.stopPropagation());
     const tools = make("td", { className: "row-tools" });
@@ -76,6 +79,10 @@ export class ObjectTable {
       button("only", "Show this object alone", () => viewer.isolate(l));
       button("hide", "Hide this object", toggle(Show.Hidden));
       button("dim", "Show this object faintly", toggle(Show.Dim));
+      button("merge", "Merge this object into another", () => {
+        this.merging = this.merging === l ? -1 : l;
+        this.update();
+      });
     }
     const row = make(
       "tr",
@@ -85,7 +92,7 @@ export class ObjectTable {
       tools,
       ...kColumns.map((column) => make("td", { textContent: column.text(object) })),
     );
-    row.addEventListener("click", () => this.choose(object.label));
+    row.addEventListener("click", () => this.mergesInto(object.label) || this.choose(object.label));
     row.cells[row.cells.length - 1].title = object.files.join("\n");
     return row;
   }
@@ -104,16 +111,37 @@ export class ObjectTable {
     this.body.append(...order.map((object) => this.rows.get(object.label)!));
   }
 
-  // Shows which object is chosen, and what is hidden.
+  // Merges the object that waits for it into this one; returns whether one waited.
+  mergesInto(label: number): boolean {
+    const from = this.merging;
+    if (from < 0) return false;
+    this.merging = -1;
+    if (this.rows.has(label)) this.edits.merge(from, label);
+    this.update();
+    return true;
+  }
+
+  // Shows which object is chosen, and what is hidden or merged.
   update(): void {
-    const viewer = this.viewer;
-    if (!viewer) return;
-    for (const [label, row] of this.rows) {
+    const viewer = this.viewer, roots = this.edits.roots();
+    const note = byId("objects").querySelector<HTMLElement>(".note")!;
+    note.hidden = this.merging < 0;
+    note.textContent = this.merging < 0 ? "" : `Click the object, here or in 3D, that ${this.edits.nameOf(this.merging)} is a part of.`;
+    for (const object of this.report.objects) {
+      const { label } = object, row = this.rows.get(label)!;
+      object.name = this.edits.nameOf(label);
+      row.querySelector<HTMLInputElement>(".name")!.value = object.name;
+      row.hidden = roots[label] !== label;
+      const parts = this.report.objects.filter((one) => roots[one.label] === label);
+      row.cells[3].textContent = count(parts.reduce((sum, one) => sum + one.cells, 0));
+      row.cells[4].textContent = number(parts.reduce((sum, one) => sum + one.volume, 0));
+      if (!viewer) continue;
       row.classList.toggle("chosen", viewer.chosen === label);
       const pressed = [
         viewer.isolated === label,
         viewer.showOf(label) === Show.Hidden,
         viewer.showOf(label) === Show.Dim,
+        this.merging === label,
       ];
       row.querySelectorAll(".row-tools button").forEach((button, k) =>
         button.setAttribute("aria-pressed", String(pressed[k])));
@@ -142,12 +170,5 @@ export class ObjectTable {
       const picture = make("img", { src: canvas.toDataURL("image/png"), alt: "" });
       this.rows.get(object.label)!.cells[0].replaceChildren(picture);
     }
-  }
-
-  // The names, by the masks' own ids, as the commands read them.
-  private labelsJson(): string {
-    const labels: Record<string, string> = {};
-    for (const label of this.report.labels) if (label.name !== "") labels[label.source_id] = label.name;
-    return JSON.stringify({ labels }, null, 1) + "\n";
   }
 }

@@ -13,8 +13,13 @@ uniform vec3 boxOrigin;
 uniform vec3 boxStep;
 uniform vec3 offset;
 uniform float pointSize;
+uniform uint firstId;   // of the first vertex
+uniform bool sharesId;  // one id for every six vertices, else for each
 in vec3 position;
 in vec4 color;
+in vec2 uv;
+flat out uint vertexId;
+out vec2 place;
 out vec4 vertexColor;
 out vec3 ownPlace;
 out vec3 fromEye;
@@ -29,4 +34,6 @@ void main() {
   gl_Position = vec4(2.0 * pixel / sizeInPixels - inCamera.z, depth, inCamera.z);
   gl_PointSize = pointSize;
   vertexColor = color;
+  vertexId = firstId + uint(sharesId ? gl_VertexID / 6 : gl_VertexID);
+  place = uv;
 }

@@ -35,6 +35,7 @@ vec3 labelColor(uint label) {
 
 vec3 sampleAt(ivec2 at, vec3 color) {
   uvec4 data = texelFetch(walkedData, at, 0);
+  if (data.x >= 0x10000000u) return color;  // a camera or a point
   vec2 opacity = unpackUnorm2x16(data.w);
   if (mode == 1) {
     if (data.x == 0u) return mix(vec3(1), color, 0.25);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 import { FoamData } from "./foam_data";
-import { Draw, FoamRenderer, LabelState, Lens, Line, Mode, Part, Picked, Pose, Target, rayDirection } from "./foam_renderer";
+import { Draw, FoamRenderer, LabelState, Lens, Line, Meshes, Mode, Over, Part, Picked, Pose, Target, rayDirection } from "./foam_renderer";
 import { Camera, FoamObject, Report, Vector } from "./report";
 import { add, cross, distance, dot, length, lookAlong, mix, mixRotations, normalize, row, scale, subtract, turn } from "./vector";
 
@@ -22,6 +22,7 @@ export class Viewer {
   // The photo whose camera is looked through; -1: none.
   camera = -1;
   mode = Mode.Color;
+  meshes = Meshes.None;
   showsCameras = false;
   showsPoints = false;
   // Chosen class; -1: none.
@@ -36,6 +37,10 @@ export class Viewer {
   readonly up: Vector;
   readonly center: Vector;
   readonly radius: number;
+  // For each label the one that it is merged into, or itself.
+  readonly roots: number[];
+  // Called when the flight to a photo's camera ends.
+  arrived: () => void = () => {};
   // Called when something changed that the page shows, and when a picture was shown.
   changed: () => void = () => {};
   presented: (isFine: boolean) => void = () => {};
@@ -65,6 +70,7 @@ export class Viewer {
     this.coarse = new Target(this.renderer.gl);
     this.fine = new Target(this.renderer.gl);
     this.shows = report.labels.map(() => Show.Full);
+    this.roots = report.labels.map((_, k) => k);
     const { cameras, objects } = report;
     const mean = (vectors: Vector[]): Vector =>
       scale(vectors.reduce(add, [0, 0, 0]), 1 / Math.max(1, vectors.length));
@@ -221,13 +227,22 @@ export class Viewer {
 
   states(isolated: number): LabelState[] {
     const share = [255, kDim, 0];
-    const states: LabelState[] = this.shows.map((show, k) => {
-      if (isolated >= 0) return { object: k === isolated ? 255 : 0, loose: 0 };
-      return { object: share[show], loose: share[show] };
+    const states: LabelState[] = this.roots.map((root) => {
+      if (isolated >= 0) return { object: root === isolated ? 255 : 0, loose: 0, root };
+      const shown = share[this.shows[root]];
+      return { object: shown, loose: shown, root };
     });
     const rest = isolated >= 0 ? 0 : 255;
     states.push({ object: rest, loose: rest });
     return states;
+  }
+
+  // Shows labels as those that they are merged into.
+  setRoots(roots: number[]): void {
+    roots.forEach((root, k) => (this.roots[k] = root));
+    if (this.chosen >= 0) this.chosen = roots[this.chosen];
+    if (this.isolated >= 0) this.isolated = roots[this.isolated];
+    this.applyStates();
   }
 
   private applyStates(): void {
@@ -255,9 +270,9 @@ export class Viewer {
     this.move();
   }
 
-  setSlice(kind: number, at: number): void {
-    if (kind !== this.slice) {
-      this.sliceNormal = kind === 1 ? scale(this.up, -1) : row(this.pose.camFromWorld, 2);
+  setSlice(kind: number, at: number, normal?: Vector): void {
+    if (kind !== this.slice || normal) {
+      this.sliceNormal = normal ?? (kind === 1 ? scale(this.up, -1) : row(this.pose.camFromWorld, 2));
       const heights: number[] = [];
       const { positions, header } = this.data;
       for (let i = 0; i < header.num_sites; i += Math.ceil(header.num_sites / 20000)) {
@@ -271,6 +286,32 @@ export class Viewer {
     this.sliceAt = at;
     const [low, high] = this.sliceRange;
     this.renderer.keep = kind === 0 ? [0, 0, 0, -1] : [...this.sliceNormal, low + at * (high - low)];
+    this.move();
+    this.changed();
+  }
+
+  // The photo whose camera sees most nearly what is seen now.
+  nearestCamera(): number {
+    const { eye, camFromWorld } = this.pose, forward = row(camFromWorld, 2);
+    const away = this.report.cameras.map((camera) =>
+      distance(camera.center, eye) / this.radius + 1 - dot(row(camera.cam_from_world, 2), forward));
+    return away.indexOf(Math.min(...away));
+  }
+
+  setMeshes(meshes: Meshes): void {
+    this.meshes = meshes;
+    this.move();
+    this.changed();
+  }
+
+  setShowsCameras(shows: boolean): void {
+    this.showsCameras = shows;
+    this.move();
+    this.changed();
+  }
+
+  setShowsPoints(shows: boolean): void {
+    this.showsPoints = shows;
     this.move();
     this.changed();
   }
@@ -292,7 +333,7 @@ export class Viewer {
   // x and y in CSS pixels of the canvas.
   pick(x: number, y: number): Picked {
     const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-    return this.renderer.pick(this.pose, this.lens(this.canvas.width, this.canvas.height), x * ratio, y * ratio);
+    return this.renderer.pick(this.pose, this.lens(this.canvas.width, this.canvas.height), x * ratio, y * ratio, this.over(1));
   }
 
   orbit(pivot: Vector, dx: number, dy: number): void {
@@ -381,6 +422,7 @@ export class Viewer {
       this.camera = camera;
       this.flight = null;
       this.changed();
+      if (camera >= 0) this.arrived();
     }
     this.move();
   }
@@ -393,7 +435,6 @@ export class Viewer {
   }
 
   private how(): Draw {
-    if (this.mode === Mode.Surfaces) return Draw.Surfaces;
     return this.mode === Mode.Labels || this.mode === Mode.Confidence ? Draw.FoamAndLabels : Draw.Foam;
   }
 
@@ -403,7 +444,8 @@ export class Viewer {
     const { width, height } = this.canvas;
     this.coarse.resize(Math.max(16, Math.round(width * this.resolution)), Math.max(16, Math.round(height * this.resolution)));
     if (this.mode === Mode.Depth) this.findDepthRange();
-    this.renderer.draw(this.coarse, this.pose, this.lens(this.coarse.width, this.coarse.height), this.how());
+    const lens = this.lens(this.coarse.width, this.coarse.height);
+    this.renderer.drawAll(this.coarse, this.pose, lens, this.how(), this.over(this.coarse.height / height));
     this.present(this.coarse);
     this.after((milliseconds) => {
       const by = Math.sqrt(kFrame / Math.max(4, milliseconds));
@@ -418,8 +460,7 @@ export class Viewer {
     if (this.parts.length === 0) {
       this.fine.resize(width * rays, height * rays);
       if (this.mode === Mode.Depth) this.findDepthRange();
-      // Surfaces are drawn as fast whole as in part.
-      const size = this.mode === Mode.Surfaces ? 1 << 20 : 128;
+      const size = 128;
       for (let y = 0; y < this.fine.height; y += size) {
         for (let x = 0; x < this.fine.width; x += size) {
           this.parts.push({ x, y, width: Math.min(size, this.fine.width - x), height: Math.min(size, this.fine.height - y) });
@@ -427,11 +468,16 @@ export class Viewer {
       }
     }
     const lens = this.lens(this.fine.width, this.fine.height);
+    if (this.meshes === Meshes.Alone) {
+      this.parts = [];
+      this.renderer.clear(this.fine);
+    }
     for (const part of this.parts.splice(0, this.partsAtOnce)) {
       this.renderer.draw(this.fine, this.pose, lens, this.how(), part);
     }
     const isWhole = this.parts.length === 0;
     if (isWhole) {
+      this.renderer.drawOver(this.fine, this.pose, lens, this.over(rays));
       ++this.nextFine;
       this.present(this.fine);
     }
@@ -450,8 +496,7 @@ export class Viewer {
     this.renderer.show(target, this.mode, this.depthRange, this.chosen);
     const { width, height } = this.canvas;
     const lens = this.lens(width, height);
-    if (this.showsPoints) this.renderer.drawPoints(target, this.pose, lens);
-    this.renderer.drawLines(target, this.lines(), this.pose, lens);
+    this.renderer.drawLinesOnTop(this.measureLines(), this.pose, lens);
   }
 
   private findDepthRange(): void {
@@ -470,61 +515,81 @@ export class Viewer {
     this.depthRange = [low * 0.95, Math.max(high * 1.05, low * 1.1)];
   }
 
-  // The sizes of cameras in 3D.
-  private frustumSize(): number {
-    return this.radius * 0.045;
+  // What is drawn besides the foam, `scale` pixels of the target for each of the canvas.
+  private over(scale: number): Over {
+    const cameras = this.showsCameras ? { lines: this.cameraLines(), except: this.camera } : undefined;
+    return { meshes: this.meshes, points: this.showsPoints, cameras, scale };
   }
 
-  private lines(): Line[] {
+  // The corners of a camera's picture in 3D, from its upper left one clockwise.
+  corners(camera: Camera): Vector[] {
+    const m = camera.cam_from_world, depth = this.radius * 0.07;
+    return [[0, 0], [1, 0], [1, 1], [0, 1]].map(([x, y]): Vector => {
+      const a = ((x * camera.width - camera.cx) / camera.fx) * depth;
+      const b = ((y * camera.height - camera.cy) / camera.fy) * depth;
+      return add(camera.center, add(add(scale(row(m, 0), a), scale(row(m, 1), b)), scale(row(m, 2), depth)));
+    });
+  }
+
+  private cameraLines(): Line[] {
     const lines: Line[] = [];
-    if (this.showsCameras) {
-      this.report.cameras.forEach((camera, index) => {
-        if (index === this.camera) return;
-        const color: Line["color"] = camera.held_out ? [0.9, 0.45, 0, 1] : [0.04, 0.39, 0.69, 1];
-        const m = camera.cam_from_world, depth = this.frustumSize();
-        const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(([x, y]): Vector => {
-          const a = ((x * camera.width - camera.cx) / camera.fx) * depth;
-          const b = ((y * camera.height - camera.cy) / camera.fy) * depth;
-          return add(camera.center, add(add(scale(row(m, 0), a), scale(row(m, 1), b)), scale(row(m, 2), depth)));
-        });
-        corners.forEach((corner, k) => {
-          lines.push({ from: camera.center, to: corner, color }, { from: corner, to: corners[(k + 1) % 4], color });
-        });
+    this.report.cameras.forEach((camera, index) => {
+      if (index === this.camera) return;
+      const color: Line["color"] = camera.held_out ? [0.9, 0.45, 0, 1] : [0.04, 0.39, 0.69, 1];
+      this.corners(camera).forEach((corner, k, corners) => {
+        lines.push({ from: camera.center, to: corner, color, camera: index });
+        lines.push({ from: corner, to: corners[(k + 1) % 4], color, camera: index });
       });
+    });
+    return lines;
+  }
+
+  // Puts the small photos into the frusta of their cameras.
+  async loadPictures(): Promise<void> {
+    const { cameras } = this.report, across = 16, width = 128, height = 96;
+    if (cameras.length === 0) return;
+    const sheet = document.createElement("canvas");
+    const small = cameras.filter((camera) => camera.thumbnail);
+    sheet.width = across * width;
+    sheet.height = Math.max(1, Math.ceil(small.length / across)) * height;
+    const context = sheet.getContext("2d")!;
+    const corners: Vector[] = [], places: [number, number][] = [];
+    let next = 0;
+    for (const camera of cameras) {
+      const place = (x: number, y: number): [number, number] => [x / sheet.width, y / sheet.height];
+      let box: [number, number][] = Array(4).fill([-1, -1]);
+      if (camera.thumbnail) {
+        const picture = new Image();
+        picture.src = camera.thumbnail;
+        await picture.decode();
+        const x = (next % across) * width, y = Math.floor(next++ / across) * height;
+        context.drawImage(picture, x, y, width, height);
+        const [l, t, r, b] = [x + 1, y + 1, x + width - 1, y + height - 1];
+        box = [place(l, t), place(r, t), place(r, b), place(l, b)];
+      }
+      const own = this.corners(camera);
+      for (const k of [0, 1, 2, 0, 2, 3]) {
+        corners.push(own[k]);
+        places.push(box[k]);
+      }
     }
-    const cross3 = (at: Vector) => {
+    this.renderer.addPictures(corners, places, sheet);
+    if (this.showsCameras) this.move();
+  }
+
+  private measureLines(): Line[] {
+    const lines: Line[] = [];
+    for (const at of this.measured) {
       const size = distance(at, this.pose.eye) * 0.012;
       for (let k = 0; k < 3; ++k) {
         const by = scale(row(this.pose.camFromWorld, k), size);
         lines.push({ from: subtract(at, by), to: add(at, by), color: [0.85, 0.05, 0.3, 1] });
       }
-    };
-    this.measured.forEach(cross3);
+    }
     if (this.measured.length === 2) {
       lines.push({ from: this.measured[0], to: this.measured[1], color: [0.85, 0.05, 0.3, 1] });
     }
     return lines;
-  }
-
-  // The camera whose frustum is drawn at a pixel (CSS), -1: none.
-  cameraAt(x: number, y: number): number {
-    if (!this.showsCameras) return -1;
-    const lens = this.lens(this.canvas.clientWidth, this.canvas.clientHeight);
-    let best = -1, nearest = 14;
-    this.report.cameras.forEach((camera, index) => {
-      const m = this.pose.camFromWorld;
-      const middle = add(camera.center, scale(row(camera.cam_from_world, 2), this.frustumSize() / 2));
-      const from = subtract(middle, this.pose.eye), z = dot(row(m, 2), from);
-      if (z <= 0 || index === this.camera) return;
-      const px = (lens.fx * dot(row(m, 0), from)) / z + lens.cx, py = (lens.fy * dot(row(m, 1), from)) / z + lens.cy;
-      const away = Math.hypot(px - x, py - y);
-      const reach = Math.max(14, (lens.fx * this.frustumSize()) / z / 2);
-      if (away < reach && away / reach < nearest) {
-        nearest = away / reach;
-        best = index;
-      }
-    });
-    return best;
   }
 
   // --- The link ---
@@ -541,8 +606,10 @@ export class Viewer {
     if (hidden.length > 0) parts.push(`hide=${hidden.join(",")}`);
     if (this.isolated >= 0) parts.push(`only=${this.isolated}`);
     if (this.chosen >= 0) parts.push(`object=${this.chosen}`);
+    if (this.meshes !== Meshes.None) parts.push(`meshes=${this.meshes}`);
     if (this.showsCameras) parts.push("cameras=1");
     if (this.showsPoints) parts.push("points=1");
+    if (this.slice > 0) parts.push(`slice=${this.slice},${digits([this.sliceAt, ...this.sliceNormal])}`);
     if (this.explosion > 0) parts.push(`apart=${this.explosion}`);
     return `#${parts.join("&")}`;
   }
@@ -565,7 +632,8 @@ export class Viewer {
       this.pose = { eye: view.slice(0, 3) as Vector, camFromWorld: lookAlong(forward, scale(down, -1)) };
       this.focal = view[9];
     }
-    if (whole("mode", 6) >= 0) this.mode = whole("mode", 6);
+    if (whole("mode", 5) >= 0) this.mode = whole("mode", 5);
+    if (whole("meshes", 3) >= 0) this.meshes = whole("meshes", 3);
     for (const one of (values.get("hide") ?? "").split(",")) {
       const match = /^(\d+)(d?)$/.exec(one);
       if (match && Number(match[1]) < labels) this.shows[Number(match[1])] = match[2] ? Show.Dim : Show.Hidden;
@@ -574,6 +642,10 @@ export class Viewer {
     this.chosen = whole("object", labels);
     this.showsCameras = values.get("cameras") === "1";
     this.showsPoints = values.get("points") === "1";
+    const slice = (values.get("slice") ?? "").split(",").map(Number);
+    if (slice.length === 5 && slice.every(Number.isFinite) && (slice[0] === 1 || slice[0] === 2)) {
+      this.setSlice(slice[0], Math.max(0, Math.min(1, slice[1])), slice.slice(2) as Vector);
+    }
     const apart = Number(values.get("apart") ?? 0);
     if (apart > 0 && apart <= 3) this.setExplosion(apart);
     this.applyStates();

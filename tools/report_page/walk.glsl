@@ -15,7 +15,9 @@ uniform usampler2D neighbours;  // for each cell: how many, then which
 uniform usampler2D records;     // RECORD_TEXELS for each site (foam_data.ts)
 uniform usampler2D identities;  // 16 int8 for each site
 uniform sampler2D classifier;   // for each class: 4 texels of weights, 1 with the bias
-uniform usampler2D states;      // for each class, and for cells without: shares of the density shown
+// For each class, and for cells without: shares of the density shown (of objects, of other cells),
+// and the class that it is shown as, low byte first.
+uniform usampler2D states;
 uniform int widthBits;          // log2 of the textures' width
 uniform uint numSites;
 uniform int numClasses;
@@ -223,6 +225,11 @@ void main() {
 #if HAS_IDENTITY
   if (exactLabels) label = transmittance <= 0.5 ? classOf(identity, confidence) : 0u;
 #endif
+  if (label > 0u) {
+    // Of a label that was merged into another: that.
+    uvec4 merged = texelFetch(states, at(label - 1u), 0);
+    label = 1u + merged.z + (merged.w << 8u);
+  }
   colorOut = vec4(color + transmittance * background, 1.0);
   dataOut = uvec4(label, floatBitsToUint(distanceAtHalf), cellAtHalf,
                   packUnorm2x16(vec2(1.0 - transmittance, confidence)));

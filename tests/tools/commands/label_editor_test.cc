@@ -3,6 +3,7 @@
 // label_editor as a user meets it, on a ring on a table with a ball in the ring.
 #include "foam/edit/label_editing.h"
 #include "foam/model/cell_labels.h"
+#include "plugin/colmap/camera_rays.h"
 
 #include <algorithm>
 #include <map>
@@ -122,6 +123,33 @@ TEST_F(LabelEditorTest, AssignsByBoxAndByPixel) {
   EXPECT_FALSE(picked.contains("ball"));
 }
 
+TEST_F(LabelEditorTest, AssignsWhatAnOutlineGoesAround) {
+  // The photo's left half: the parts in it, front and back, of ring and table. The ball is shown by
+  // too few pixels to be meant.
+  const Model model = ReadModel(Foam());
+  const PhotoRecord& photo = model.photos[0];
+  const Pose pose = PoseOf(photo);
+  const auto is_left = [&](uint32_t cell) {
+    const Eigen::Vector3d x = pose.UnitRotation() * model.world_from_normalized.Apply(
+                                                        model.foam.positions[cell].cast<double>()) +
+                              pose.translation;
+    return photo.camera_params[0] * x.x() / x.z() + photo.camera_params[2] < 40;
+  };
+  const CellsByName objects =
+      ObjectsOf(Edit("out", {"--assign", "half", "--outline", "p, 0.png,-1,-1,40,-1,40,90,-1,90"}));
+  const std::vector<uint32_t>& half = objects.at("half");
+  EXPECT_TRUE(std::all_of(half.begin(), half.end(), is_left));
+  const std::vector<uint32_t> both = Together(before_.at("ring"), before_.at("table"));
+  const auto left = std::count_if(both.begin(), both.end(), is_left);
+  EXPECT_GE(static_cast<double>(half.size()), 0.99 * static_cast<double>(left));
+  EXPECT_LE(std::ssize(half), left);
+  EXPECT_EQ(objects.at("ball"), before_.at("ball"));
+  // The same from a file.
+  WriteFile(folder_ / "edits.json",
+            R"({"edits": [{"assign": "half", "outline": "p, 0.png,-1,-1,40,-1,40,90,-1,90"}]})");
+  EXPECT_EQ(ObjectsOf(Edit("file", {"--edits_path", (folder_ / "edits.json").string()})), objects);
+}
+
 TEST_F(LabelEditorTest, TakesEditsFromAFileInTheirOrder) {
   WriteFile(folder_ / "edits.json",
             R"({"edits": [{"rename": "ball", "to": "apple"}, {"merge": "apple,ring"},
@@ -146,12 +174,18 @@ TEST_F(LabelEditorTest, SaysWhatIsWrong) {
       command,
       {{{}, {"", {"rename"}, "nothing to do"}},
        {{"--rename", "ring"}, {"", {"rename", "'ring'"}, "is invalid"}},
+       {{"--assign", "x", "--outline", "p, 0.png,1,1,9,9"},
+        {"", {"outline", "'p, 0.png,1,1,9,9'"}, "three corners or more"}},
+       {{"--assign", "x", "--outline", "q.png,1,1,9,9,1,9"},
+        {"in.foam", {"q.png"}, "has no photo"}},
+       {{"--assign", "x", "--outline", "p, 0.png,0,0,0,0,0,0"},
+        {"in.foam", {"p, 0.png,0,0,0,0,0,0"}, "goes around no object"}},
        {{"--rename", "ring="}, {"", {"rename", "'ring='"}, "is invalid"}},
        {{"--rename", "nobody=x"}, {"in.foam", {"'nobody'"}, "has no label"}},
        {{"--merge", "ring"}, {"in.foam", {"'ring'"}, "two or more"}},
        {{"--drop", "ring,nobody"}, {"in.foam", {"'nobody'"}, "has no label"}},
        {{"--split", "77"}, {"in.foam", {"'77'"}, "has no label"}},
-       {{"--assign", "x"}, {"", {"assign", "box", "pick"}, "one of the two"}},
+       {{"--assign", "x"}, {"", {"assign", "box", "pick"}, "give one of them"}},
        {{"--box", "0,0,0,1,1,1"}, {"", {"box", "assign"}, "no effect"}},
        {{"--assign", "x", "--box", "0,0,0,1,1"}, {"", {"'0,0,0,1,1'"}, "is invalid"}},
        {{"--assign", "x", "--box", "1e6,0,0,1e7,1,1"}, {"in.foam", {}, "no cell of an object"}},

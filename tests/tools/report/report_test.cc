@@ -292,17 +292,24 @@ TEST_F(ReportPageTest, ShowsSurfacesWhereTheFoamShowsObjects) {
   Browser browser;
   Open(&browser, Report(Trained()));
   browser.WaitUntil("!document.getElementById('overlays')");
-  const std::string render =
-      "(() => { const v = semfoam.viewer, c = semfoam.report.cameras[0];"
-      "const x = 64 / c.width, y = 48 / c.height;"
-      "const lens = {fx: c.fx * x, fy: c.fy * y, cx: c.cx * x, cy: c.cy * y};"
-      "return [...v.renderer.render(v.poseOf(c), lens, 64, 48, MODE, 1).labels]; })()";
-  const auto labels_in_mode = [&](const std::string& mode) {
-    std::string expression = render;
-    expression.replace(expression.find("MODE"), 4, mode);
-    return browser.Evaluate(expression).get<std::vector<int>>();
+  const auto labels_with = [&](const std::string& meshes) {
+    return browser
+        .Evaluate(
+            "(() => { const v = semfoam.viewer, c = semfoam.report.cameras[0];"
+            "const x = 64 / c.width, y = 48 / c.height;"
+            "const lens = {fx: c.fx * x, fy: c.fy * y, cx: c.cx * x, cy: c.cy * y};"
+            "return [...v.renderer.render(v.poseOf(c), lens, 64, 48, 0, 1, [1, 2],"
+            "{meshes: " +
+            meshes + ", points: false, scale: 1}).labels]; })()")
+        .get<std::vector<int>>();
   };
-  const std::vector<int> foam = labels_in_mode("0"), surfaces = labels_in_mode("5");
+  const std::vector<int> foam = labels_with("0"), surfaces = labels_with("2");
+  // Over the foam the nearer of both is seen.
+  const std::vector<int> over = labels_with("1");
+  for (size_t i = 0; i < over.size(); ++i) {
+    EXPECT_TRUE(over[i] == foam[i] || over[i] == surfaces[i]) << i;
+  }
+  EXPECT_NE(over, foam);
   // Where both show an object, it is the same one; a short training leaves the surfaces some holes.
   int both = 0, same = 0;
   for (size_t i = 0; i < foam.size(); ++i) {
@@ -322,13 +329,86 @@ TEST_F(ReportPageTest, ShowsThePointsOfTheModel) {
   const auto good = std::count_if(
       points.begin(), points.end(), [](const Point3D& point) { return point.track.size() >= 3; });
   EXPECT_EQ(browser.Evaluate("semfoam.report.overlays.points.points"), good);
-  const std::string canvas = "document.getElementById('canvas').toDataURL()";
-  browser.Evaluate("semfoam.viewer.present()");
-  const std::string without = browser.Evaluate(canvas);
-  browser.Evaluate("semfoam.viewer.showsPoints = true, semfoam.viewer.present()");
-  EXPECT_NE(browser.Evaluate(canvas), without);
-  browser.Evaluate("semfoam.viewer.showsPoints = false, semfoam.viewer.present()");
-  EXPECT_EQ(browser.Evaluate(canvas), without);
+  // Some are seen; none that the foam hides; and each is picked where it is seen.
+  const json seen = browser.Evaluate(
+      "(() => { const v = semfoam.viewer, c = semfoam.report.cameras[0], pose = v.poseOf(c);"
+      "const over = {meshes: 0, points: true, scale: 1}, base = 0x20000000;"
+      "const { labels } = v.renderer.render(pose, c, c.width, c.height, 0, 1, [1, 2], over);"
+      "let count = 0, same = 0; labels.forEach((id, i) => { if (id < base || count === 20) return;"
+      "++count; const p = v.renderer.pick(pose, c, i % c.width + 0.5,"
+      "Math.floor(i / c.width) + 0.5, over); same += p.sfmPoint >= 0 && p.label < 0; });"
+      "return [count, same]; })()");
+  EXPECT_EQ(seen[0], 20);
+  EXPECT_GE(seen[1], 18);
+  ExpectQuiet(browser);
+}
+
+TEST_F(ReportPageTest, FliesToTheCameraThatIsClicked) {
+  Browser browser;
+  Open(&browser, Report(Trained()));
+  browser.WaitUntil("semfoam.viewer.renderer.pictures");
+  // Straight at the picture of camera 5 from before it, nearer than all else.
+  const json picked = browser.Evaluate(
+      "(() => { const v = semfoam.viewer, c = semfoam.report.cameras[5], q = v.corners(c);"
+      "const m = [0, 1, 2].map((k) => (q[0][k] + q[2][k]) / 2);"
+      "const eye = c.center.map((e, k) => e - (m[k] - e) * 0.5);"
+      "v.setShowsCameras(true); v.renderer.setStates(v.states(-1).map(() => ({object: 0, loose: "
+      "0})));"
+      "v.pose = {eye, camFromWorld: c.cam_from_world}; v.focal = 1;"
+      "const h = v.canvas.clientHeight, w = v.canvas.clientWidth;"
+      "return v.pick(w / 2, h / 2).camera; })()");
+  EXPECT_EQ(picked, 5);
+  browser.Evaluate("v = semfoam.viewer, v.flyToCamera(5), v.advance(performance.now() + 1e4)");
+  EXPECT_EQ(browser.Evaluate("semfoam.viewer.camera"), 5);
+  // The photo comes up over the render.
+  browser.WaitUntil("Number(document.getElementById('photo').style.opacity) === 1");
+  ExpectQuiet(browser);
+}
+
+TEST_F(ReportPageTest, SavesEditsAsLabelEditorReadsThem) {
+  Browser browser;
+  Open(&browser, Report(Trained()));
+  // Merged in the table, hidden, renamed; and an outline around most of a photo, and a point.
+  const json labels = browser.Evaluate("semfoam.report.objects.map((one) => one.label)");
+  ASSERT_GE(labels.size(), 5u);
+  browser.Evaluate(
+      "document.querySelectorAll('#objects tbody tr')[1].querySelectorAll('button')[3].click();"
+      "document.querySelectorAll('#objects tbody tr')[0].click();"
+      "semfoam.viewer.setShow(" +
+      labels[2].dump() + ", 2); semfoam.edits.rename(" + labels[0].dump() +
+      ", 'all of it');"
+      "semfoam.edits.mark({label: 'mine', camera: 0, points: [[9, 9], [300, 9], [300, 200]]});"
+      "semfoam.edits.mark({label: 'all of it', camera: 0, points: [[160.5, 120.5]]})");
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#edits li').length"), 5);
+  // Both look like one object.
+  EXPECT_EQ(browser.Evaluate("semfoam.viewer.roots[" + labels[1].dump() + "]"), labels[0]);
+  const std::vector<int> drawn = Draw(&browser, 0).labels;
+  EXPECT_EQ(std::count(drawn.begin(), drawn.end(), labels[1].get<int>() + 1), 0);
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#objects tbody tr')[1].hidden"), true);
+  const TempFolder output;
+  WriteFile(output / "edits.json", browser.Evaluate("semfoam.edits.file()"));
+  const Outcome outcome = RunSemfoam({"label_editor",
+                                      "--foam_path",
+                                      Trained().string(),
+                                      "--edits_path",
+                                      (output / "edits.json").string(),
+                                      "--output_path",
+                                      (output / "edited").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::vector<std::string> names;
+  for (const Label& label : ReadModel(output / "edited/scene.foam").labels) {
+    names.push_back(label.name);
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"all of it", "mine"}));
+  const Model before = ReadModel(Trained());
+  for (const int gone : {1, 2}) {
+    EXPECT_THAT(names,
+                testing::Not(testing::Contains(before.labels[labels[gone].get<int>()].name)));
+  }
+  // Taken back, nothing is left to save.
+  for (int k = 0; k < 5; ++k)
+    browser.Evaluate("document.querySelector('#edits li button').click()");
+  EXPECT_EQ(browser.Evaluate("document.getElementById('edits').hidden"), true);
   ExpectQuiet(browser);
 }
 

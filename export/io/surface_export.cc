@@ -74,17 +74,12 @@ std::string Counted(int64_t count, const std::string& noun, const std::string& v
   return ", " + std::to_string(count) + " " + noun + (count == 1 ? " " : "s ") + verb;
 }
 
-// Share of the area of a closed surface below which photos show one side only. Of things on a table
-// it is 0.71 to 1, of walls, floors, rugs and pictures 0.35 to 0.52.
-constexpr double kSheetShare = 0.6;
-
-// The visible side of a wall, a floor or a whole scene; nothing for other surfaces, and where it is
-// not known what photos show.
+// The visible side of a whole scene; nothing for objects, and where it is not known what photos
+// show.
 std::optional<ObjectSurface> SheetOf(const ObjectInfo& object,
                                      const ObjectSurface& surface,
                                      const SurfaceExportOptions& options) {
-  if (options.close_sheets) return std::nullopt;
-  if (object.id != kNoObject && ShownShare(surface) >= kSheetShare) return std::nullopt;
+  if (options.close_sheets || object.id != kNoObject) return std::nullopt;
   ObjectSurface sheet = OpenSheet(surface);
   return sheet.triangles.empty() ? std::nullopt : std::optional(std::move(sheet));
 }

@@ -135,17 +135,6 @@ void RemoveLongFaces(const ObjectSurface& surface,
 
 }  // namespace
 
-double ShownShare(const ObjectSurface& surface) {
-  CHECK_EQ(surface.vertex_shown.size(), surface.vertices.size());
-  double shown = 0, all = 0;
-  for (const auto& triangle : surface.triangles) {
-    const double area = Area(surface, triangle);
-    all += area;
-    if (IsShown(surface, triangle)) shown += area;
-  }
-  return all > 0 ? shown / all : 0;
-}
-
 ObjectSurface OpenSheet(const ObjectSurface& surface) {
   CHECK_EQ(surface.vertex_shown.size(), surface.vertices.size());
   const size_t num_faces = surface.triangles.size();

@@ -7,10 +7,6 @@
 
 namespace semfoam {
 
-// Returns the share of the surface's area that photos look at: of the faces with at least two
-// shown corners (ObjectSurface::vertex_shown). 0 without area.
-double ShownShare(const ObjectSurface& surface);
-
 // Returns the part of a closed surface that photos show, as a sheet with a rim: walls, floors and
 // surroundings have a back only because surfaces of cells are closed. Faces keep their order,
 // vertices too.
@@ -18,8 +14,7 @@ double ShownShare(const ObjectSurface& surface);
 // - A face is shown if at least two of its corners are. Hidden patches with less than a thousandth
 //   of the shown area stay, so that the sheet has no small holes, and so small shown pieces go.
 // - At the rim faces go that have a side more than fifteen times as long as the median of the
-// sheet's,
-//   one after the other: they reach out to where nothing is known.
+//   sheet's, one after the other: they reach out to where nothing is known.
 //
 // The result is an oriented 2-manifold with boundary: where two fans of faces meet in one vertex
 // only, each gets a copy of it. Empty where nothing is shown. CHECKs that the surface has

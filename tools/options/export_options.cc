@@ -66,8 +66,8 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
                             "smooth only: at most so many triangles for each object; 0 = all");
   options->AddDefaultOption("MeshExport.close_sheets",
                             &surface->close_sheets,
-                            "smooth only: close walls, floors and whole scenes by the back that no "
-                            "photo shows, too, instead of leaving them sheets with a rim");
+                            "smooth only: close a scene without labels by the back that no photo "
+                            "shows, too, instead of leaving it a sheet with a rim");
 }
 
 void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {
@@ -173,7 +173,8 @@ void RequireEffects(const OptionManager& options,
   };
   require("VolumeExport", formats.count(ExportFormat::kVdb) != 0, "vdb");
   require("MeshExport", formats != std::set<ExportFormat>{ExportFormat::kVdb}, "a mesh's format");
-  if (!TakesTextures(formats)) {
+  // volume_exporter writes no meshes and has none of these.
+  if (options.Has("texture") && !TakesTextures(formats)) {
     options.RequireEffect(
         {"texture", "texture_size", "texture_format"},
         "without obj, glb or usda among the --formats; add one, or leave this out");

@@ -137,10 +137,22 @@ Model Slab() {
   return model;
 }
 
-TEST(OpenSheet, SlabsAreExportedAsSheetsUnlessTheyAreToBeClosed) {
+Model WithoutLabels(Model model) {
+  model.labels.clear();
+  model.foam.num_classes = 0;
+  model.foam.identity.clear();
+  model.foam.classifier_weight.clear();
+  model.foam.classifier_bias.clear();
+  return model;
+}
+
+TEST(OpenSheet, ScenesAreExportedAsSheetsUnlessTheyAreToBeClosed) {
   const TempFolder folder;
   SurfaceExportOptions options;
-  const ExportableScene scene = MakeExportableScene(Slab());
+  const ExportableScene labelled = MakeExportableScene(Slab());
+  EXPECT_THAT(ExportSurfaces(labelled, folder.path(), options)[0].summary,
+              HasSubstr("1 shell, no cavities, genus 0"));
+  const ExportableScene scene = MakeExportableScene(WithoutLabels(Slab()));
   EXPECT_THAT(ExportSurfaces(scene, folder.path(), options)[0].summary,
               HasSubstr("a sheet of 1 piece, 1 rim"));
   options.close_sheets = true;
@@ -153,7 +165,7 @@ TEST(OpenSheet, SlabsAreExportedAsSheetsUnlessTheyAreToBeClosed) {
 
 TEST(OpenSheet, WithoutFiguresOfTheRaysSurfacesAreClosed) {
   const TempFolder folder;
-  Model model = Slab();
+  Model model = WithoutLabels(Slab());
   model.statistics.passed.clear();
   model.statistics.stopped.clear();
   EXPECT_THAT(ExportSurfaces(MakeExportableScene(model), folder.path(), {})[0].summary,

@@ -611,6 +611,8 @@ TEST_F(EndToEndTest, ExportersWriteTheSameAsTheWholeRun) {
         command, "--foam_path", FoamPath(), "--output_path", again.string()};
     if (std::string(command) == "volume_exporter") {
       arguments.insert(arguments.end(), {"--VolumeExport.max_resolution", "96"});
+    } else {
+      arguments.insert(arguments.end(), {"--workspace_path", kTabletop.string()});
     }
     const Outcome outcome = RunSemfoam(arguments);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/object_selection.h"
 #include "foam/util/error.h"
+#include "foam/util/number_text.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/export_objects.h"
@@ -87,6 +88,9 @@ SceneOptions PhotosOf(const WorkspaceChoice& workspace,
   run.scene.use_masks = !IsWhole(model);
   run.scene.mask_consistency =
       ParseEnum(kMaskConsistencyNames, option("mask_consistency")).value_or(MaskConsistency::kAuto);
+  // Both shape the sample of the tracks that masks are corrected by. 0 in models without them.
+  ParseNumber(option("test_every"), &run.scene.test_every);
+  ParseNumber(option("random_seed"), &run.scene.random_seed);
   ImportMasksOf(&run.scene, std::filesystem::path(output_path) / "imported_masks");
   return run.scene;
 }

@@ -2,6 +2,7 @@
 #include "export/surface/open_sheet.h"
 
 #include "export/io/surface_export.h"
+#include "export/scene/whole_scene.h"
 #include "export/surface/smooth_surface.h"
 #include "foam/util/parallel.h"
 
@@ -137,26 +138,17 @@ Model Slab() {
   return model;
 }
 
-Model WithoutLabels(Model model) {
-  model.labels.clear();
-  model.foam.num_classes = 0;
-  model.foam.identity.clear();
-  model.foam.classifier_weight.clear();
-  model.foam.classifier_bias.clear();
-  return model;
-}
-
 TEST(OpenSheet, ScenesAreExportedAsSheetsUnlessTheyAreToBeClosed) {
   const TempFolder folder;
   SurfaceExportOptions options;
   const ExportableScene labelled = MakeExportableScene(Slab());
   EXPECT_THAT(ExportSurfaces(labelled, folder.path(), options)[0].summary,
               HasSubstr("1 shell, no cavities, genus 0"));
-  const ExportableScene scene = MakeExportableScene(WithoutLabels(Slab()));
-  EXPECT_THAT(ExportSurfaces(scene, folder.path(), options)[0].summary,
+  const ExportableScene scene = MakeWholeScene(Slab());
+  EXPECT_THAT(ExportWholeSurface(scene, folder.path(), options)[0].summary,
               HasSubstr("a sheet of 1 piece, 1 rim"));
   options.close_sheets = true;
-  EXPECT_THAT(ExportSurfaces(scene, folder.path(), options)[0].summary,
+  EXPECT_THAT(ExportWholeSurface(scene, folder.path(), options)[0].summary,
               HasSubstr("1 shell, no cavities, genus 0"));
   EXPECT_EQ(options.Check(), "");
   options.method = SurfaceMethod::kCells;
@@ -165,10 +157,10 @@ TEST(OpenSheet, ScenesAreExportedAsSheetsUnlessTheyAreToBeClosed) {
 
 TEST(OpenSheet, WithoutFiguresOfTheRaysSurfacesAreClosed) {
   const TempFolder folder;
-  Model model = WithoutLabels(Slab());
+  Model model = Slab();
   model.statistics.passed.clear();
   model.statistics.stopped.clear();
-  EXPECT_THAT(ExportSurfaces(MakeExportableScene(model), folder.path(), {})[0].summary,
+  EXPECT_THAT(ExportWholeSurface(MakeWholeScene(model), folder.path(), {})[0].summary,
               Not(HasSubstr("sheet")));
 }
 

@@ -5,6 +5,7 @@
 #include "export/scene/names.h"
 #include "foam/util/error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -36,11 +37,19 @@ constexpr uint64_t kNormalAt = 12;
 constexpr uint64_t kColorAt = 24;
 constexpr uint64_t kFeatureAt = 32;
 constexpr uint64_t kConfidenceAt = 36;
+constexpr uint64_t kCoordinatesAt = 40;
 constexpr uint64_t kVertexBytes = 40;
+constexpr uint64_t kTexturedVertexBytes = 48;
 
-void Align(char with, std::string* bytes) {
-  while (bytes->size() % kAlignment != 0) bytes->push_back(with);
+constexpr int kLinear = 9729;
+constexpr int kLinearMipmapLinear = 9987;
+constexpr int kClampToEdge = 33071;
+
+constexpr uint64_t Aligned(uint64_t offset) {
+  return (offset + kAlignment - 1) / kAlignment * kAlignment;
 }
+
+void Align(char with, std::string* bytes) { bytes->resize(Aligned(bytes->size()), with); }
 
 template <typename Vector>
 Json ToJson(const Vector& vector) {
@@ -124,12 +133,38 @@ Json ObjectNode(const GlbObject& object, uint64_t mesh, const Eigen::Vector3d& m
             {"volume", object.info.volume}}}};
 }
 
+// Adds a material that is matt. Returns its index.
+size_t AddMaterial(const std::string& name, Json color, Document* document) {
+  Json material = {{"name", name},
+                   {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}}};
+  if (!color.is_null()) material["pbrMetallicRoughness"]["baseColorTexture"] = std::move(color);
+  document->json["materials"].push_back(std::move(material));
+  return document->json["materials"].size() - 1;
+}
+
+// Adds the texture of an object, whose bytes are at `from`, and its material. Returns that of the
+// material.
+size_t AddTexturedMaterial(const GlbObject& object, uint64_t from, Document* document) {
+  Json& json = document->json;
+  const int view = document->AddView(from, object.texture_bytes);
+  json["images"].push_back(
+      {{"name", object.info.file_stem}, {"bufferView", view}, {"mimeType", object.texture_type}});
+  json["samplers"] = Json::array({{{"magFilter", kLinear},
+                                   {"minFilter", kLinearMipmapLinear},
+                                   {"wrapS", kClampToEdge},
+                                   {"wrapT", kClampToEdge}}});
+  json["textures"].push_back({{"sampler", 0}, {"source", json["images"].size() - 1}});
+  return AddMaterial(object.info.file_stem, {{"index", json["textures"].size() - 1}}, document);
+}
+
 // Adds the views and accessors of an object's vertices and indices. Returns its mesh primitive.
 Json AddPrimitive(const GlbObject& object, Document* document) {
   Json& json = document->json;
-  const uint64_t vertex_bytes = object.num_vertices * kVertexBytes;
+  const bool is_textured = object.texture_bytes > 0;
+  const uint64_t stride = is_textured ? kTexturedVertexBytes : kVertexBytes;
+  const uint64_t vertex_bytes = object.num_vertices * stride;
   const int vertices = document->AddView(object.first_byte, vertex_bytes);
-  json["bufferViews"][vertices]["byteStride"] = kVertexBytes;
+  json["bufferViews"][vertices]["byteStride"] = stride;
   json["bufferViews"][vertices]["target"] = kArrayBuffer;
   const int corners =
       document->AddView(object.first_byte + vertex_bytes, object.num_indices * sizeof(uint32_t));
@@ -147,17 +182,24 @@ Json AddPrimitive(const GlbObject& object, Document* document) {
   const int feature = attribute(kFeatureAt, kFloat, "SCALAR");
   const int confidence = attribute(kConfidenceAt, kFloat, "SCALAR");
   const int indices = document->AddAccessor(corners, 0, kUnsignedInt, "SCALAR", object.num_indices);
+  Json attributes = {{"POSITION", position},
+                     {"NORMAL", normal},
+                     {is_textured ? "_COLOR" : "COLOR_0", color},
+                     {"_FEATURE_ID_0", feature},
+                     {"_CONFIDENCE", confidence}};
+  size_t material = 0;
+  if (is_textured) {
+    attributes["TEXCOORD_0"] = attribute(kCoordinatesAt, kFloat, "VEC2");
+    const uint64_t indices_end =
+        object.first_byte + vertex_bytes + object.num_indices * sizeof(uint32_t);
+    material = AddTexturedMaterial(object, Aligned(indices_end), document);
+  }
   const Json feature_id = {
       {"featureCount", 1}, {"attribute", 0}, {"propertyTable", 0}, {"label", "object"}};
   const Json features = {{"featureIds", Json::array({feature_id})}};
-  return {{"attributes",
-           {{"POSITION", position},
-            {"NORMAL", normal},
-            {"COLOR_0", color},
-            {"_FEATURE_ID_0", feature},
-            {"_CONFIDENCE", confidence}}},
+  return {{"attributes", std::move(attributes)},
           {"indices", indices},
-          {"material", 0},
+          {"material", material},
           {"extensions", {{"EXT_mesh_features", features}}}};
 }
 
@@ -238,20 +280,24 @@ void WriteChunks(const Json& json, const std::string& binary, const std::filesys
 GlbFile::GlbFile(const ExportTransform& transform, std::string creator)
     : transform_(transform), creator_(std::move(creator)) {}
 
-void GlbFile::Add(const ObjectInfo& object, const ObjectSurface& surface, const LocalMesh& mesh) {
+void GlbFile::Add(const ObjectInfo& object,
+                  const ObjectSurface& surface,
+                  const LocalMesh& mesh,
+                  const SurfaceTexture* texture) {
   GlbObject& kept = objects_.emplace_back();
   kept.info = object;
   kept.num_cells = object.cells.size();
   kept.info.cells.clear();
   kept.origin = mesh.origin;
   kept.box = mesh.box;
-  kept.num_vertices = surface.vertices.size();
+  kept.num_vertices = texture == nullptr ? surface.vertices.size() : texture->coordinates.size();
   kept.num_indices = 3 * surface.triangles.size();
   Align('\0', &binary_);
   kept.first_byte = binary_.size();
   // 2^24 rows are more than labels have ids.
   const float row = static_cast<float>(objects_.size() - 1);
-  for (size_t v = 0; v < surface.vertices.size(); ++v) {
+  for (size_t i = 0; i < kept.num_vertices; ++i) {
+    const size_t v = texture == nullptr ? i : texture->vertex_of[i];
     for (const float x : mesh.positions[v]) AppendBinary(x, &binary_);
     for (const float x : mesh.normals[v]) AppendBinary(x, &binary_);
     for (const uint8_t channel : surface.vertex_color[v]) {
@@ -261,10 +307,17 @@ void GlbFile::Add(const ObjectInfo& object, const ObjectSurface& surface, const 
     AppendBinary(uint16_t{65535}, &binary_);  // opaque
     AppendBinary(row, &binary_);
     AppendBinary(surface.vertex_confidence[v], &binary_);
+    if (texture == nullptr) continue;
+    for (const float x : texture->coordinates[i]) AppendBinary(x, &binary_);
   }
-  for (const auto& triangle : surface.triangles) {
+  for (const auto& triangle : texture == nullptr ? surface.triangles : texture->triangles) {
     for (const uint32_t vertex : triangle) AppendBinary(vertex, &binary_);
   }
+  if (texture == nullptr) return;
+  Align('\0', &binary_);
+  kept.texture_bytes = texture->file.size();
+  kept.texture_type = texture->extension == "png" ? "image/png" : "image/jpeg";
+  binary_ += texture->file;
 }
 
 void GlbFile::Write(const std::filesystem::path& path) {
@@ -275,6 +328,10 @@ void GlbFile::Write(const std::filesystem::path& path) {
   json["extensionsUsed"] = {"EXT_mesh_features", "EXT_structural_metadata"};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
+  const bool has_plain = std::any_of(objects_.begin(), objects_.end(), [](const GlbObject& object) {
+    return object.texture_bytes == 0;
+  });
+  if (has_plain) AddMaterial("vertex colours", {}, &document);
   const Eigen::Vector3d middle = RoundedMiddle(objects_);
   json["nodes"] = {RootNode(transform_), {{"name", "origin"}, {"translation", ToJson(middle)}}};
   for (const GlbObject& object : objects_) {
@@ -285,9 +342,6 @@ void GlbFile::Write(const std::filesystem::path& path) {
     json["meshes"].push_back(
         {{"name", object.info.file_stem}, {"primitives", Json::array({primitive})}});
   }
-  const Json material = {{"name", "vertex colours"},
-                         {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}}};
-  json["materials"] = Json::array({material});
   const Json table = {{"name", "objects"},
                       {"class", "object"},
                       {"count", objects_.size()},

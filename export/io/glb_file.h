@@ -3,6 +3,7 @@
 
 #include "export/io/local_mesh.h"
 #include "export/scene/object_surface.h"
+#include "export/texture/surface_texture.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -25,8 +26,12 @@ struct GlbObject {
   Eigen::AlignedBox3f box;
   uint64_t num_vertices = 0;
   uint64_t num_indices = 0;
-  // Offset of its vertices in the binary chunk; its indices follow.
+  // Offset of its vertices in the binary chunk; its indices follow, and then its texture.
   uint64_t first_byte = 0;
+  // Bytes of the texture's file; 0: no texture.
+  uint64_t texture_bytes = 0;
+  // "image/png" or "image/jpeg".
+  std::string texture_type;
 };
 
 // Writes a binary glTF 2.0 file of one or more objects. Its nodes:
@@ -42,15 +47,21 @@ struct GlbObject {
 //
 // A vertex has POSITION and NORMAL (float), COLOR_0 (linear light, 16-bit normalised), _CONFIDENCE
 // (float), and by EXT_mesh_features _FEATURE_ID_0 (float), which is the row of its object in the
-// property table of EXT_structural_metadata: id, name, color, confidence, cells, volume. There is
-// one material, white and matt, so that the vertex colours are visible.
+// property table of EXT_structural_metadata: id, name, color, confidence, cells, volume. Materials
+// are matt. Objects without a texture share a white one, so that the vertex colours are visible.
+// One with a texture has a material of its own, the texture's file in the binary chunk, and
+// TEXCOORD_0; its colours are called _COLOR, because COLOR_0 would be multiplied with the texture,
+// and a vertex on the borders of charts is there once for each of them.
 class GlbFile {
  public:
   // `creator` is program and version.
   GlbFile(const ExportTransform& transform, std::string creator);
 
-  // Adds an object and its surface, both in the file frame.
-  void Add(const ObjectInfo& object, const ObjectSurface& surface, const LocalMesh& mesh);
+  // Adds an object and its surface, both in the file frame; with a texture, unless that is null.
+  void Add(const ObjectInfo& object,
+           const ObjectSurface& surface,
+           const LocalMesh& mesh,
+           const SurfaceTexture* texture = nullptr);
 
   // Throws UserError when the file cannot be written or would not fit into glTF's 4 GiB. Must be
   // called once, after at least one Add.

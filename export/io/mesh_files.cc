@@ -56,7 +56,7 @@ void WritePly(const fs::path& path, const ObjectSurface& surface) {
   out.Finish();
 }
 
-void WriteObj(const fs::path& path, const ObjectSurface& surface) {
+void WriteObj(const fs::path& path, const ObjectSurface& surface, const SurfaceTexture* texture) {
   const std::string name = FileStem(surface.object_id, surface.object_name);
   ByteWriter out(path);
   out.Text("# object " + OneLine(surface.object_name) + "\n");
@@ -74,18 +74,30 @@ void WriteObj(const fs::path& path, const ObjectSurface& surface) {
     }
     out.Text("\n");
   }
-  for (const auto& triangle : surface.triangles) {
-    out.Text("f");
-    for (const uint32_t vertex : triangle) {
+  if (texture != nullptr) {
+    for (const Eigen::Vector2f& coordinates : texture->coordinates) {
+      out.Text("vt ");
+      out.Number(coordinates.x());
       out.Text(" ");
-      out.Number(uint64_t{vertex} + 1);
+      out.Number(1 - coordinates.y());  // from the lower left corner
+      out.Text("\n");
+    }
+  }
+  for (size_t f = 0; f < surface.triangles.size(); ++f) {
+    out.Text("f");
+    for (int k = 0; k < 3; ++k) {
+      out.Text(" ");
+      out.Number(uint64_t{surface.triangles[f][k]} + 1);
+      if (texture == nullptr) continue;
+      out.Text("/");
+      out.Number(uint64_t{texture->triangles[f][k]} + 1);
     }
     out.Text("\n");
   }
   out.Finish();
 }
 
-void WriteMtl(const fs::path& path, const ObjectSurface& surface) {
+void WriteMtl(const fs::path& path, const ObjectSurface& surface, const std::string& texture_name) {
   std::array<int64_t, 3> sums = {};
   for (const Color8& color : surface.vertex_color) {
     for (int c = 0; c < 3; ++c) sums[c] += color[c];
@@ -97,9 +109,13 @@ void WriteMtl(const fs::path& path, const ObjectSurface& surface) {
   out.Text("Kd");
   for (const int64_t sum : sums) {
     out.Text(" ");
-    out.Number(UnitColor(static_cast<double>(sum) / static_cast<double>(count)));
+    // Programs multiply the texture by it.
+    out.Number(texture_name.empty()
+                   ? UnitColor(static_cast<double>(sum) / static_cast<double>(count))
+                   : 1.0);
   }
   out.Text("\nKs 0 0 0\nillum 1\n");
+  if (!texture_name.empty()) out.Text("map_Kd " + texture_name + "\n");
   out.Finish();
 }
 

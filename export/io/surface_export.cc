@@ -11,13 +11,17 @@
 #include "export/scene/object_surface.h"
 #include "export/scene/surface_topology.h"
 #include "export/surface/clean_cells.h"
+#include "export/surface/contact_planes.h"
+#include "export/surface/open_sheet.h"
 #include "export/surface/semantic_mesh.h"
 #include "export/surface/smooth_surface.h"
 #include "export/surface/surface_box.h"
 #include "export/surface/surface_decimation.h"
 #include "export/surface/surface_geometry.h"
+#include "export/texture/texture_baker.h"
 #include "export/volume/volume_options.h"
 #include "foam/util/error.h"
+#include "foam/util/output_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -70,6 +74,31 @@ std::string Counted(int64_t count, const std::string& noun, const std::string& v
   return ", " + std::to_string(count) + " " + noun + (count == 1 ? " " : "s ") + verb;
 }
 
+// The visible side of a whole scene; nothing for objects, and where it is not known what photos
+// show.
+std::optional<ObjectSurface> SheetOf(const ObjectInfo& object,
+                                     const ObjectSurface& surface,
+                                     const SurfaceExportOptions& options) {
+  if (options.close_sheets || object.id != kNoObject) return std::nullopt;
+  ObjectSurface sheet = OpenSheet(surface);
+  return sheet.triangles.empty() ? std::nullopt : std::optional(std::move(sheet));
+}
+
+// ", texture of 1024 x 1024 ...".
+std::string TextureSummary(const SurfaceTexture& texture) {
+  char text[160];
+  std::snprintf(text,
+                sizeof(text),
+                ", texture of %d x %d, %.2g MB, %.0f %% of the surface from %d photos",
+                texture.image.width,
+                texture.image.height,
+                static_cast<double>(texture.file.size()) / 1e6,
+                100.0 * static_cast<double>(texture.num_photo_texels) /
+                    static_cast<double>(std::max<int64_t>(1, texture.num_texels)),
+                texture.num_photos);
+  return text;
+}
+
 struct MadeSurface {
   ObjectSurface surface;
   std::string summary;
@@ -85,12 +114,20 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   object.cells = CellsInBox(scene, whole.cells, box);
   if (object.cells.empty()) return made;
   std::string faces, more;
+  bool is_sheet = false;
   if (options.method == SurfaceMethod::kSmooth) {
+    const std::vector<ContactPlane> contacts = ContactPlanes(scene, object);
+    object.cells = CellsUpToContacts(scene, contacts, object.cells);
     CleanCells clean = FillPitsAndTunnels(scene, object.cells);
-    object.cells = std::move(clean.cells);
+    object.cells = CellsUpToContacts(scene, contacts, clean.cells);
+    if (object.cells.empty()) return made;
     more = Counted(clean.pits, "pit", "filled") + Counted(clean.tunnels, "thin tunnel", "closed");
     const ObjectSurface cells = ExtractSurface(scene, object);
-    made.surface = ExtractSmoothSurface(scene, object, cells, box);
+    made.surface = ExtractSmoothSurface(scene, object, cells, box, contacts);
+    if (std::optional<ObjectSurface> sheet = SheetOf(object, made.surface, options)) {
+      made.surface = *std::move(sheet);
+      is_sheet = true;
+    }
     if (const int64_t target = options.target_faces; target > 0) {
       made.surface = Decimate(made.surface, target);
       const Triangles& triangles = made.surface.triangles;
@@ -111,11 +148,19 @@ MadeSurface MakeSurface(const ExportableScene& scene,
       more = ", " + std::to_string(far) + " vertices stick out into empty space";
     }
   }
-  const SurfaceTopology topology = TopologyOf(made.surface.vertices.size(), made.surface.triangles);
-  const int64_t components = CountComponents(scene, object.cells);
+  std::string topology;
+  if (is_sheet) {
+    const SheetTopology of_sheet = TopologyOfSheet(made.surface);
+    topology = "a sheet of " + std::to_string(of_sheet.pieces) +
+               (of_sheet.pieces == 1 ? " piece, " : " pieces, ") + std::to_string(of_sheet.rims) +
+               (of_sheet.rims == 1 ? " rim" : " rims");
+  } else {
+    topology = TopologySummary(TopologyOf(made.surface.vertices.size(), made.surface.triangles),
+                               CountComponents(scene, object.cells));
+  }
   made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
                  std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 TopologySummary(topology, components) + more;
+                 topology + more;
   return made;
 }
 
@@ -138,7 +183,7 @@ class SurfaceFiles {
 
   void WriteObject(const ObjectInfo& object) {
     const bool is_whole = object.id == kNoObject;
-    const MadeSurface made = MakeSurface(scene_, object, options_);
+    MadeSurface made = MakeSurface(scene_, object, options_);
     const ObjectSurface& surface = made.surface;
     if (surface.triangles.empty()) return;
     const std::string stem = is_whole ? "scene" : "objects/" + object.file_stem;
@@ -147,10 +192,22 @@ class SurfaceFiles {
       writer(output_path_ / (stem + extension), surface);
       AddWritten(object.id, stem + extension, made.summary, made.warning);
     };
+    const std::optional<SurfaceTexture> baked = MakeTexture(object, surface);
+    const SurfaceTexture* const texture = baked ? &*baked : nullptr;
+    const std::string image = texture ? stem + "." + texture->extension : "";
+    if (texture) made.summary += TextureSummary(*texture);
     write(options_.om, ".om", WriteOm);
     write(options_.ply, ".ply", WritePly);
-    write(options_.obj, ".obj", WriteObj);
-    write(options_.obj, ".mtl", WriteMtl);
+    write(options_.obj, ".obj", [&](const std::filesystem::path& path, const auto&) {
+      WriteObj(path, surface, texture);
+    });
+    write(options_.obj, ".mtl", [&](const std::filesystem::path& path, const auto&) {
+      WriteMtl(path, surface, std::filesystem::path(image).filename().string());
+    });
+    if (texture && (options_.obj || options_.usda)) {
+      WriteTextFile(output_path_ / image, texture->file);
+      AddWritten(object.id, image, made.summary);
+    }
     ++num_objects_;
     if (is_whole) scene_summary_ = made.summary;
     if (!options_.glb && !options_.usda) return;
@@ -158,11 +215,11 @@ class SurfaceFiles {
     const LocalMesh mesh = MakeLocalMesh(surface);
     write(options_.glb && !is_whole, ".glb", [&](const std::filesystem::path& path, const auto&) {
       GlbFile glb(scene_.transform, options_.creator);
-      glb.Add(object, surface, mesh);
+      glb.Add(object, surface, mesh, texture);
       glb.Write(path);
     });
-    if (options_.glb) scene_glb_.Add(object, surface, mesh);
-    if (scene_usda_) AddToStage(object, surface, mesh, stem + ".vdb");
+    if (options_.glb) scene_glb_.Add(object, surface, mesh, texture);
+    if (scene_usda_) AddToStage(object, {surface, mesh, texture, image}, stem + ".vdb");
   }
 
   // Returns all that was written.
@@ -184,10 +241,15 @@ class SurfaceFiles {
   }
 
  private:
+  std::optional<SurfaceTexture> MakeTexture(const ObjectInfo& object,
+                                            const ObjectSurface& surface) const {
+    if (options_.photos == nullptr || !(options_.obj || options_.glb || options_.usda)) return {};
+    return BakeTexture(scene_, object, surface, *options_.photos, options_.texture);
+  }
+
   // `volume_path` is where the object's volume lies, if it does.
   void AddToStage(const ObjectInfo& object,
-                  const ObjectSurface& surface,
-                  const LocalMesh& mesh,
+                  const UsdSurface& surface,
                   const std::string& volume_path) {
     std::vector<VolumeField> volume_fields;
     try {
@@ -197,7 +259,7 @@ class SurfaceFiles {
       usda_warning_ += usda_warning_.empty() ? "does without " : " ";
       usda_warning_ += error.what();
     }
-    scene_usda_->Add(object, surface, mesh, volume_path, volume_fields);
+    scene_usda_->Add(object, surface, volume_path, volume_fields);
   }
 
   void AddWritten(LabelId object_id,
@@ -230,11 +292,14 @@ std::string SurfaceExportOptions::Check() const {
   if (target_faces != 0 && method != SurfaceMethod::kSmooth) {
     return "target_faces needs the method smooth; cells are exact and keep all their faces.";
   }
+  if (close_sheets && method != SurfaceMethod::kSmooth) {
+    return "close_sheets needs the method smooth; surfaces of cells are closed anyway.";
+  }
   if (!crop.empty() && !ParseCrop(crop)) {
     return "crop must be six numbers x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1 and z0 < z1; it is '" +
            crop + "'.";
   }
-  return "";
+  return texture.Check();
 }
 
 std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,

@@ -4,6 +4,8 @@
 #include "export/scene/enum_names.h"
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
+#include "export/texture/texture_baker.h"
+#include "export/texture/texture_photos.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -31,6 +33,10 @@ struct SurfaceExportOptions {
   // whose sites are in it); empty: for kSmooth SurfaceBox of each object, for kCells none.
   std::string crop;
 
+  // Whether to close also a scene without labels, of which photos show one side, by the back of its
+  // cells; for kSmooth only. Otherwise it is a sheet with a rim (OpenSheet).
+  bool close_sheets = false;
+
   // The objects to write, and to include in the files of the scene.
   LabelFilter objects;
 
@@ -45,6 +51,11 @@ struct SurfaceExportOptions {
   // Whether to write text USD, for the scene (usd_file.h).
   bool usda = true;
 
+  // The photos to bake textures from, for OBJ, glTF and USD; null: no textures. Must outlive the
+  // export.
+  const TexturePhotos* photos = nullptr;
+  TextureOptions texture;
+
   // "creator" in glTF and USD: program and version.
   std::string creator = "Semantic Foam";
   // VolumeExportOptions::source_checksum, so that the stage does not refer to volumes of another
@@ -56,12 +67,14 @@ struct SurfaceExportOptions {
 };
 
 // Writes `objects/<file stem>.{om,ply,obj,mtl,glb}` for every selected object, and
-// `scene.{glb,usda}` if there is one, into `output_path`. The stage refers to those objects'
-// volumes that exist in `output_path`. Calls `on_written` (if any) after each file. The summaries
-// give counts, shells, cavities and genus (export/scene/surface_topology.h); for `smooth` also the
-// distance from the `cells` surface and the number of triangles that intersect (after a
-// decimation), with a warning where it has more triangles than `target_faces`. CHECKs that the
-// options are in range; throws UserError when a file cannot be written.
+// `scene.{glb,usda}` if there is one, into `output_path`; with textures also `objects/<file
+// stem>.{png,jpg}`, which OBJ and USD refer to (glTF files hold their own). The stage refers to
+// those objects' volumes that exist in `output_path`. Calls `on_written` (if any) after each file.
+// The summaries give counts, shells, cavities and genus (export/scene/surface_topology.h), of
+// sheets pieces and rims; for `smooth` also the distance from the `cells` surface and the number of
+// triangles that intersect (after a decimation), with a warning where it has more triangles than
+// `target_faces`. CHECKs that the options are in range; throws UserError when a file cannot be
+// written.
 std::vector<WrittenFile> ExportSurfaces(
     const ExportableScene& scene,
     const std::filesystem::path& output_path,

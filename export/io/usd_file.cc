@@ -84,6 +84,50 @@ void WriteVolume(const std::string& prim,
   out->Text("        }\n");
 }
 
+void WriteTextureCoordinates(const SurfaceTexture& texture, ByteWriter* out) {
+  out->Text("            texCoord2f[] primvars:st = ");
+  WriteArray(
+      texture.coordinates.size(),
+      [&](size_t i) {
+        // From the lower left corner.
+        const Eigen::Vector2f& coordinates = texture.coordinates[i];
+        WriteTuple(std::array<float, 2>{coordinates.x(), 1 - coordinates.y()}, out);
+      },
+      out);
+  out->Text(" (\n                interpolation = \"faceVarying\"\n            )\n");
+  out->Text("            int[] primvars:st:indices = ");
+  WriteArray(
+      3 * texture.triangles.size(),
+      [&](size_t k) { out->Number(texture.triangles[k / 3][k % 3]); },
+      out);
+  out->Text("\n");
+}
+
+void WriteMaterial(const std::string& prim, const std::string& image_path, ByteWriter* out) {
+  const std::string path = "/scene/" + prim + "/material";
+  out->Text("\n        def Material \"material\"\n        {\n");
+  out->Text("            token outputs:surface.connect = <" + path + "/shader.outputs:surface>\n");
+  out->Text("\n            def Shader \"shader\"\n            {\n");
+  out->Text("                uniform token info:id = \"UsdPreviewSurface\"\n");
+  out->Text("                color3f inputs:diffuseColor.connect = <" + path +
+            "/texture.outputs:rgb>\n");
+  out->Text("                float inputs:roughness = 1\n");
+  out->Text("                token outputs:surface\n            }\n");
+  out->Text("\n            def Shader \"texture\"\n            {\n");
+  out->Text("                uniform token info:id = \"UsdUVTexture\"\n");
+  out->Text("                asset inputs:file = @./" + image_path + "@\n");
+  out->Text("                token inputs:sourceColorSpace = \"sRGB\"\n");
+  out->Text("                float2 inputs:st.connect = <" + path +
+            "/coordinates.outputs:result>\n");
+  out->Text("                token inputs:wrapS = \"clamp\"\n");
+  out->Text("                token inputs:wrapT = \"clamp\"\n");
+  out->Text("                float3 outputs:rgb\n            }\n");
+  out->Text("\n            def Shader \"coordinates\"\n            {\n");
+  out->Text("                uniform token info:id = \"UsdPrimvarReader_float2\"\n");
+  out->Text("                string inputs:varname = \"st\"\n");
+  out->Text("                float2 outputs:result\n            }\n        }\n");
+}
+
 }  // namespace
 
 UsdFile::UsdFile(const std::filesystem::path& path,
@@ -101,10 +145,12 @@ UsdFile::UsdFile(const std::filesystem::path& path,
 }
 
 void UsdFile::Add(const ObjectInfo& object,
-                  const ObjectSurface& surface,
-                  const LocalMesh& mesh,
+                  const UsdSurface& usd_surface,
                   const std::string& volume_path,
                   const std::vector<VolumeField>& volume_fields) {
+  const ObjectSurface& surface = usd_surface.surface;
+  const LocalMesh& mesh = usd_surface.mesh;
+  const SurfaceTexture* const texture = usd_surface.texture;
   const std::string prim = PrimName(object);
   const size_t num_vertices = surface.vertices.size();
   const size_t num_triangles = surface.triangles.size();
@@ -118,9 +164,11 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text(Quoted(object.name) + "\n        }\n        displayName = " + Quoted(object.name));
   out.Text(
       "\n        kind = \"component\"\n    )\n    {\n        token[] semantics:labels:class = [");
-  out.Text(Quoted(object.name) + "]\n\n        def Mesh \"surface\"\n        {\n");
-
-  out.Text("            float3[] extent = [");
+  out.Text(Quoted(object.name) + "]\n\n        def Mesh \"surface\"");
+  if (texture != nullptr) {
+    out.Text(" (\n            apiSchemas = [\"MaterialBindingAPI\"]\n        )");
+  }
+  out.Text("\n        {\n            float3[] extent = [");
   WriteTuple(mesh.box.min(), &out);
   out.Text(", ");
   WriteTuple(mesh.box.max(), &out);
@@ -130,6 +178,9 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text("\n            int[] faceVertexIndices = ");
   WriteArray(
       3 * num_triangles, [&](size_t k) { out.Number(surface.triangles[k / 3][k % 3]); }, &out);
+  if (texture != nullptr) {
+    out.Text("\n            rel material:binding = </scene/" + prim + "/material>");
+  }
   out.Text("\n            normal3f[] normals = ");
   WriteArray(
       num_vertices, [&](size_t v) { WriteTuple(mesh.normals[v], &out); }, &out);
@@ -154,10 +205,12 @@ void UsdFile::Add(const ObjectInfo& object,
   out.Text(" (\n                interpolation = \"vertex\"\n            )\n");
   out.Text("            int primvars:label = " + std::to_string(Value(object.id)));
   out.Text(" (\n                interpolation = \"constant\"\n            )\n");
+  if (texture != nullptr) WriteTextureCoordinates(*texture, &out);
   out.Text("            uniform token subdivisionScheme = \"none\"\n");
   out.Text("            double3 xformOp:translate = ");
   WriteTuple(mesh.origin, &out);
   out.Text("\n            uniform token[] xformOpOrder = [\"xformOp:translate\"]\n        }\n");
+  if (texture != nullptr) WriteMaterial(prim, usd_surface.image_path, &out);
   if (!volume_fields.empty()) WriteVolume(prim, volume_path, volume_fields, &out);
   out.Text("    }\n");
 }

@@ -5,6 +5,7 @@
 #include "export/io/local_mesh.h"
 #include "export/io/volume_fields.h"
 #include "export/scene/object_surface.h"
+#include "export/texture/surface_texture.h"
 
 #include <filesystem>
 #include <set>
@@ -12,6 +13,15 @@
 #include <vector>
 
 namespace semfoam {
+
+// A surface for a stage: itself, its LocalMesh, and its texture (null: none) with the path of the
+// image, relative to the stage, with '/'.
+struct UsdSurface {
+  const ObjectSurface& surface;
+  const LocalMesh& mesh;
+  const SurfaceTexture* texture = nullptr;
+  std::string image_path = {};
+};
 
 // Writes a text USD stage (.usda) of all objects, in the file frame. upAxis is Y where that frame
 // is y-up, else Z; metersPerUnit is the frame's (1 where its unit is unknown).
@@ -21,10 +31,13 @@ namespace semfoam {
 //                       customData: id, name, confidence
 //       surface         Mesh: points (float) near an origin of its own, which xformOp:translate
 //                       keeps in double; normals, displayColor in linear light and confidence per
-//                       vertex, label; drawn as it is (no subdivision)
+//                       vertex, label; drawn as it is (no subdivision). With a texture also st
+//                       per corner, and `material`, a UsdPreviewSurface with the texture
 //       volume          Volume, only where the object's .vdb is there: the fields that it has of
 //                       density, color, label, confidence and surface, whatever its grids are
 //                       called. Invisible, so that it does not cover the surface
+//
+//       material        only with a texture
 //
 // Prims are named after the labels, in the characters that USD allows: [A-Za-z0-9_], no digit
 // first, unique.
@@ -39,8 +52,7 @@ class UsdFile {
   // Adds an object and its surface. `volume_path` is its .vdb, relative to the stage, with '/';
   // `volume_fields` are the fields in it, empty without a .vdb.
   void Add(const ObjectInfo& object,
-           const ObjectSurface& surface,
-           const LocalMesh& mesh,
+           const UsdSurface& surface,
            const std::string& volume_path,
            const std::vector<VolumeField>& volume_fields);
 

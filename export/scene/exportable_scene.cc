@@ -156,6 +156,9 @@ class CavityFinder {
 
 // Haze stops less than one part in this number of the light that meets it.
 constexpr float kHazeRatio = 30;
+// CellStatistics::passed of a cell that photos look through. Behind surfaces it is 0, however many
+// rays leak there.
+constexpr float kFewestCrossings = 1;
 
 bool IsSeen(const CellStatistics& statistics, uint32_t cell, float fewest_looks) {
   return statistics.passed[cell] + statistics.stopped[cell] >= fewest_looks;
@@ -320,9 +323,11 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
     }
   }
   scene.seen.assign(n, 1);
+  scene.crossed.assign(n, 0);
   if (!model.statistics.passed.empty()) {
     for (uint32_t i = 0; i < n; ++i) {
       scene.seen[i] = IsSeen(model.statistics, i, options.fewest_looks);
+      scene.crossed[i] = model.statistics.passed[i] >= kFewestCrossings;
     }
   }
   scene.color_weight = ColorWeights(model, scene.photographed);

@@ -145,6 +145,9 @@ struct ExportableScene {
   // [N] Whether at least ExportableSceneOptions::fewest_looks rays have looked at the cell; all 1
   // without CellStatistics::passed and stopped.
   std::vector<uint8_t> seen;
+  // [N] Whether photos look through the cell: rays cross it before they have met their surface
+  // (CellStatistics::passed of at least 1). All 0 without CellStatistics::passed.
+  std::vector<uint8_t> crossed;
   // [N] Whether the cell is matter: solid, and no haze that nearly all rays pass.
   std::vector<uint8_t> is_matter;
   // [N] Index into `objects`; -1: none.
@@ -176,6 +179,10 @@ struct ExportableScene {
   Eigen::Vector3d FileFromNormalized(const Eigen::Vector3d& x) const {
     const Eigen::Vector3d unturned = world_from_normalized.Apply(x);
     return transform.IsTurned() ? transform.rotation * unturned : unturned;
+  }
+  Eigen::Vector3d ColmapFromFile(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d unturned = transform.IsTurned() ? transform.rotation.transpose() * x : x;
+    return colmap_from_normalized.Apply(world_from_normalized.Invert(unturned));
   }
 };
 

@@ -35,6 +35,9 @@ struct ObjectSurface {
   std::vector<Color8> vertex_color;
   std::vector<float> vertex_confidence;
 
+  // Whether photos look at the vertex from outside, for method `smooth` only.
+  std::vector<uint8_t> vertex_shown;
+
   // Origin of the surface, for method `cells` only: the tetrahedron whose circumcentre the vertex
   // is, and the cells on the inner and the outer side of the triangle (the outer one may be a
   // guard).

@@ -20,9 +20,9 @@ struct CleanCells {
 
 // Fills pits and closes tunnels that are no wider than the cells around them, which are left where
 // training took single cells of a wall for air, or of air for matter. Adds no cell of another
-// object
-// (`cells` must hold none), none that is more than twice as large as the cells around it, and none
-// that is clear (density times radius below 0.01) where photos show it. `cells` must be ascending.
+// object, none that is more than twice as large as the cells around it, and none that is clear
+// (density times radius below 0.01) where photos show it. `cells` must be ascending, without cells
+// of another object.
 //
 // - A pit is a cell with more than 62 % of its neighbours in the object, each by the inverse of its
 //   distance.

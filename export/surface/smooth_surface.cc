@@ -21,6 +21,12 @@ using Eigen::Vector3d;
 constexpr double kSpikeRadii = 3;
 // The same where no photo shows what is beyond: behind walls and below floors.
 constexpr double kUnseenRadii = 1;
+// The same where the object ends in a contact.
+constexpr double kContactRadii = 2;
+// A vertex is in a contact's plane within this share of its length, for rounding; steps of
+// averaging there.
+constexpr double kInPlane = 1e-6;
+constexpr int kContactSteps = 4;
 constexpr int64_t kBlock = 1024;
 // How far a vertex may move, as a share of its cell's radius and of its half edge.
 constexpr double kMaxMove = 0.9;
@@ -39,8 +45,11 @@ using CutEdge = std::pair<uint32_t, uint32_t>;
 // Everything here is in the normalised frame, where rounding is the same wherever the scene lies.
 class Builder {
  public:
-  Builder(const ExportableScene& scene, const ObjectInfo& object, const Eigen::AlignedBox3d& box)
-      : scene_(scene), box_(box), inside_(scene.delaunay.num_cells, 0) {
+  Builder(const ExportableScene& scene,
+          const ObjectInfo& object,
+          const Eigen::AlignedBox3d& box,
+          const std::vector<ContactPlane>& contacts)
+      : scene_(scene), box_(box), contacts_(contacts), inside_(scene.delaunay.num_cells, 0) {
     for (const uint32_t cell : object.cells) inside_[cell] = 1;
     for (const uint32_t i : object.cells) {
       for (const uint32_t j : scene.delaunay.Neighbors(i)) {
@@ -64,17 +73,19 @@ class Builder {
       const Vector3d edge = Site(j) - Site(i);
       const double reach = IsUnseen(j) ? kUnseenRadii : kSpikeRadii;
       const double middle = std::min(0.5, reach * Radius(i, j) / edge.norm());
-      const double end = ShareInBox(Site(i), edge);
-      points.push_back(Site(i) + (IsCut(i, j) ? end : std::min(middle, end)) * edge);
+      const double end = ShareWithin(i, j);
+      points.push_back(Site(i) +
+                       (IsCut(i, j) || EndsInContact(i, j) ? end : std::min(middle, end)) * edge);
     }
     return points;
   }
 
-  // Whether the box, and nothing else, separates the two cells of an edge, or its end is nearer
-  // than the middle: then the vertex stays in the plane that cuts.
+  // Whether the box or a contact, and nothing else, separates the two cells of an edge, or its end
+  // is nearer than the middle, or the edge leads through a contact into what no photo shows: then
+  // the vertex stays in the plane that cuts.
   bool IsFixed(size_t v) const {
     const auto& [i, j] = edges_[v];
-    return IsCut(i, j) || ShareInBox(Site(i), Site(j) - Site(i)) < 0.5;
+    return IsCut(i, j) || EndsInContact(i, j) || ShareWithin(i, j) < 0.5;
   }
 
   // `tets`: those with corners on both sides. A quadrangle is cut along the diagonal that is the
@@ -205,6 +216,19 @@ class Builder {
     }
   }
 
+  // Whether photos look at a vertex from outside: their rays cross the outer cell, which is no
+  // other object's.
+  bool IsShown(size_t v) const { return IsLookedThrough(edges_[v].second); }
+
+  // The contact in whose plane a vertex lies, if there is one.
+  const ContactPlane* ContactOf(size_t v, const Vector3d& position) const {
+    if (!IsFixed(v)) return nullptr;
+    for (const ContactPlane& contact : contacts_) {
+      if (contact.plane.absDistance(position) < kInPlane * contact.length) return &contact;
+    }
+    return nullptr;
+  }
+
   std::vector<double> MaxMoves() const {
     std::vector<double> moves;
     moves.reserve(edges_.size());
@@ -219,15 +243,39 @@ class Builder {
  private:
   bool IsUnseen(uint32_t cell) const { return cell < scene_.NumSites() && !scene_.seen[cell]; }
 
-  // Whether both cells are the object's, but one of them is out of the box.
-  bool IsCut(uint32_t i, uint32_t j) const {
-    return j < scene_.NumSites() && scene_.object_of_cell[j] >= 0 &&
-           scene_.object_of_cell[j] == scene_.object_of_cell[i] && !box_.contains(Site(j));
+  bool IsLookedThrough(uint32_t cell) const {
+    return cell < scene_.NumSites() && scene_.object_of_cell[cell] < 0 && scene_.crossed[cell];
   }
 
-  // How far an edge from a site in the box stays in it, as a share of its length, at most 1.
-  double ShareInBox(const Vector3d& from, const Vector3d& edge) const {
+  // Whether both cells are the object's, but one of them is out of the box or beyond a contact.
+  bool IsCut(uint32_t i, uint32_t j) const {
+    return j < scene_.NumSites() && scene_.object_of_cell[j] >= 0 &&
+           scene_.object_of_cell[j] == scene_.object_of_cell[i] && ShareWithin(i, j) < 1;
+  }
+
+  // Whether the cells are on either side of a contact, and near it.
+  bool EndsInContact(uint32_t i, uint32_t j) const {
+    if (IsLookedThrough(j)) return false;
+    for (const ContactPlane& contact : contacts_) {
+      if (contact.plane.signedDistance(Site(j)) > 0 &&
+          ShareWithin(i, j) * (Site(j) - Site(i)).norm() <= kContactRadii * Radius(i, j)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // How far an edge from a site in the box, on the object's side of all contacts, stays there, as a
+  // share of its length, at most 1.
+  double ShareWithin(uint32_t i, uint32_t j) const {
+    const Vector3d from = Site(i);
+    const Vector3d edge = Site(j) - from;
     double share = 1;
+    for (const ContactPlane& contact : contacts_) {
+      const double begin = contact.plane.signedDistance(from);
+      const double end = contact.plane.signedDistance(from + edge);
+      if (end > 0) share = std::min(share, begin / (begin - end));
+    }
     for (int axis = 0; axis < 3; ++axis) {
       const double end = from[axis] + edge[axis];
       const double limit = std::clamp(end, box_.min()[axis], box_.max()[axis]);
@@ -248,6 +296,7 @@ class Builder {
 
   const ExportableScene& scene_;
   const Eigen::AlignedBox3d box_;
+  const std::vector<ContactPlane>& contacts_;
   std::vector<uint8_t> inside_;
   std::vector<CutEdge> edges_;
 };
@@ -296,6 +345,32 @@ void DrawIn(const Builder& builder,
   }
 }
 
+// Moves the vertices in contacts within their planes, towards the means of their neighbours: the
+// line along which an object meets the plane is as ragged as its cells.
+void SmoothInContacts(const Builder& builder,
+                      const Triangles& triangles,
+                      std::vector<Vector3d>* positions) {
+  std::vector<const ContactPlane*> contacts(positions->size());
+  bool has_contact = false;
+  std::vector<double> counts(positions->size(), 0);
+  for (size_t v = 0; v < positions->size(); ++v) {
+    contacts[v] = builder.ContactOf(v, (*positions)[v]);
+    has_contact |= contacts[v] != nullptr;
+  }
+  if (!has_contact) return;
+  for (const auto& triangle : triangles) {
+    for (const uint32_t v : triangle) ++counts[v];
+  }
+  for (int step = 0; step < kContactSteps; ++step) {
+    std::vector<Vector3d> sums = *positions;
+    AddNeighbors(triangles, 1, &sums);
+    for (size_t v = 0; v < positions->size(); ++v) {
+      if (contacts[v] == nullptr) continue;
+      (*positions)[v] = contacts[v]->plane.projection(sums[v] / (counts[v] + 1));
+    }
+  }
+}
+
 void Untangle(const Triangles& triangles,
               const std::vector<Vector3d>& on_edges,
               std::vector<Vector3d>* positions) {
@@ -315,8 +390,9 @@ void Untangle(const Triangles& triangles,
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells,
-                                   const Eigen::AlignedBox3d& box) {
-  const Builder builder(scene, object, box);
+                                   const Eigen::AlignedBox3d& box,
+                                   const std::vector<ContactPlane>& contacts) {
+  const Builder builder(scene, object, box, contacts);
   const std::vector<Vector3d> on_edges = builder.PointsOnEdges();
   const std::vector<Vector3d> corners = builder.TrimmedCorners(cells.vertex_tet);
 
@@ -339,6 +415,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                      max_moves,
                      drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
                      &positions);
+  SmoothInContacts(builder, surface.triangles, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 
@@ -348,6 +425,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
     const uint32_t cell = builder.edges()[v].first;
     surface.vertex_color.push_back(ToColor8(scene.display_color[cell]));
     surface.vertex_confidence.push_back(scene.labels.confidence[cell]);
+    surface.vertex_shown.push_back(builder.IsShown(v));
   }
   ShowVerticesOnFaces(&surface);
   return surface;

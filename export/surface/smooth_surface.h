@@ -3,7 +3,10 @@
 
 #include "export/scene/exportable_scene.h"
 #include "export/scene/object_surface.h"
+#include "export/surface/contact_planes.h"
 #include "export/surface/surface_box.h"
+
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -25,7 +28,11 @@ namespace semfoam {
 //
 // With a `box` (normalised frame) the object is cut at it: `object` and `cells` must hold only the
 // cells whose sites are in it (CellsInBox), and a vertex on an edge that leaves the box lies in its
-// side and stays there.
+// side and stays there. So it does in the planes of `contacts`, where the edge leads through one
+// into what no photo shows, not far from the site: things are flat below where they stand; in the
+// plane such vertices are smoothed, as the line where the object meets it is as ragged as the
+// cells. `object` and `cells` must hold only cells whose sites are on the object's side
+// (CellsUpToContacts).
 //
 // The result is a closed, oriented 2-manifold for any labels and any degenerate sites, because its
 // faces follow from the indices of the triangulation, not from positions:
@@ -48,6 +55,7 @@ namespace semfoam {
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells,
-                                   const Eigen::AlignedBox3d& box = WholeSpace());
+                                   const Eigen::AlignedBox3d& box = WholeSpace(),
+                                   const std::vector<ContactPlane>& contacts = {});
 
 }  // namespace semfoam

@@ -80,6 +80,9 @@ class TrainingViews {
     return true;
   }
 
+  // Returns whether pixels of the view may have a class.
+  virtual bool HasLabels(int /*view*/) const { return true; }
+
   // Returns whether all pixels are in memory. Classes that return false must implement the
   // functions below.
   virtual bool HoldsPixels() const { return true; }

@@ -3,6 +3,7 @@
 
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
+#include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
 #include "foam/util/error.h"
@@ -184,10 +185,18 @@ TrainingSummary Trainer::Finish(const Device& device) {
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
-  summary_.statistics = MeasureCells(summary_.foam,
-                                     ViewRenderer(summary_.foam, device),
-                                     views_,
-                                     StatisticsStride(views_, options_.num_rays));
+  const ViewRenderer renderer(summary_.foam, device);
+  const bool spreads_labels =
+      summary_.foam.HasSemantics() && !TrainsBlock() && FewViewsHaveLabels(views_);
+  const int stride = StatisticsStride(views_, options_.num_rays);
+  summary_.statistics = MeasureCells(summary_.foam, renderer, views_, stride);
+  if (spreads_labels) {
+    summary_.spreading = SpreadLabels(
+        renderer.delaunay(),
+        summary_.statistics,
+        MeasureLabels(summary_.foam, renderer, views_, LabelStride(views_, options_.num_rays)),
+        &summary_.foam);
+  }
   return std::move(summary_);
 }
 

@@ -7,6 +7,7 @@
 #include "foam/model/foam.h"
 #include "foam/render/ray_caster.h"
 #include "foam/train/checkpoint.h"
+#include "foam/train/label_spreading.h"
 #include "foam/train/training_options.h"
 #include "foam/util/device_kind.h"
 
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +75,8 @@ struct TrainingSummary {
   int64_t unstable_iterations = 0;
   // TrainingGuard::explained_contrast at the end.
   double explained_contrast = NAN;
+  // How labels were spread; without a value they were not, as enough views have labels.
+  std::optional<SpreadingResult> spreading;
   // All reports.
   std::vector<TrainingProgress> log;
 

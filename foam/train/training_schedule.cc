@@ -18,18 +18,32 @@ constexpr double kShWarmUp = 0.2;
 // Speed).
 constexpr double kLookedAtShare = 0.3;
 
-// Of the views that are held out or of the others, every so many pixels in either direction.
-int64_t GridRays(const TrainingViews& views, bool held_out, int stride) {
+enum class ViewSet {
+  kHeldOut,
+  kTraining,
+  // Those of kTraining that have labels.
+  kLabelled,
+};
+
+bool IsOf(const TrainingViews& views, int view, ViewSet set) {
+  if (views.IsHeldOut(view) || set == ViewSet::kHeldOut) {
+    return views.IsHeldOut(view) && set == ViewSet::kHeldOut;
+  }
+  return set == ViewSet::kTraining || views.HasLabels(view);
+}
+
+// Of the views of a set, every so many pixels in either direction.
+int64_t GridRays(const TrainingViews& views, ViewSet set, int stride) {
   int64_t rays = 0;
   for (int view = 0; view < views.NumViews(); ++view) {
-    if (views.IsHeldOut(view) != held_out) continue;
+    if (!IsOf(views, view, set)) continue;
     rays += int64_t{(views.Width(view) + stride - 1) / stride} *
             ((views.Height(view) + stride - 1) / stride);
   }
   return rays;
 }
 
-// The least of what EvaluationStride and StatisticsStride give.
+// The least of what EvaluationStride and of what StatisticsStride and LabelStride give.
 constexpr int kLeastEvaluationStride = 4, kLeastStatisticsStride = 2;
 
 // Returns the most rays of one evaluation: all evaluations together cast a twentieth of the rays of
@@ -45,29 +59,34 @@ int64_t MostStatisticsRays(int64_t num_rays) {
 }
 
 // Returns the least stride from `stride` on with no more than `most` rays, but one a view.
-int GridStride(const TrainingViews& views, bool held_out, int stride, int64_t most) {
+int GridStride(const TrainingViews& views, ViewSet set, int stride, int64_t most) {
   most = std::max<int64_t>(most, views.NumViews());
-  while (GridRays(views, held_out, stride) > most) ++stride;
+  while (GridRays(views, set, stride) > most) ++stride;
   return stride;
 }
 
 }  // namespace
 
 int EvaluationStride(const TrainingViews& views, int64_t num_rays) {
-  return GridStride(views, /*held_out=*/true, kLeastEvaluationStride, MostEvaluationRays(num_rays));
+  return GridStride(views, ViewSet::kHeldOut, kLeastEvaluationStride, MostEvaluationRays(num_rays));
 }
 
 int StatisticsStride(const TrainingViews& views, int64_t num_rays) {
   return GridStride(
-      views, /*held_out=*/false, kLeastStatisticsStride, MostStatisticsRays(num_rays));
+      views, ViewSet::kTraining, kLeastStatisticsStride, MostStatisticsRays(num_rays));
+}
+
+int LabelStride(const TrainingViews& views, int64_t num_rays) {
+  return GridStride(
+      views, ViewSet::kLabelled, kLeastStatisticsStride, MostStatisticsRays(num_rays));
 }
 
 int64_t EvaluationRays(const TrainingViews& views, int64_t num_rays) {
-  return kNumEvaluations * GridRays(views, /*held_out=*/true, EvaluationStride(views, num_rays));
+  return kNumEvaluations * GridRays(views, ViewSet::kHeldOut, EvaluationStride(views, num_rays));
 }
 
 int64_t StatisticsRays(const TrainingViews& views, int64_t num_rays) {
-  return GridRays(views, /*held_out=*/false, StatisticsStride(views, num_rays));
+  return GridRays(views, ViewSet::kTraining, StatisticsStride(views, num_rays));
 }
 
 TrainingSchedule::TrainingSchedule(const TrainingOptions& options)

@@ -22,6 +22,9 @@ inline constexpr int kNumEvaluations = 20;
 // takes a small part of their time.
 int EvaluationStride(const TrainingViews& views, int64_t num_rays);
 int StatisticsStride(const TrainingViews& views, int64_t num_rays);
+// Likewise of the rays whose pixels' labels are spread after the run (label_spreading.h): those of
+// the views that have labels.
+int LabelStride(const TrainingViews& views, int64_t num_rays);
 
 // Computes the number of iterations of a run, and the time of each as a fraction of the run, which
 // determines the learning rates and when single events happen.

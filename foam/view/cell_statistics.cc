@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,11 +23,16 @@ struct CellObservation {
   float passed;
   float stopped;
   Eigen::Vector3f color;
+  // Of the ray's pixel; kUnlabelled unless asked for.
+  ClassIndex class_index;
 };
 
 // Maximum number of rays whose observations are in memory at a time; the rays of kRowsPerBlock rows
 // are, however many they are.
 constexpr int kRaysInMemory = 1 << 16;
+// Least weight of a cell on a ray for which the ray's pixel votes. At the edges of things a pixel
+// also shows a little of what is behind them, and in haze a little of everything.
+constexpr float kLeastVote = 0.3f;
 // Rows of pixels that one thread casts.
 constexpr int kRowsPerBlock = 8;
 
@@ -35,6 +41,7 @@ constexpr size_t kRaysAtOnce = 256;
 
 // Appends what a ray saw of every cell in which it passed, stopped or showed something.
 void AddObservations(const RayTrace& trace,
+                     ClassIndex class_index,
                      size_t num_sites,
                      std::vector<CellObservation>* observations) {
   for (int k = 0; k < trace.num_segments; ++k) {
@@ -48,7 +55,8 @@ void AddObservations(const RayTrace& trace,
                              trace.weight[k],
                              passed,
                              stopped,
-                             {trace.color[0][k], trace.color[1][k], trace.color[2][k]}});
+                             {trace.color[0][k], trace.color[1][k], trace.color[2][k]},
+                             class_index});
   }
 }
 
@@ -61,6 +69,17 @@ struct PixelGrid {
   uint32_t start_cell;
   CellShading<float> shading;
   float cutoff_tau;
+  // Whether the pixels' classes are asked for.
+  bool asks_classes;
+  // The view's pixels where the views do not hold them and their classes are asked for.
+  const ViewPixels* pixels;
+
+  ClassIndex ClassAt(int x, int y) const {
+    if (!asks_classes) return kUnlabelled;
+    if (pixels != nullptr) return pixels->At(x, y).Class();
+    TrainingRay ray;
+    return views.Ray(view, x, y, &ray) ? ray.class_index : kUnlabelled;
+  }
 };
 
 // Casts the pixels of rows [begin, end) of the grid.
@@ -71,13 +90,16 @@ void ObserveRows(const PixelGrid& grid,
                  std::vector<CellObservation>* observations) {
   const TrainingViews& views = grid.views;
   std::vector<Eigen::Vector3f> directions;
+  std::vector<ClassIndex> classes;
   for (int64_t row = begin; row < end; ++row) {
     directions.clear();
+    classes.clear();
     Eigen::Vector3f direction;
+    const int y = static_cast<int>(row * grid.stride);
     for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
-      if (views.RayDirection(grid.view, x, static_cast<int>(row * grid.stride), &direction)) {
-        directions.push_back(direction);
-      }
+      if (!views.RayDirection(grid.view, x, y, &direction)) continue;
+      directions.push_back(direction);
+      classes.push_back(grid.ClassAt(x, y));
     }
     for (size_t first = 0; first < directions.size(); first += kRaysAtOnce) {
       const std::span<RayTrace> traces =
@@ -88,7 +110,9 @@ void ObserveRows(const PixelGrid& grid,
         traces[i].start_cell = grid.start_cell;
       }
       TraceRays(grid.renderer.geometry(), grid.shading, grid.cutoff_tau, traces);
-      for (const RayTrace& trace : traces) AddObservations(trace, num_sites, observations);
+      for (size_t i = 0; i < traces.size(); ++i) {
+        AddObservations(traces[i], classes[first + i], num_sites, observations);
+      }
     }
   }
 }
@@ -138,6 +162,61 @@ class ObservationSums {
   std::vector<Eigen::Vector3d> weighted_color_;
 };
 
+PixelGrid MakeGrid(const ViewRenderer& renderer,
+                   const TrainingViews& views,
+                   int view,
+                   int stride,
+                   bool asks_classes,
+                   const ViewPixels* pixels) {
+  return {renderer,
+          views,
+          view,
+          stride,
+          renderer.StartCell(views.Origin(view)),
+          renderer.shading(),
+          static_cast<float>(-std::log(kTransmittanceCutoff)),
+          asks_classes,
+          pixels};
+}
+
+// Calls add(observation) for all observations of the grid's rays, in an order that does not depend
+// on the number of threads.
+template <typename Add>
+void ForEachObservation(const PixelGrid& grid, size_t num_sites, Add&& add) {
+  const int columns = (grid.views.Width(grid.view) + grid.stride - 1) / grid.stride;
+  const int rows = (grid.views.Height(grid.view) + grid.stride - 1) / grid.stride;
+  const int rows_in_memory = std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
+  for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
+    const int num_rows = std::min(rows_in_memory, rows - first_row);
+    std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
+                                                     kRowsPerBlock);
+    ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
+      ObserveRows(
+          grid, first_row + begin, first_row + end, num_sites, &blocks[begin / kRowsPerBlock]);
+    });
+    for (const std::vector<CellObservation>& observations : blocks) {
+      for (const CellObservation& observation : observations) add(observation);
+    }
+  }
+}
+
+// Sorts votes by cell, then class, and adds up those of the same cell and class, in their order.
+void AddUpVotes(std::vector<LabelVote>* votes) {
+  std::stable_sort(votes->begin(), votes->end(), [](const LabelVote& a, const LabelVote& b) {
+    return std::pair(a.cell, a.class_index) < std::pair(b.cell, b.class_index);
+  });
+  size_t count = 0;
+  for (const LabelVote& vote : *votes) {
+    if (count > 0 && (*votes)[count - 1].cell == vote.cell &&
+        (*votes)[count - 1].class_index == vote.class_index) {
+      (*votes)[count - 1].weight += vote.weight;
+    } else {
+      (*votes)[count++] = vote;
+    }
+  }
+  votes->resize(count);
+}
+
 }  // namespace
 
 int64_t CellStatisticsBytes(int64_t num_sites) {
@@ -152,29 +231,37 @@ CellStatistics MeasureCells(const Foam& foam,
                             int stride) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
-  const float cutoff_tau = static_cast<float>(-std::log(kTransmittanceCutoff));
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
-    const uint32_t start = renderer.StartCell(views.Origin(view));
-    const PixelGrid grid{renderer, views, view, stride, start, renderer.shading(), cutoff_tau};
-    const int columns = (views.Width(view) + stride - 1) / stride;
-    const int rows = (views.Height(view) + stride - 1) / stride;
-    const int rows_in_memory =
-        std::max(1, kRaysInMemory / (columns * kRowsPerBlock)) * kRowsPerBlock;
-    for (int first_row = 0; first_row < rows; first_row += rows_in_memory) {
-      const int num_rows = std::min(rows_in_memory, rows - first_row);
-      std::vector<std::vector<CellObservation>> blocks((num_rows + kRowsPerBlock - 1) /
-                                                       kRowsPerBlock);
-      ParallelForBlocks(num_rows, kRowsPerBlock, [&](int64_t begin, int64_t end) {
-        ObserveRows(grid, first_row + begin, first_row + end, n, &blocks[begin / kRowsPerBlock]);
-      });
-      // In block order, so that the sums are the same on any number of threads.
-      for (const std::vector<CellObservation>& observations : blocks) {
-        for (const CellObservation& observation : observations) sums.Add(observation);
-      }
-    }
+    ForEachObservation(
+        MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr),
+        n,
+        [&](const CellObservation& observation) { sums.Add(observation); });
   }
   return sums.Finish(foam);
+}
+
+std::vector<LabelVote> MeasureLabels(const Foam& foam,
+                                     const ViewRenderer& renderer,
+                                     const TrainingViews& views,
+                                     int stride) {
+  const float pixels_of_ray = static_cast<float>(stride) * static_cast<float>(stride);
+  std::vector<LabelVote> votes;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view) || !views.HasLabels(view)) continue;
+    const std::unique_ptr<ViewPixels> pixels = views.HoldsPixels() ? nullptr : views.OpenView(view);
+    ForEachObservation(
+        MakeGrid(renderer, views, view, stride, /*asks_classes=*/true, pixels.get()),
+        foam.NumSites(),
+        [&](const CellObservation& observation) {
+          if (observation.class_index == kUnlabelled) return;
+          if (observation.weight < kLeastVote) return;
+          votes.push_back(
+              {observation.cell, observation.class_index, pixels_of_ray * observation.weight});
+        });
+    AddUpVotes(&votes);
+  }
+  return votes;
 }
 
 }  // namespace semfoam

@@ -3,9 +3,11 @@
 
 #include "foam/data/training_views.h"
 #include "foam/model/foam.h"
+#include "foam/util/ids.h"
 #include "foam/view/view_renderer.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace semfoam {
 
@@ -17,6 +19,22 @@ CellStatistics MeasureCells(const Foam& foam,
                             const ViewRenderer& renderer,
                             const TrainingViews& views,
                             int stride);
+
+// How much of a class the masks show in a cell.
+struct LabelVote {
+  uint32_t cell = 0;
+  ClassIndex class_index{0};
+  // Sum over the class's pixels of the cell's rendering weight, where it is kLeastVote or more.
+  float weight = 0;
+};
+
+// Casts every `stride`-th pixel, in x and y, of the views that have labels and are not held out.
+// Returns the votes of their pixels, one for each cell and class, by cell, then class. The result
+// does not depend on the number of threads. Throws what TrainingViews::OpenView throws.
+std::vector<LabelVote> MeasureLabels(const Foam& foam,
+                                     const ViewRenderer& renderer,
+                                     const TrainingViews& views,
+                                     int stride);
 
 // Returns the memory that MeasureCells takes for `num_sites` sites, in bytes, without its result.
 int64_t CellStatisticsBytes(int64_t num_sites);

@@ -216,6 +216,7 @@ bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
 }
 
 bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const {
+  if (!excluded_.empty() && excluded_[view].Contains(x, y)) return false;
   if (!RayDirection(view, x, y, &ray->direction)) return false;
   const uint8_t* color = value.color;
   if (lights_.empty()) {
@@ -231,6 +232,11 @@ bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, Train
 void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
   CHECK(lights.empty() || lights.size() == views_.size());
   lights_ = std::move(lights);
+}
+
+void TrainingScene::SetExcluded(std::vector<PixelBlocks> excluded) {
+  CHECK(excluded.empty() || excluded.size() == views_.size());
+  excluded_ = std::move(excluded);
 }
 
 LabelImage TrainingScene::LabelIds(int view) const {

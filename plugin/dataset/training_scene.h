@@ -12,6 +12,7 @@
 #include "plugin/mask/mask_classes.h"
 #include "plugin/mask/mask_consistency.h"
 #include "plugin/mask/mask_decoding.h"
+#include "plugin/mask/pixel_blocks.h"
 #include "plugin/photo/photo_light.h"
 #include "plugin/photo/photo_survey.h"
 
@@ -62,6 +63,7 @@ class TrainingScene final : public TrainingViews {
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 
+  bool HasLabels(int view) const override { return HasMask(view); }
   bool HoldsPixels() const override { return holds_pixels_; }
   int64_t CacheBytes() const override { return cache_bytes_; }
   int MostOpenViews() const override { return most_open_views_; }
@@ -72,6 +74,10 @@ class TrainingScene final : public TrainingViews {
   // Converts the colours of all later rays to the reference exposure. `lights` [views]; empty: the
   // colours stay as they are.
   void SetLights(std::vector<PhotoLight> lights);
+
+  // Takes pixels out of the training: they have no ray, but still a direction. `excluded` [views];
+  // empty: none.
+  void SetExcluded(std::vector<PixelBlocks> excluded);
 
   const ScenePlan& Plan() const { return plan_; }
   const std::vector<PhotoRecord>& Photos() const { return plan_.photos; }
@@ -156,6 +162,8 @@ class TrainingScene final : public TrainingViews {
   std::shared_ptr<const MaskRewriter> mask_rewriter_;
   // Empty: none.
   std::vector<PhotoLight> lights_;
+  // Empty: none.
+  std::vector<PixelBlocks> excluded_;
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;
   std::string names_warning_;

@@ -23,7 +23,8 @@ constexpr double kShareOfLabel = 0.5;
 constexpr double kClearShares[] = {0.8, 0.65, 0.5, 0.5, 0.5, 0.5};
 // A contradicted region that is not clearly anything else is dropped from so many points on.
 constexpr int kPointsToDrop = 8;
-// A label in less than this share of the photos is rare: a fragment, unless points confirm it.
+// A label in less than this share of the photos with masks is rare: a fragment, unless points
+// confirm it. So none is where ten photos or fewer have masks.
 constexpr double kShareOfPhotos = 0.1;
 
 // Gives the observations the labels of their regions, and of the parts of split ones.
@@ -63,7 +64,7 @@ std::vector<char> RareLabels(int num_labels, const std::vector<Region>& regions)
     all_views.insert(region.view);
     if (region.label != kNoLabel) views[Value(region.label)].insert(region.view);
   }
-  const double enough = std::max(2.0, kShareOfPhotos * static_cast<double>(all_views.size()));
+  const double enough = kShareOfPhotos * static_cast<double>(all_views.size());
   std::vector<char> is_rare;
   is_rare.reserve(views.size());
   for (const auto& v : views) is_rare.push_back(static_cast<double>(v.size()) < enough);

@@ -7,6 +7,7 @@
 #include "plugin/mask/region_report.h"
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -22,13 +23,25 @@ constexpr double kLeastAgreement = 0.1;
 constexpr double kLeastShareOfPairs = 0.6;
 constexpr int kLeastPairs = 20;
 
-// Returns how masks are corrected where `mode` is asked for; kOff where the evidence is too little.
-MaskConsistency ChooseConsistency(MaskConsistency mode, const Evidence::PairAgreement& agreement) {
+// So few masks that agree so well are believed: they are hardly a tracker's, and the few points
+// that two of them see are most often wrong themselves.
+constexpr size_t kFewMasks = 10;
+constexpr double kGoodAgreement = 0.9;
+
+// Returns how masks are corrected where `mode` is asked for; kOff where the evidence is too little,
+// or says that there is nothing to correct.
+MaskConsistency ChooseConsistency(MaskConsistency mode,
+                                  const Evidence::PairAgreement& agreement,
+                                  const std::vector<Region>& regions) {
   if (agreement.num_pairs < kLeastPairs) return MaskConsistency::kOff;
   if (mode != MaskConsistency::kAuto) return mode;
   const bool means_nothing =
       agreement.kappa < kLeastAgreement && agreement.share < kLeastShareOfPairs;
-  return means_nothing ? MaskConsistency::kIndependent : MaskConsistency::kTracks;
+  if (means_nothing) return MaskConsistency::kIndependent;
+  std::set<int32_t> views;
+  for (const Region& region : regions) views.insert(region.view);
+  return views.size() <= kFewMasks && agreement.kappa >= kGoodAgreement ? MaskConsistency::kOff
+                                                                        : MaskConsistency::kTracks;
 }
 
 }  // namespace
@@ -37,7 +50,9 @@ std::string MaskConsistencyReport::Line() const {
   std::ostringstream text;
   text.precision(2);
   if (used == MaskConsistency::kOff) {
-    text << "The tracks say too little of the masks; they are believed";
+    text << (agreement_before >= kGoodAgreement
+                 ? "The few masks agree with the tracks; they are believed"
+                 : "The tracks say too little of the masks; they are believed");
     return text.str();
   }
   text << (used == MaskConsistency::kTracks ? "Masks held against the tracks: "
@@ -64,7 +79,7 @@ MaskCorrection CorrectMasks(const std::vector<SeedPoint>& seeds,
   Evidence evidence(seeds, tracks, views);
   const Evidence::PairAgreement agreement = evidence.Agreement();
   report.agreement_before = agreement.kappa;
-  report.used = ChooseConsistency(mode, agreement);
+  report.used = ChooseConsistency(mode, agreement, evidence.regions);
   if (report.used == MaskConsistency::kOff) return correction;
   const bool is_independent = report.used == MaskConsistency::kIndependent;
   report.num_regions = static_cast<int>(evidence.regions.size());

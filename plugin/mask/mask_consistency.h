@@ -27,7 +27,8 @@ namespace semfoam {
 // the report (region_report.h).
 
 enum class MaskConsistency {
-  // kTracks or kIndependent, as the ids require; kOff without evidence.
+  // kTracks or kIndependent, as the ids require; kOff without evidence, or where ten masks or fewer
+  // agree with it.
   kAuto,
   // Masks are used as they are.
   kOff,

@@ -2,16 +2,17 @@
 #include "plugin/photometric/light_refinement.h"
 
 #include "foam/image/srgb.h"
+#include "foam/train/training_rays.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <utility>
 
 #include <Eigen/Cholesky>
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -27,9 +28,6 @@ constexpr int kReweightings = 6;
 constexpr double kPriorWeight = 1;
 // Pixels of the grid along an edge of a chessboard's block.
 constexpr int kBlockEdge = 8;
-// Pixels of a photo's grid, at least and at most.
-constexpr int64_t kFewestPixels = 300;
-constexpr int64_t kMostPixels = 4800;
 
 using Terms = Eigen::Matrix<double, 1 + kNumShadingTerms, 1>;
 
@@ -89,12 +87,6 @@ double SquaredContrast(const std::vector<std::vector<LightPair>>& pairs) {
   return count > 0 ? (squares - sum.square() / count).sum() : 0;
 }
 
-// The grid of pixels of a view of which about `num_pixels` are looked at.
-int StrideOf(int width, int height, int64_t num_pixels) {
-  const double pixels = static_cast<double>(width) * height;
-  return std::max(1, static_cast<int>(std::sqrt(pixels / static_cast<double>(num_pixels))));
-}
-
 }  // namespace
 
 LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int half) {
@@ -127,37 +119,26 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
   return field;
 }
 
-LightRefiner::LightRefiner(TrainingScene* scene,
-                           std::vector<PhotoLight> lights,
-                           EffectSwitch mode,
-                           int64_t num_rays)
-    : scene_(scene), mode_(mode), num_rays_(num_rays), lights_(std::move(lights)) {
-  for (int view = 0; view < scene_->NumViews(); ++view) {
-    if (!scene_->IsHeldOut(view)) training_views_.push_back(view);
-  }
-}
+LightRefiner::LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights, EffectSwitch mode)
+    : scene_(scene),
+      mode_(mode),
+      training_views_(SelectViews(*scene, false)),
+      lights_(std::move(lights)) {}
 
-std::vector<LightPair> LightRefiner::PairsOf(int view, const RenderPixels& render) const {
-  const int width = scene_->Width(view), height = scene_->Height(view);
-  const int64_t share = num_rays_ / static_cast<int64_t>(training_views_.size());
-  const int stride = StrideOf(width, height, std::clamp(share, kFewestPixels, kMostPixels));
-  std::vector<ViewPixel> pixels;
-  for (int y = stride / 2; y < height; y += stride) {
-    for (int x = stride / 2; x < width; x += stride) pixels.push_back({view, x, y});
-  }
-  const std::vector<RenderedRay> rendered = render(pixels);
-  const std::unique_ptr<ViewPixels> photo = scene_->OpenView(view);
+std::vector<LightPair> LightRefiner::PairsOf(const ComparedView& compared) const {
+  const int view = compared.view;
   std::vector<LightPair> pairs;
-  pairs.reserve(pixels.size());
-  for (size_t i = 0; i < pixels.size(); ++i) {
-    if (rendered[i].opacity < kLeastOpacity) continue;
-    const ViewPixel& pixel = pixels[i];
-    const PixelValue value = photo->At(pixel.x, pixel.y);
+  pairs.reserve(compared.photo.size());
+  for (size_t i = 0; i < compared.photo.size(); ++i) {
+    if (compared.rendered[i].opacity < kLeastOpacity) continue;
     LightPair pair;
-    pair.place = PlaceInPhoto({pixel.x + 0.5, pixel.y + 0.5}, width, height);
-    pair.photo = Eigen::Vector3d(value.color[0], value.color[1], value.color[2]) / 255;
-    pair.render = rendered[i].color.cast<double>();
-    pair.half = (pixel.x / stride / kBlockEdge + pixel.y / stride / kBlockEdge) % 2;
+    pair.place = PlaceInPhoto(
+        {compared.X(i) + 0.5, compared.Y(i) + 0.5}, scene_->Width(view), scene_->Height(view));
+    pair.photo = compared.photo[i].cast<double>();
+    pair.render = compared.rendered[i].color.cast<double>();
+    const int column = static_cast<int>(i) % compared.columns;
+    const int row = static_cast<int>(i) / compared.columns;
+    pair.half = (column / kBlockEdge + row / kBlockEdge) % 2;
     if (!lights_.empty()) {
       // The falloff stays: it is the lens', the same in all its photos.
       PhotoLight lens;
@@ -209,11 +190,12 @@ void LightRefiner::Decide(const std::vector<std::vector<LightPair>>& pairs) {
   decided_ = true;
 }
 
-void LightRefiner::Refine(const RenderPixels& render) {
-  if (mode_ == EffectSwitch::kOff || (decided_ && degree_ < 0) || training_views_.empty()) return;
+void LightRefiner::Refine(const std::vector<ComparedView>& views) {
+  if (!IsLooking() || training_views_.empty()) return;
+  CHECK_EQ(views.size(), training_views_.size());
   std::vector<std::vector<LightPair>> pairs;
-  pairs.reserve(training_views_.size());
-  for (const int view : training_views_) pairs.push_back(PairsOf(view, render));
+  pairs.reserve(views.size());
+  for (const ComparedView& compared : views) pairs.push_back(PairsOf(compared));
   if (!decided_) Decide(pairs);
   if (degree_ < 0) return;
   std::vector<LightField> fields(pairs.size());

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "foam/train/trainer.h"
 #include "plugin/dataset/scene_options.h"
 #include "plugin/dataset/training_scene.h"
 #include "plugin/photo/photo_light.h"
 #include "plugin/photometric/effects.h"
+#include "plugin/photometric/view_comparison.h"
 
 #include <cstdint>
 #include <string>
@@ -64,19 +64,17 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
 
 class LightRefiner {
  public:
-  using RenderPixels = TrainingHooks::RenderPixels;
-
   // `lights` are the scene's so far [views], or empty. `mode`: kOff never changes them, kOn chooses
-  // a degree without a least gain. Refine looks at about `num_rays` pixels of all photos.
-  // `scene` must outlive this object.
-  LightRefiner(TrainingScene* scene,
-               std::vector<PhotoLight> lights,
-               EffectSwitch mode,
-               int64_t num_rays);
+  // a degree without a least gain. `scene` must outlive this object.
+  LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights, EffectSwitch mode);
 
-  // Fits the lights to renders and sets those of the scene (TrainingScene::SetLights). Decodes
-  // photos again that are not in memory. The result does not depend on the number of threads.
-  void Refine(const RenderPixels& render);
+  // Returns whether Refine would look at renders: not where light is off, by the user or because
+  // the scene does not call for it.
+  bool IsLooking() const { return mode_ != EffectSwitch::kOff && !(decided_ && degree_ < 0); }
+
+  // Fits the lights to renders and sets those of the scene (TrainingScene::SetLights), where it
+  // IsLooking. The result does not depend on the number of threads.
+  void Refine(const std::vector<ComparedView>& views);
 
   // Returns whether a Refine has found out if the scene calls for it.
   bool IsDecided() const { return decided_; }
@@ -121,12 +119,11 @@ class LightRefiner {
   void Restore();
 
  private:
-  std::vector<LightPair> PairsOf(int view, const RenderPixels& render) const;
+  std::vector<LightPair> PairsOf(const ComparedView& compared) const;
   void Decide(const std::vector<std::vector<LightPair>>& pairs);
 
   TrainingScene* const scene_;
   const EffectSwitch mode_;
-  const int64_t num_rays_;
   std::vector<int> training_views_;
   std::vector<PhotoLight> lights_;
   bool decided_ = false;

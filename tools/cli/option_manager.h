@@ -97,6 +97,9 @@ class OptionManager {
   // parses to the same value.
   std::map<std::string, std::string> GroupValues(const std::string& group) const;
 
+  // Returns whether there is such an option.
+  bool Has(const std::string& name) const { return Find(name) != nullptr; }
+
   // Returns whether the user gave this option, on the command line or in the project file.
   bool IsGiven(const std::string& name) const;
 

@@ -18,6 +18,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   SceneSegmenterOptions segmenter;
   std::string formats = kAllFormats;
   ExportTransformOptions frame;
+  TextureChoice texture;
   bool writes_report = true;
   OptionManager options("automatic_segmenter",
                         "Trains a foam on a COLMAP workspace with instance masks and writes every "
@@ -35,6 +36,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   AddVolumeLabelsName(&options);
   AddVolumeExportOptions(&options, &segmenter.volume);
   AddMeshExportOptions(&options, &segmenter.surface);
+  AddTextureOptions(&options, &texture, &segmenter.surface);
   AddComponentOptions(&options, &segmenter.components);
   AddFormatsOption(&options, &formats);
   AddFrameOptions(&options, &frame);
@@ -47,6 +49,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
                               "mask_path",
                               "labels",
                               "formats",
+                              "texture",
                               "up_axis",
                               "resume",
                               "overwrite",
@@ -63,6 +66,8 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireSeedCloudIsKept(training, output_path);
 
   segmenter.run = training.run;
+  segmenter.has_textures = texture.is_wanted;
+  segmenter.texture_format = texture.format;
   segmenter.run.when_written = DrawTrainingPlot;
   segmenter.output_path = output_path;
   segmenter.resume_command = ResumeCommand(options);

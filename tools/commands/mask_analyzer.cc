@@ -8,6 +8,7 @@
 #include "tools/commands/commands.h"
 #include "tools/images/contact_sheet.h"
 #include "tools/masks/mask_analysis.h"
+#include "tools/masks/suggested_masks.h"
 #include "tools/options/json_option.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
@@ -97,6 +98,15 @@ void WriteSheet(const MaskAnalysis& analysis, const fs::path& folder) {
   });
 }
 
+// Prints which photos to mask next.
+void PrintSuggestion(const SuggestedMasks& masks, bool json) {
+  if (json) {
+    std::fputs(SuggestionJson(masks).c_str(), stdout);
+  } else {
+    for (const std::string& line : SuggestionLines(masks)) std::printf("%s\n", line.c_str());
+  }
+}
+
 }  // namespace
 
 void RunMaskAnalyzer(int argc, char** argv) {
@@ -104,12 +114,15 @@ void RunMaskAnalyzer(int argc, char** argv) {
   std::string image_path;
   std::string input_path;
   std::string output_path;
+  int suggest = 0;
+  int test_every = 0;
   bool json = false;
   MaskOptions masks;
   OptionManager options(
       "mask_analyzer",
       "Says what is in a folder of instance masks: formats, ids, areas, how far the photos agree "
-      "by the tracks of the COLMAP model, and which photos' masks look wrong and why.");
+      "by the tracks of the COLMAP model, and which photos' masks look wrong and why. Or, with "
+      "--suggest, which photos to mask where only a few will be.");
   options.AddDefaultOption("workspace_path",
                            &workspace_path,
                            "folder with object_mask/, images/ and sparse/; or give --mask_path");
@@ -126,9 +139,35 @@ void RunMaskAnalyzer(int argc, char** argv) {
                            &output_path,
                            "folder for masks.json, the whole report, and contact_sheet_1.png, ..., "
                            "the photos under their masks; by default none");
+  options.AddDefaultOption("suggest",
+                           &suggest,
+                           "instead of the report, print so many photos to mask next: those that, "
+                           "with the masked ones, show most of the scene by the model's tracks; "
+                           "there may be no masks yet");
+  options.AddDefaultOption("test_every",
+                           &test_every,
+                           "with --suggest: photos that the training will hold out, every so many "
+                           "by name, from the first, are not suggested; 0 = none");
   AddJsonOption(&options, &json);
   AddMaskReadingOptions(&options, &masks);
   if (!options.Parse(argc, argv)) return;
+  if (suggest < 0 || test_every < 0) {
+    throw UserError("Failed to parse options - --",
+                    suggest < 0 ? "suggest" : "test_every",
+                    " is negative; it must be a number of photos.");
+  }
+  if (suggest > 0) {
+    options.RequireEffect({"labels_path",
+                           "image_path",
+                           "output_path",
+                           "FoamTraining.label_zero",
+                           "Masks.consistency"},
+                          "with --suggest, which looks at the tracks alone; leave it out");
+    const MaskedModelPaths model = FindMaskedModel(
+        workspace_path, input_path, masks, /*needs_model=*/true, /*needs_masks=*/false);
+    return PrintSuggestion(SuggestMasks(model, suggest, test_every), json);
+  }
+  options.RequireEffect({"test_every"}, "without --suggest; give it too, or leave it out");
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
   if (paths.model_folder.empty()) {

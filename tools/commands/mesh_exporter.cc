@@ -1,19 +1,101 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/object_selection.h"
+#include "foam/util/error.h"
+#include "foam/util/number_text.h"
 #include "tools/commands/commands.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/label_names.h"
+#include "tools/controllers/mask_importing.h"
+#include "tools/controllers/texture_source.h"
+#include "tools/controllers/training_run.h"
 #include "tools/options/export_options.h"
+#include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
 
+#include <filesystem>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 namespace semfoam {
+namespace {
+
+// The folders of the photos that textures are baked from.
+struct WorkspaceChoice {
+  std::string workspace_path;
+  std::string image_path;
+  std::string input_path;
+  std::string mask_path;
+};
+
+void AddWorkspaceOptions(OptionManager* options, WorkspaceChoice* workspace) {
+  options->AddDefaultOption("workspace_path",
+                            &workspace->workspace_path,
+                            "folder with images/, sparse/ and object_mask/ that the foam was "
+                            "trained on, for textures");
+  options->AddDefaultOption(
+      "image_path", &workspace->image_path, "folder of the photos; by default images/");
+  options->AddDefaultOption(
+      "input_path", &workspace->input_path, "the COLMAP model; by default sparse/0/, then sparse/");
+  options->AddDefaultOption("mask_path",
+                            &workspace->mask_path,
+                            "folder of the instance masks; by default object_mask/, then "
+                            "Annotations/ of the workspace");
+}
+
+// Returns whether to bake textures. Throws UserError for options without an effect.
+bool RequireTextures(const OptionManager& options,
+                     const WorkspaceChoice& workspace,
+                     const TextureChoice& texture,
+                     const std::set<ExportFormat>& formats) {
+  if (workspace.workspace_path.empty()) {
+    options.RequireEffect(
+        {"image_path", "input_path", "mask_path", "texture_size", "texture_format"},
+        "without --workspace_path; give it, or leave this out");
+    if (options.IsGiven("texture") && texture.is_wanted) {
+      throw UserError(
+          "Failed to parse options - --texture 1 needs the photos, --workspace_path; give it, or "
+          "leave this out.");
+    }
+    return false;
+  }
+  RequireWorkspace(workspace.workspace_path);
+  if (!TakesTextures(formats)) {
+    options.RequireEffect(
+        {"texture_size", "texture_format"},
+        "without obj, glb or usda among the --formats; add one, or leave this out");
+  }
+  return texture.is_wanted && TakesTextures(formats);
+}
+
+// Reads masks as the training of the model did.
+SceneOptions PhotosOf(const WorkspaceChoice& workspace,
+                      const Model& model,
+                      const std::string& output_path) {
+  TrainingRun run;
+  run.scene.image_path = workspace.image_path;
+  run.scene.input_path = workspace.input_path;
+  run.scene.mask_path = workspace.mask_path;
+  CompleteFromWorkspace(workspace.workspace_path, &run);
+  const auto option = [&](const char* name) {
+    const auto found = model.options.find(name);
+    return found == model.options.end() ? std::string() : found->second;
+  };
+  run.scene.use_masks = !IsWhole(model);
+  run.scene.mask_consistency =
+      ParseEnum(kMaskConsistencyNames, option("mask_consistency")).value_or(MaskConsistency::kAuto);
+  // Both shape the sample of the tracks that masks are corrected by. 0 in models without them.
+  ParseNumber(option("test_every"), &run.scene.test_every);
+  ParseNumber(option("random_seed"), &run.scene.random_seed);
+  ImportMasksOf(&run.scene, std::filesystem::path(output_path) / "imported_masks");
+  return run.scene;
+}
+
+}  // namespace
 
 void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
@@ -24,6 +106,8 @@ void RunMeshExporter(int argc, char** argv) {
   ComponentOptions components;
   SurfaceExportOptions surface;
   ExportTransformOptions frame;
+  WorkspaceChoice workspace;
+  TextureChoice texture;
   OptionManager options(
       "mesh_exporter",
       "Writes the closed surface of every object of a foam, or of the whole scene.");
@@ -38,10 +122,15 @@ void RunMeshExporter(int argc, char** argv) {
   AddComponentOptions(&options, &components);
   AddMeshExportOptions(&options, &surface);
   AddMeshCropOption(&options, &surface);
+  AddWorkspaceOptions(&options, &workspace);
+  AddTextureOptions(&options, &texture, &surface);
   AddFrameOptions(&options, &frame);
   options.SetFrequentOptions({"labels",
                               "exclude_labels",
                               "formats",
+                              "workspace_path",
+                              "texture",
+                              "texture_size",
                               "MeshExport.method",
                               "MeshExport.crop",
                               "MeshExport.target_faces",
@@ -53,6 +142,7 @@ void RunMeshExporter(int argc, char** argv) {
   RequireValid(surface);
   const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);
   RequireValid(components);
+  const bool has_textures = RequireTextures(options, workspace, texture, wanted);
   const ExportTransform transform = ParseExportTransform(frame);
 
   const OutputLock lock(output_path);
@@ -63,6 +153,12 @@ void RunMeshExporter(int argc, char** argv) {
   const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
   RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
   surface.objects = FilterObjects(scene, choice);
+  std::unique_ptr<TexturePhotos> photos;
+  if (has_textures) {
+    photos = MakeTextureSource(
+        model, scene, foam_path, PhotosOf(workspace, model, output_path), texture.format);
+    surface.photos = photos.get();
+  }
   std::vector<WrittenFile> files;
   if (IsWhole(model)) {
     const ExportableScene whole = PrepareWhole(model, scene.transform, components);

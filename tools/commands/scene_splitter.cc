@@ -76,6 +76,13 @@ void WriteScript(const fs::path& path, const std::string& text) {
                   fs::perm_options::add);
 }
 
+// Writes the commands of the blocks and the scripts that run them.
+void WriteJobs(const fs::path& blocks_path, const BlocksRecord& record) {
+  WriteTextFile(blocks_path / "jobs.txt", JobsText(blocks_path, record));
+  WriteScript(blocks_path / "run_parallel.sh", kParallelScript);
+  WriteScript(blocks_path / "run_slurm.sh", SlurmScript(record));
+}
+
 void LogBlocks(const fs::path& blocks_path, const BlocksRecord& record) {
   for (const BlockRecord& block : record.blocks) {
     LOG(INFO) << "Block " << block.name << ": about " << block.own_sites << " sites of its own, up "
@@ -127,6 +134,9 @@ void RunSceneSplitter(int argc, char** argv) {
                       Field{"output_path"},
                       ", would be right.");
     }
+    // A run that was killed after it wrote the record may lack what follows.
+    WriteJobs(output_path, ReadBlocksRecord(output_path));
+    TrainingFolder(output_path, checkpoints, ResumeCommand(options)).Finish();
     LOG(INFO) << output_path << " is split already.";
     return;
   }
@@ -142,9 +152,7 @@ void RunSceneSplitter(int argc, char** argv) {
       ProjectPath(folder.path()),
       options.ProjectText({"output_path", "checkpoint_every", "resume", "overwrite", "device"}));
   const BlocksRecord record = SplitRun(run.split, &folder, &run.training.run);
-  WriteTextFile(folder.path() / "jobs.txt", JobsText(folder.path(), record));
-  WriteScript(folder.path() / "run_parallel.sh", kParallelScript);
-  WriteScript(folder.path() / "run_slurm.sh", SlurmScript(record));
+  WriteJobs(folder.path(), record);
   folder.Finish();
   LogBlocks(folder.path(), record);
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/effects_report.h"
 
+#include "foam/util/error.h"
+#include "foam/util/json_file.h"
 #include "foam/util/output_file.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 
 #include <nlohmann/json.hpp>
 
@@ -79,6 +82,35 @@ void WriteEffects(const std::filesystem::path& path,
                   const SceneEffects& effects,
                   const std::vector<PhotoRecord>& photos) {
   WriteTextFile(path, EffectsJson(effects, photos));
+}
+
+std::vector<PhotoLight> ReadLights(const std::filesystem::path& path,
+                                   const std::vector<PhotoRecord>& photos) {
+  if (!std::filesystem::exists(path)) return {};
+  const nlohmann::json json = ReadJsonFile(path);
+  if (!json.is_object() || !json.contains("photos")) return {};
+  std::vector<PhotoLight> lights(photos.size());
+  try {
+    for (size_t view = 0; view < photos.size(); ++view) {
+      const auto photo = json.at("photos").find(photos[view].name);
+      if (photo == json.at("photos").end()) continue;
+      PhotoLight& light = lights[view];
+      for (int c = 0; c < 3; ++c) {
+        light.gain[c] = photo->at("gain").at(c).get<double>();
+        for (int k = 0; k < kNumShadingTerms; ++k) {
+          light.shading(c, k) = photo->at("shading").at(c).at(k).get<double>();
+        }
+      }
+      for (int k = 0; k < 2; ++k) light.falloff[k] = photo->at("falloff").at(k).get<double>();
+      if (!(light.gain.minCoeff() > 0)) throw UserError("a gain is not positive");
+    }
+  } catch (const std::exception& error) {
+    throw UserError(path.string(),
+                    ": is no table of effects of this version (",
+                    error.what(),
+                    "); the file that the training wrote would be right, or none.");
+  }
+  return lights;
 }
 
 }  // namespace semfoam

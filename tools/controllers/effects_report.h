@@ -24,4 +24,10 @@ void WriteEffects(const std::filesystem::path& path,
                   const SceneEffects& effects,
                   const std::vector<PhotoRecord>& photos);
 
+// Returns the light of each photo, by its name in a file of WriteEffects; empty where there is no
+// file, or none of photos (no effect is on). Photos that it does not name have the reference light.
+// Throws UserError where the file is damaged.
+std::vector<PhotoLight> ReadLights(const std::filesystem::path& path,
+                                   const std::vector<PhotoRecord>& photos);
+
 }  // namespace semfoam

@@ -3,6 +3,8 @@
 
 #include "export/scene/enum_names.h"
 
+#include <set>
+
 namespace semfoam {
 
 // The formats that an export can write: volumes as OpenVDB, surfaces as OpenMesh, PLY, OBJ, binary
@@ -14,5 +16,11 @@ inline constexpr EnumName<ExportFormat> kExportFormatNames[] = {{ExportFormat::k
                                                                 {ExportFormat::kObj, "obj"},
                                                                 {ExportFormat::kGlb, "glb"},
                                                                 {ExportFormat::kUsda, "usda"}};
+
+// Returns whether any of the formats holds textures.
+inline bool TakesTextures(const std::set<ExportFormat>& formats) {
+  return formats.count(ExportFormat::kObj) != 0 || formats.count(ExportFormat::kGlb) != 0 ||
+         formats.count(ExportFormat::kUsda) != 0;
+}
 
 }  // namespace semfoam

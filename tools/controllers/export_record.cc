@@ -37,9 +37,21 @@ constexpr ExportName kSceneFiles[] = {{"vdb", "scene.vdb"},
                                       {"ply", "scene.ply"},
                                       {"obj", "scene.obj"},
                                       {"mtl", "scene.mtl"},
+                                      {"png", "scene.png"},
+                                      {"jpg", "scene.jpg"},
                                       {"glb", "scene.glb"},
                                       {"usda", "scene.usda"}};
-constexpr const char* kObjectFormats[] = {"vdb", "nvdb", "om", "ply", "obj", "mtl", "glb"};
+constexpr const char* kObjectFormats[] = {
+    "vdb", "nvdb", "om", "ply", "obj", "mtl", "png", "jpg", "glb"};
+
+// Returns whether an export of these formats writes a file of this one anew, or refers to it no
+// more.
+bool IsReplaced(const std::string& format, const std::set<ExportFormat>& formats) {
+  if (format == "png" || format == "jpg") return TakesTextures(formats);
+  const std::optional<ExportFormat> writer =
+      ParseEnum(kExportFormatNames, format == "mtl" ? "obj" : format);
+  return writer && formats.count(*writer) != 0;
+}
 
 // Returns whether exports write to this path. Other paths, in a labels.json that was edited, are
 // never removed.
@@ -294,9 +306,7 @@ void RequireOneFrame(const ExportTransform& transform,
   // Those of another foam go.
   if (!record->foam_checksum.empty() && record->foam_checksum != foam_checksum) return;
   for (const ExportRecord::File& file : record->files) {
-    const std::optional<ExportFormat> writer =
-        ParseEnum(kExportFormatNames, file.format == "mtl" ? "obj" : file.format);
-    if (writer && formats.count(*writer) != 0) continue;
+    if (IsReplaced(file.format, formats)) continue;
     throw UserError((output_path / file.path).string(),
                     ": is in another frame than this export and would stay; choose another ",
                     Field{"output_path"},

@@ -9,6 +9,7 @@
 #include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,11 @@ void SegmentScene(SceneSegmenterOptions options) {
   }
   if (options.formats != std::set<ExportFormat>{ExportFormat::kVdb}) {
     surface.crop = volume.crop;
+    std::unique_ptr<TexturePhotos> photos;
+    if (options.has_textures && TakesTextures(options.formats)) {
+      photos = MakeTextureSource(model, scene, foam_path, run.scene, options.texture_format);
+      surface.photos = photos.get();
+    }
     const std::vector<WrittenFile> meshes =
         IsWhole(model) ? WriteWholeMesh(PrepareWhole(model, scene.transform, options.components),
                                         output_path,

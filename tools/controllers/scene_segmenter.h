@@ -8,6 +8,7 @@
 #include "export/scene/label_choice.h"
 #include "foam/model/model.h"
 #include "tools/controllers/export_format.h"
+#include "tools/controllers/texture_source.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
 
@@ -31,7 +32,11 @@ struct SceneSegmenterOptions {
   LabelChoice choice;
   ComponentOptions components;
   VolumeExportOptions volume;
+  // Its photos are those of `run`, if textures are wanted.
   SurfaceExportOptions surface;
+  // Whether to bake textures (for obj, glb and usda), and their format.
+  bool has_textures = true;
+  TextureFormat texture_format = TextureFormat::kPng;
   // The result of ParseExportTransform.
   ExportTransform transform;
   // The formats to write: vdb, om, ply, obj, glb and usda.

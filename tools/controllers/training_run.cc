@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
+#include "export/scene/names.h"
+#include "foam/edit/label_editing.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
@@ -12,7 +14,7 @@
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
-#include "plugin/photometric/light_refinement.h"
+#include "plugin/photometric/view_adaptation.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/mask_importing.h"
@@ -30,6 +32,7 @@
 #include <cstdio>
 #include <memory>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -41,8 +44,8 @@ namespace {
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
 
-// A refinement of the photos' light renders one ray for so many rays of the training.
-constexpr int64_t kRefinementShare = 100;
+// An adaptation to the photos renders one ray for so many rays of the training.
+constexpr int64_t kAdaptationShare = 100;
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -131,6 +134,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.exposure"] = TextOf(run.effects.exposure);
   values["Effects.white_balance"] = TextOf(run.effects.white_balance);
   values["Effects.shading"] = TextOf(run.effects.shading);
+  values["Effects.transients"] = run.effects.transients ? "auto" : "off";
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
@@ -184,7 +188,7 @@ TrainingSummary Train(const TrainingScene& scene,
                       const TrainingRun& run,
                       const CheckpointTexts& texts,
                       std::unique_ptr<Checkpoint> checkpoint,
-                      LightRefiner* lights,
+                      ViewAdaptation* adaptation,
                       TrainingFolder* folder) {
   const MemoryTask task("the foam is trained",
                         "a smaller final_sites, rays_per_iteration or image_cache_gb");
@@ -206,17 +210,15 @@ TrainingSummary Train(const TrainingScene& scene,
   // The blocks of a scene have one light, that of the run which they are of.
   if (!IsOfBlock(checkpoint.get())) {
     hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
-      const bool first = !lights->IsDecided();
-      lights->Refine(render);
-      if (first && lights->IsDecided()) LOG(INFO) << lights->Report();
+      for (const std::string& line : adaptation->Adapt(render)) LOG(INFO) << line;
     };
   }
   hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     const auto save_all = [&](CheckpointContents* contents) {
       contents->texts.insert(all_texts.begin(), all_texts.end());
       folder->AddIdentity(contents);
-      StateWriter light("light", contents);
-      lights->Serialize(&light);
+      StateWriter adapted("adaptation", contents);
+      adaptation->Serialize(&adapted);
       save(contents);
     };
     if (run.between_iterations) run.between_iterations(iteration, save_all);
@@ -232,9 +234,9 @@ TrainingSummary Train(const TrainingScene& scene,
   TrainingOptions training = run.training;
   if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
   if (checkpoint != nullptr) {
-    StateReader light("light", *checkpoint);
-    lights->Serialize(&light);
-    lights->Restore();
+    StateReader adapted("adaptation", *checkpoint);
+    adaptation->Serialize(&adapted);
+    adaptation->Restore();
   }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
@@ -389,6 +391,50 @@ void ReportTraining(const TrainingSummary& summary, TrainingRun* run) {
     auto schedule = ScheduleTexts(run->training);
     schedule.emplace_back("sweep_photos", FormatValue(run->sweep_photos));
     if (run->when_schedule_is_known) run->when_schedule_is_known(schedule);
+  }
+}
+
+// Returns "mug, plant": the names of labels, or their ids, shortened where there are many.
+std::string NamesOf(const std::vector<Label>& labels) {
+  constexpr size_t kMostNames = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(labels.size(), kMostNames); ++i) {
+    if (i > 0) text += ", ";
+    text += labels[i].name.empty() ? std::to_string(Value(labels[i].id)) : OneLine(labels[i].name);
+  }
+  if (labels.size() > kMostNames) {
+    text += " and " + std::to_string(labels.size() - kMostNames) + " more";
+  }
+  return text;
+}
+
+// Logs how labels were spread, and which are smaller than cells. `labels` [classes].
+void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labels) {
+  std::vector<Label> small;
+  if (summary.spreading) {
+    LOG(INFO) << "Few photos have masks: their labels were spread along the surfaces to all cells; "
+              << summary.spreading->changed_cells << " of " << summary.foam.NumSites()
+              << " cells changed their label";
+    for (const ClassIndex c : summary.spreading->small_classes) {
+      small.push_back(labels.at(Value(c)));
+    }
+    if (!small.empty()) {
+      LOG(WARNING) << "The cells are too large for the masks: " << NamesOf(small)
+                   << (small.size() == 1 ? " has" : " have") << " fewer than " << kFewCells
+                   << " cells; more sites (final_sites) and rays (num_rays) would be right.";
+    }
+  } else if (summary.foam.HasSemantics()) {
+    std::vector<bool> has_cells(labels.size(), false);
+    for (const ClassIndex c : ClassesOfCells(summary.foam)) has_cells[Value(c)] = true;
+    for (size_t k = 0; k < labels.size(); ++k) {
+      if (!has_cells[k]) small.push_back(labels[k]);
+    }
+    if (!small.empty()) {
+      LOG(INFO) << "No cell has the label" << (small.size() == 1 ? " " : "s ") << NamesOf(small)
+                << ": the training is too short for the masks, or they show too little of "
+                << (small.size() == 1 ? "it" : "them")
+                << "; more sites (final_sites) and rays (num_rays) would be right.";
+    }
   }
 }
 
@@ -575,20 +621,22 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << report;
   }
 
-  LightRefiner lights(
-      &scene, effects.lights, run->effects.shading, run->training.num_rays / kRefinementShare);
+  ViewAdaptation adaptation(
+      &scene, run->effects, effects.lights, run->training.num_rays / kAdaptationShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary;
   try {
-    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &lights, folder);
+    summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &adaptation, folder);
   } catch (const TrainingStopped&) {
     if (run->when_stopped) run->when_stopped(scene, seeds);
     throw;
   }
-  effects.effects.push_back(lights.MakeEffect());
-  effects.lights = lights.lights();
+  effects.effects.push_back(adaptation.transients().MakeEffect());
+  effects.effects.push_back(adaptation.light().MakeEffect());
+  effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
+  ReportLabels(summary, scene.Labels());
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);
   if (const int signal = InterruptionRequested()) {

@@ -22,8 +22,8 @@ struct ViewScore {
   double ssim = 0;
 };
 
-// Pictures of one view, of the photo's size in training. With ScoreOptions::fit_exposure, the render
-// is in the photo's exposure.
+// Pictures of one view, of the photo's size in training. With ScoreOptions::fit_exposure, the
+// render is in the photo's exposure.
 struct ViewMaps {
   // The photo and the render as they were compared.
   Image8 photo;

@@ -24,6 +24,11 @@ void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
   add("shading",
       &choices->shading,
       "a smooth field of gains for each photo; auto = what the foam explains of held-back pixels");
+  options->AddChoiceOption(
+      "Effects.transients",
+      &choices->transients,
+      {"auto", "off"},
+      "things that pass by are left out; auto = where a photo shows what no other does");
   add("distortion", &choices->distortion, "auto = on where it moves corners by 0.1 pixels or more");
   options->AddChoiceOption("Effects.semantics",
                            &choices->semantics,
@@ -50,6 +55,7 @@ EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
   options.shading = choices.exposure == "off" && choices.shading == "auto"
                         ? EffectSwitch::kOff
                         : ToSwitch(choices.shading);
+  options.transients = choices.transients == "auto";
   options.distortion = ToSwitch(choices.distortion);
   options.semantics = choices.semantics == "auto";
   options.fixed_sh_degree = choices.sh_degree == "on";

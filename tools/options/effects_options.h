@@ -14,6 +14,7 @@ struct EffectsChoices {
   std::string white_balance = "auto";
   std::string vignetting = "auto";
   std::string shading = "auto";
+  std::string transients = "auto";
   std::string distortion = "auto";
   std::string semantics = "auto";
   std::string sh_degree = "auto";

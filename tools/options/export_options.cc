@@ -64,6 +64,10 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
+  options->AddDefaultOption("MeshExport.close_sheets",
+                            &surface->close_sheets,
+                            "smooth only: close a scene without labels by the back that no photo "
+                            "shows, too, instead of leaving it a sheet with a rim");
 }
 
 void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {
@@ -71,6 +75,22 @@ void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {
                             &surface->crop,
                             "x0,y0,z0,x1,y1,z1 in the COLMAP model's frame to cut surfaces at; by "
                             "default those that reach far beyond what photos show");
+}
+
+void AddTextureOptions(OptionManager* options,
+                       TextureChoice* choice,
+                       SurfaceExportOptions* surface) {
+  options->AddDefaultOption(
+      "texture", &choice->is_wanted, "also textures, baked from the photos, in obj, glb and usda");
+  options->AddDefaultOption("texture_size",
+                            &surface->texture.size,
+                            "edge of a texture in texels, at most; smaller where the photos do not "
+                            "show more");
+  AddEnumOption(options,
+                "texture_format",
+                &choice->format,
+                kTextureFormatNames,
+                "jpeg is about a fifth as large");
 }
 
 void AddFormatsOption(OptionManager* options, std::string* formats) {
@@ -153,6 +173,12 @@ void RequireEffects(const OptionManager& options,
   };
   require("VolumeExport", formats.count(ExportFormat::kVdb) != 0, "vdb");
   require("MeshExport", formats != std::set<ExportFormat>{ExportFormat::kVdb}, "a mesh's format");
+  // volume_exporter writes no meshes and has none of these.
+  if (options.Has("texture") && !TakesTextures(formats)) {
+    options.RequireEffect(
+        {"texture", "texture_size", "texture_format"},
+        "without obj, glb or usda among the --formats; add one, or leave this out");
+  }
   if (volume.voxel_size > 0) {
     options.RequireEffect({"VolumeExport.max_resolution"},
                           "with --VolumeExport.voxel_size; give one of the two");

@@ -8,6 +8,7 @@
 #include "export/scene/label_choice.h"
 #include "tools/cli/option_manager.h"
 #include "tools/controllers/export_format.h"
+#include "tools/controllers/texture_source.h"
 
 #include <set>
 #include <string>
@@ -22,6 +23,17 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
 
 // Adds --MeshExport.crop, for commands without --VolumeExport.crop, which stands for both.
 void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface);
+
+// Whether and how textures are baked.
+struct TextureChoice {
+  bool is_wanted = true;
+  TextureFormat format = TextureFormat::kPng;
+};
+
+// Adds --texture, --texture_size and --texture_format.
+void AddTextureOptions(OptionManager* options,
+                       TextureChoice* choice,
+                       SurfaceExportOptions* surface);
 
 // Adds --formats. `*formats` lists the formats that the command can write; the default is all of
 // them.

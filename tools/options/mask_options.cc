@@ -74,7 +74,8 @@ void RequireWorkspace(const fs::path& workspace_path) {
 MaskedModelPaths FindMaskedModel(const std::string& workspace_path,
                                  const std::string& input_path,
                                  const MaskOptions& masks,
-                                 bool needs_model) {
+                                 bool needs_model,
+                                 bool needs_masks) {
   MaskedModelPaths paths;
   const fs::path workspace = workspace_path;
   if (!workspace.empty()) RequireWorkspace(workspace);
@@ -94,6 +95,7 @@ MaskedModelPaths FindMaskedModel(const std::string& workspace_path,
   if (paths.mask_folder.empty() && !paths.model_folder.empty()) {
     paths.mask_folder = FindMasksAbove(paths.model_folder);
   }
+  if (paths.mask_folder.empty() && !needs_masks) return paths;
   if (paths.mask_folder.empty()) {
     const fs::path searched = workspace.empty() ? paths.model_folder : workspace;
     std::vector<fs::path> unused;

@@ -31,6 +31,7 @@ void AddMaskReadingOptions(OptionManager* options, MaskOptions* masks);
 struct MaskedModelPaths {
   // Empty: none.
   std::filesystem::path model_folder;
+  // Empty: none, where they are not needed.
   std::filesystem::path mask_folder;
   // Empty: none.
   std::filesystem::path labels_file;
@@ -38,12 +39,14 @@ struct MaskedModelPaths {
 
 // Completes the paths of the user: the model is `input_path`, else the workspace's sparse/ (0/),
 // else none if `needs_model` is false. Masks are `masks.mask_path`, else object_mask/, then
-// Annotations/ in the workspace, or in a folder that holds the model, up to two above it. Throws
-// UserError, one sentence naming the option or folder, where something is missing.
+// Annotations/ in the workspace, or in a folder that holds the model, up to two above it, else none
+// if `needs_masks` is false. Throws UserError, one sentence naming the option or folder, where
+// something is missing.
 MaskedModelPaths FindMaskedModel(const std::string& workspace_path,
                                  const std::string& input_path,
                                  const MaskOptions& masks,
-                                 bool needs_model);
+                                 bool needs_model,
+                                 bool needs_masks = true);
 
 // Throws UserError where `workspace_path` is no folder.
 void RequireWorkspace(const std::filesystem::path& workspace_path);

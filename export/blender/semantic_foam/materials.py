@@ -60,17 +60,29 @@ def _matt_of(tree, color, output):
     return shader.inputs["Base Color"]
 
 
-def surface_material(label, result, has_colors, shading):
-    """Returns the material of a label, named as it is. shading: PHOTO or LIT."""
+def _image(tree, path, place):
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image, node.extension, node.location = bpy.data.images.load(str(path), check_existing=True), "EXTEND", place
+    return node
+
+
+def surface_material(label, result, has_colors, shading, texture=None):
+    """Returns the material of a label, named as it is. shading: PHOTO or LIT. texture: the path of its image, or None for
+    the colours of the vertices.
+    """
     name = result.labels.get(label, f"label_{label}" if label else "unlabelled")
-    kind = f"{shading} {'colors' if has_colors else 'plain'}"
+    kind = f"{shading} {'texture' if texture else 'colors' if has_colors else 'plain'}"
     material = _reusable(name, label, kind, result)
     if material:
         return material
     material, tree, output = _new_material(name)
-    attribute = _attribute(tree, COLOR_ATTRIBUTE, (-250, 0)).outputs["Color"] if has_colors else None
+    source = None
+    if texture:
+        source = _image(tree, texture, (-300, 0)).outputs["Color"]
+    elif has_colors:
+        source = _attribute(tree, COLOR_ATTRIBUTE, (-250, 0)).outputs["Color"]
     color = _label_color(label, result)
-    (_emission_of if shading == "PHOTO" else _matt_of)(tree, attribute, output).default_value = color
+    (_emission_of if shading == "PHOTO" else _matt_of)(tree, source, output).default_value = color
     material.diffuse_color = color
     material["semantic_foam"], material["label"], material["kind"] = str(result.path), label, kind
     return material

@@ -19,6 +19,7 @@ class MeshData:
     labels: numpy.ndarray | None = None  # [f]
     vertex_confidence: numpy.ndarray | None = None  # [v]
     face_confidence: numpy.ndarray | None = None  # [f]
+    coordinates: numpy.ndarray | None = None  # [c, 2] of the texture, from the lower left corner
 
 
 def linear_from_display(values):
@@ -176,10 +177,31 @@ def _of_glb(data):
     corners = _glb_accessor(content, binary, parts[0]["indices"])[:, 0]
     mesh = MeshData(_glb_accessor(content, binary, attributes["POSITION"]) + offset, corners,
                     numpy.full(len(corners) // 3, 3))
-    if "COLOR_0" in attributes:
-        mesh.colors = _glb_accessor(content, binary, attributes["COLOR_0"])[:, :3]
+    # Beside a texture, colours have a name that viewers do not multiply it with.
+    colors = attributes.get("COLOR_0", attributes.get("_COLOR"))
+    if colors is not None:
+        mesh.colors = _glb_accessor(content, binary, colors)[:, :3]
+    if "TEXCOORD_0" in attributes:
+        mesh.coordinates = _glb_accessor(content, binary, attributes["TEXCOORD_0"])[corners] * (1, -1) + (0, 1)
     if "_CONFIDENCE" in attributes:
         mesh.vertex_confidence = _glb_accessor(content, binary, attributes["_CONFIDENCE"])[:, 0]
+    return mesh
+
+
+def _take_coordinates(mesh, textured):
+    """Takes the coordinates of a mesh with the same corners in the same order, as exports of one surface have them."""
+    if textured.coordinates is None or len(textured.corners) != len(mesh.corners):
+        return
+    apart = numpy.abs(textured.positions[textured.corners] - mesh.positions[mesh.corners]).max(initial=0)
+    if apart <= 1e-4 * numpy.ptp(mesh.positions, axis=0).max():
+        mesh.coordinates = textured.coordinates
+
+
+def read_textured(path, textured_path):
+    """Returns the MeshData of a .ply with the texture's coordinates in the .glb of the same object, if that is given."""
+    mesh = read_mesh(path)
+    if mesh.coordinates is None and textured_path:
+        _take_coordinates(mesh, read_mesh(textured_path))
     return mesh
 
 

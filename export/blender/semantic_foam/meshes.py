@@ -19,9 +19,10 @@ def _add_attribute(mesh, name, kind, domain, values):
         mesh.attributes.new(name, kind, domain).data.foreach_set("value", numpy.ascontiguousarray(values))
 
 
-def make_mesh(name, data, origin, label, result, shading):
+def make_mesh(name, data, origin, label, result, shading, texture=None):
     """Returns an object of Blender at `origin`, in the frame of the files less the scene's offset, with the positions of
-    `data` already in that frame. label: that of all faces where `data` has none of its own.
+    `data` already in that frame. label: that of all faces where `data` has none of its own. texture: the path of the image
+    for `data.coordinates`, if there are any.
     """
     mesh = bpy.data.meshes.new(name)
     corners, sizes, kept = _without_slivers(data)
@@ -43,10 +44,15 @@ def make_mesh(name, data, origin, label, result, shading):
         colors = numpy.ones((len(data.positions), 4), numpy.float32)
         colors[:, :3] = data.colors
         mesh.color_attributes.new(COLOR_ATTRIBUTE, "FLOAT_COLOR", "POINT").data.foreach_set("color", colors.ravel())
+    if data.coordinates is None:
+        texture = None
+    if texture:
+        coordinates = data.coordinates[numpy.repeat(kept, data.sizes)].astype(numpy.float32)
+        mesh.uv_layers.new(name="texture").data.foreach_set("uv", coordinates.ravel())
     # One slot a label, ascending.
     slots, slot_of_face = numpy.unique(labels, return_inverse=True)
     for slot in slots:
-        mesh.materials.append(surface_material(int(slot), result, data.colors is not None, shading))
+        mesh.materials.append(surface_material(int(slot), result, data.colors is not None, shading, texture))
     mesh.polygons.foreach_set("material_index", slot_of_face.astype(numpy.int32))
     mesh.update(calc_edges=True)
     mesh.validate()

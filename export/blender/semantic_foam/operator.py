@@ -14,7 +14,7 @@ from .cameras import make_camera, render_as
 from .colmap_model import is_colmap_model, read_colmap_photos, read_colmap_points
 from .errors import InputError
 from .foam_header import read_foam_photos
-from .mesh_files import read_mesh
+from .mesh_files import read_mesh, read_textured
 from .meshes import make_mesh
 from .points import make_points
 from .result_folder import FoamObject, read_result_folder
@@ -86,7 +86,7 @@ def _read(options):
     points = read_colmap_points(model) if options.use_points and model else None
     if options.use_points and not points:
         remarks.append("no points: give the folder of the COLMAP model")
-    objects = [(thing, read_mesh(thing.mesh) if thing.mesh else None) for thing in result.objects]
+    objects = [(thing, read_textured(thing.mesh, thing.textured_mesh) if thing.mesh else None) for thing in result.objects]
     if result.labelled_mesh and not any(mesh for _, mesh in objects):
         whole = FoamObject(0, result.labelled_mesh.stem, result.labelled_mesh, None, {})
         objects = [(whole, read_mesh(result.labelled_mesh))]
@@ -175,8 +175,8 @@ class _Builder:
         origin = numpy.zeros(3) + (low + high) / 2
         # What Blender keeps of it, so that nothing is lost between it and the vertices.
         origin = origin.astype(numpy.float32).astype(float)
-        thing = make_mesh(foam_object.name, data, origin, foam_object.id, self._result,
-                          self._options.shading)
+        thing = make_mesh(foam_object.name, data, origin, foam_object.id, self._result, self._options.shading,
+                          foam_object.texture)
         self._add(thing, collection)
         self._describe(thing, foam_object)
         return thing

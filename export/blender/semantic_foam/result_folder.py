@@ -19,6 +19,9 @@ class FoamObject:
     volume: pathlib.Path | None
     # What labels.json says of it besides: volume, area, confidence ...
     properties: dict
+    # The image, and a mesh with its coordinates; both are there, or none.
+    texture: pathlib.Path | None = None
+    textured_mesh: pathlib.Path | None = None
 
 
 @dataclasses.dataclass
@@ -63,6 +66,9 @@ def _parse(path, content):
         objects.append(
             FoamObject(label, str(entry["name"]), _existing(folder, files, ("ply", "glb")),
                        _existing(folder, files, ("vdb", )), {key: entry[key] for key in keys if key in entry}))
+        texture, textured_mesh = _existing(folder, files, ("png", "jpg")), _existing(folder, files, ("glb", ))
+        if texture and textured_mesh:
+            objects[-1].texture, objects[-1].textured_mesh = texture, textured_mesh
     files = dict(content.get("files", {}))
     transfer = dict(content.get("transfer", {}))
     mesh = {"ply": transfer.get("file")} if str(transfer.get("file", "")).endswith(".ply") else {}

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "tests/export/io/read_glb.h"
+#include "tests/export/io/test_texture.h"
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -261,6 +262,57 @@ TEST_F(GlbFiles, ThePropertyTableSaysWhatFeaturesAre) {
     EXPECT_EQ(feature["propertyTable"], 0);
     EXPECT_EQ(feature["featureCount"], 1);
   }
+}
+
+// One object with a texture, one without.
+TEST_F(GlbFiles, TexturesHaveMaterialsOfTheirOwn) {
+  const ExportableScene scene = MakeExportableScene(NamedBalls());
+  GlbFile file({}, "test");
+  std::vector<ObjectSurface> surfaces;
+  for (const ObjectInfo& object : scene.objects) {
+    surfaces.push_back(ExtractSurface(scene, object));
+  }
+  const SurfaceTexture texture = TestTexture(surfaces[1]);
+  file.Add(scene.objects[0], surfaces[0], MakeLocalMesh(surfaces[0]));
+  file.Add(scene.objects[1], surfaces[1], MakeLocalMesh(surfaces[1]), &texture);
+  file.Write(folder_ / "both.glb");
+  const Glb glb = ReadGlb(folder_ / "both.glb");
+  const auto primitive = [&](int k) { return glb.json["meshes"][k]["primitives"][0]; };
+  EXPECT_TRUE(primitive(0)["attributes"].contains("COLOR_0"));
+  EXPECT_FALSE(primitive(0)["attributes"].contains("TEXCOORD_0"));
+  EXPECT_EQ(glb.json["materials"][primitive(0)["material"].get<int>()]["name"], "vertex colours");
+
+  const json attributes = primitive(1)["attributes"];
+  EXPECT_FALSE(attributes.contains("COLOR_0")) << "it would be multiplied with the texture";
+  const auto coordinates = ReadAccessor<float>(glb, attributes["TEXCOORD_0"]);
+  const auto positions = ReadAccessor<float>(glb, attributes["POSITION"]);
+  const auto colors = ReadAccessor<uint16_t>(glb, attributes["_COLOR"]);
+  const LocalMesh mesh = MakeLocalMesh(surfaces[1]);
+  ASSERT_EQ(coordinates.size(), 2 * texture.coordinates.size());
+  ASSERT_EQ(positions.size(), 3 * texture.coordinates.size());
+  ASSERT_EQ(colors.size(), 4 * texture.coordinates.size());
+  for (size_t i = 0; i < texture.coordinates.size(); ++i) {
+    const uint32_t v = texture.vertex_of[i];
+    for (int c = 0; c < 2; ++c) EXPECT_EQ(coordinates[2 * i + c], texture.coordinates[i][c]);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(positions[3 * i + c], mesh.positions[v][c]);
+      EXPECT_EQ(colors[4 * i + c],
+                std::lround(65535 * LinearLight(surfaces[1].vertex_color[v][c])));
+    }
+  }
+  const auto indices = ReadAccessor<uint32_t>(glb, primitive(1)["indices"]);
+  ASSERT_EQ(indices.size(), 3 * texture.triangles.size());
+  for (size_t i = 0; i < indices.size(); ++i) {
+    ASSERT_EQ(indices[i], texture.triangles[i / 3][i % 3]);
+  }
+
+  const json material = glb.json["materials"][primitive(1)["material"].get<int>()];
+  const json used =
+      glb.json["textures"]
+              [material["pbrMetallicRoughness"]["baseColorTexture"]["index"].get<int>()];
+  const json image = glb.json["images"][used["source"].get<int>()];
+  EXPECT_EQ(image["mimeType"], "image/png");
+  EXPECT_EQ(ViewBytes(glb, image["bufferView"]), texture.file);
 }
 
 TEST_F(GlbFiles, SameSceneSameBytes) {

@@ -15,6 +15,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/export/io/test_texture.h"
 #include "tests/export/test_foams.h"
 #include "tests/process_state.h"
 #include <gmock/gmock.h>
@@ -232,6 +233,50 @@ TEST_F(MeshFiles, OpenMeshReadsTheObj) {
   const ObjectSurface surface = TestSurface();
   WriteObj(folder_ / "mug.obj", surface);
   WriteMtl(folder_ / "7_mug.mtl", surface);
+  SemanticMesh mesh;
+  ASSERT_TRUE(OpenMesh::IO::read_mesh(mesh, (folder_ / "mug.obj").string()));
+  EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));
+}
+
+TEST_F(MeshFiles, ATexturedObjKeepsItsVerticesAndColours) {
+  const ObjectSurface surface = TestSurface();
+  const SurfaceTexture texture = TestTexture(surface);
+  WriteObj(folder_ / "plain.obj", surface);
+  WriteObj(folder_ / "mug.obj", surface, &texture);
+  WriteMtl(folder_ / "7_mug.mtl", surface, "7_mug.png");
+  std::istringstream lines(ReadAll(folder_ / "mug.obj"));
+  std::string without;
+  size_t coordinates = 0, faces = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "vt") {
+      float u, v;
+      ASSERT_TRUE(words >> u >> v);
+      EXPECT_EQ(u, texture.coordinates[coordinates].x());
+      EXPECT_EQ(v, 1 - texture.coordinates[coordinates].y());
+      ++coordinates;
+      continue;
+    }
+    if (kind == "f") {
+      line = "f";
+      for (int k = 0; k < 3; ++k) {
+        uint32_t vertex, coordinate;
+        char slash;
+        ASSERT_TRUE(words >> vertex >> slash >> coordinate);
+        EXPECT_EQ(coordinate, texture.triangles[faces][k] + 1);
+        line += " " + std::to_string(vertex);
+      }
+      ++faces;
+    }
+    without += line + "\n";
+  }
+  EXPECT_EQ(coordinates, texture.coordinates.size());
+  EXPECT_EQ(without, ReadAll(folder_ / "plain.obj"));
+  const std::string material = ReadAll(folder_ / "7_mug.mtl");
+  EXPECT_NE(material.find("\nmap_Kd 7_mug.png\n"), std::string::npos) << material;
+  EXPECT_NE(material.find("\nKd 1 1 1\n"), std::string::npos) << material;
   SemanticMesh mesh;
   ASSERT_TRUE(OpenMesh::IO::read_mesh(mesh, (folder_ / "mug.obj").string()));
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));

@@ -62,7 +62,7 @@ std::vector<T> ReadAccessor(const Glb& glb, int accessor) {
   const nlohmann::json& view = glb.json["bufferViews"][a["bufferView"].get<int>()];
   const std::string bytes = ViewBytes(glb, a["bufferView"]);
   const std::string shape = a["type"];
-  const size_t components = shape == "SCALAR" ? 1 : shape == "VEC3" ? 3 : 4;
+  const size_t components = shape == "SCALAR" ? 1 : shape == "VEC2" ? 2 : shape == "VEC3" ? 3 : 4;
   EXPECT_EQ(a["componentType"],
             (std::is_same_v<T, float>      ? 5126
              : std::is_same_v<T, uint16_t> ? 5123

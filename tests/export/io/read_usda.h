@@ -161,9 +161,14 @@ class UsdaReader {
         continue;
       }
       if (type == "uniform") type = Type();
-      const std::string name = Word();
-      Expect('=');
-      Json property = {{"type", type}, {"value", Value()}};
+      std::string name = Word();
+      if (Accept('.')) name += "." + Word();
+      Json property = {{"type", type}};
+      // An output is declared alone; what it is connected to has a value.
+      if (!name.starts_with("outputs:") || name.ends_with(".connect")) {
+        Expect('=');
+        property["value"] = Value();
+      }
       property["metadata"] = Metadata();
       if (!(*prim)["properties"].emplace(name, property).second) Fail("another property");
     }

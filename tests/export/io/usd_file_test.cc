@@ -13,6 +13,7 @@
 #include <map>
 
 #include "tests/export/io/read_usda.h"
+#include "tests/export/io/test_texture.h"
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -167,6 +168,50 @@ Fields FieldsOf(const json& object) {
   }
   EXPECT_EQ(volume["properties"].size(), fields.size() + 1);
   return fields;
+}
+
+TEST_F(UsdFiles, ATextureIsTheColourOfAPreviewSurface) {
+  const ExportableScene scene = Scene({"mug", "hat"});
+  const ObjectSurface surface = ExtractSurface(scene, scene.objects[0]);
+  const SurfaceTexture texture = TestTexture(surface);
+  const LocalMesh mesh = MakeLocalMesh(surface);
+  UsdFile file(folder_ / "scene.usda", {}, "test");
+  file.Add(scene.objects[0], {surface, mesh, &texture, "objects/7_mug.png"}, "", {});
+  file.Finish();
+  const json stage = UsdaReader::Read(folder_ / "scene.usda");
+  const json& mug = stage["children"]["scene"]["children"]["mug"]["children"];
+  EXPECT_EQ(mug["surface"]["metadata"]["apiSchemas"], json({"MaterialBindingAPI"}));
+  const json& p = mug["surface"]["properties"];
+  EXPECT_EQ(p["material:binding"]["value"], "/scene/mug/material");
+  EXPECT_EQ(p["points"]["value"].size(), surface.vertices.size()) << "it stays closed";
+  EXPECT_EQ(p["primvars:displayColor"]["value"].size(), surface.vertices.size());
+  EXPECT_EQ(p["primvars:st"]["type"], "texCoord2f[]");
+  EXPECT_EQ(p["primvars:st"]["metadata"]["interpolation"], "faceVarying");
+  const json& st = p["primvars:st"]["value"];
+  ASSERT_EQ(st.size(), texture.coordinates.size());
+  for (size_t i = 0; i < st.size(); ++i) {
+    EXPECT_EQ(st[i][0].get<float>(), texture.coordinates[i].x());
+    EXPECT_EQ(st[i][1].get<float>(), 1 - texture.coordinates[i].y());
+  }
+  const json& indices = p["primvars:st:indices"]["value"];
+  ASSERT_EQ(indices.size(), 3 * texture.triangles.size());
+  for (size_t i = 0; i < indices.size(); ++i) {
+    ASSERT_EQ(indices[i], texture.triangles[i / 3][i % 3]);
+  }
+
+  const json& material = mug["material"];
+  EXPECT_EQ(material["type"], "Material");
+  EXPECT_EQ(material["properties"]["outputs:surface.connect"]["value"],
+            "/scene/mug/material/shader.outputs:surface");
+  const json& nodes = material["children"];
+  EXPECT_EQ(nodes["shader"]["properties"]["info:id"]["value"], "UsdPreviewSurface");
+  EXPECT_EQ(nodes["shader"]["properties"]["inputs:diffuseColor.connect"]["value"],
+            "/scene/mug/material/texture.outputs:rgb");
+  EXPECT_EQ(nodes["texture"]["properties"]["info:id"]["value"], "UsdUVTexture");
+  EXPECT_EQ(nodes["texture"]["properties"]["inputs:file"]["value"], "./objects/7_mug.png");
+  EXPECT_EQ(nodes["texture"]["properties"]["inputs:st.connect"]["value"],
+            "/scene/mug/material/coordinates.outputs:result");
+  EXPECT_EQ(nodes["coordinates"]["properties"]["inputs:varname"]["value"], "st");
 }
 
 TEST_F(UsdFiles, AVolumeThatIsThereIsNamedWithAllItsFields) {

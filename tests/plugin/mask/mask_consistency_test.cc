@@ -90,6 +90,32 @@ TEST(MaskConsistency, FragmentsGoToWhatTheyAreFragmentsOf) {
   EXPECT_EQ(wall.masks.labels.size(), 3u);
 }
 
+TEST(MaskConsistency, FewMasksThatAgreeAreBelieved) {
+  Wall wall;
+  for (int view = 8; view < kViews; ++view) wall.Paint(view, 0, 0, kWidth, [](int) { return 0; });
+  MaskConsistencyReport report = wall.Correct(MaskConsistency::kAuto);
+  EXPECT_EQ(report.used, MaskConsistency::kOff);
+  EXPECT_EQ(report.Line(), "The few masks agree with the tracks; they are believed");
+  // Two of eight contradict the others.
+  wall.PaintBand(5, 0, 8);
+  wall.PaintBand(3, 2, 7);
+  report = wall.Correct(MaskConsistency::kAuto);
+  EXPECT_EQ(report.used, MaskConsistency::kTracks);
+  // Twelve are held against the tracks however well they agree.
+  EXPECT_EQ(Wall().Correct(MaskConsistency::kAuto).used, MaskConsistency::kTracks);
+}
+
+// Where few photos have masks, a small thing is in one of them, and no point need confirm it.
+TEST(MaskConsistency, FewMasksHaveNoFragments) {
+  Wall wall;
+  for (int view = 8; view < kViews; ++view) wall.Paint(view, 0, 0, kWidth, [](int) { return 0; });
+  wall.Paint(4, kHeight - 3, 100, 103, [](int) { return 61; });
+  const MaskConsistencyReport report = wall.Correct(MaskConsistency::kTracks);
+  EXPECT_EQ(report.num_dropped, 0);
+  EXPECT_EQ(wall.IdAt(4, 101, kHeight - 1), 61);
+  EXPECT_EQ(wall.masks.labels.size(), 4u);
+}
+
 // A thing without texture has no points; what many photos say of it is believed.
 TEST(MaskConsistency, RegionsWithoutPointsAreBelieved) {
   Wall wall;

@@ -18,10 +18,12 @@ int main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   try {
-    semfoam::WriteChangedWorkspace(
-        argv[1],
-        argv[2],
-        {std::stod(argv[3]), std::stod(argv[4]), std::stod(argv[5]), 0, std::stoull(argv[6])});
+    semfoam::CameraHabits habits;
+    habits.exposure = std::stod(argv[3]);
+    habits.white_balance = std::stod(argv[4]);
+    habits.falloff = std::stod(argv[5]);
+    habits.seed = std::stoull(argv[6]);
+    semfoam::WriteChangedWorkspace(argv[1], argv[2], habits);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ERROR: %s\n", error.what());
     return EXIT_FAILURE;

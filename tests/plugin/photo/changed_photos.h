@@ -24,8 +24,30 @@ struct CameraHabits {
   double falloff = 0;        // light lost in the corners, as a share: 1 - falloff r^2
   double shading = 0;        // not the camera's: standard deviation of the log light's slopes, over
                              // the width of a photo, that a lamp makes which moves with it
+  std::vector<int> passed_by = {};  // not the camera's: numbers of the photos, in the order of
+                                    // names, in which something passes by (PaintPasserBy)
   uint64_t seed = 0;
 };
+
+// Whether something that passes by covers a pixel: a disc on an arm that comes from below.
+inline bool IsOfPasserBy(int x, int y, int width, int height) {
+  const float u = (x + 0.5f) / width - 0.4f, v = (y + 0.5f) / height - 0.55f;
+  return u * u + 0.6f * v * v < 0.015f || (std::abs(u) < 0.06f && v > 0);
+}
+
+// Paints it over the photo, with stripes.
+inline void PaintPasserBy(Image8* photo) {
+  for (int y = 0; y < photo->height; ++y) {
+    for (int x = 0; x < photo->width; ++x) {
+      if (!IsOfPasserBy(x, y, photo->width, photo->height)) continue;
+      uint8_t* rgb = &photo->data[3 * (static_cast<size_t>(y) * photo->width + x)];
+      const bool stripe = (x + 2 * y) * 20 / photo->width % 2 == 0;
+      rgb[0] = stripe ? 20 : 60;
+      rgb[1] = stripe ? 170 : 120;
+      rgb[2] = 90;
+    }
+  }
+}
 
 // The gains of the photo of that number in the order of names.
 inline Eigen::Vector3d DrawGain(const CameraHabits& habits, uint64_t number) {
@@ -87,6 +109,10 @@ inline std::vector<Eigen::Vector3d> WriteChangedWorkspace(const std::filesystem:
     gains.push_back(DrawGain(habits, gains.size()));
     Image8 photo = ReadPhoto(source / "images" / image.name);
     ChangePhoto(gains.back(), habits.falloff, DrawSlopes(habits, gains.size() - 1), &photo);
+    const int number = static_cast<int>(gains.size()) - 1;
+    if (std::count(habits.passed_by.begin(), habits.passed_by.end(), number) > 0) {
+      PaintPasserBy(&photo);
+    }
     image.name = fs::path(image.name).replace_extension(".png").generic_string();
     WritePng(target / "images" / image.name,
              photo.width,

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "tests/plugin/photo/changed_photos.h"
@@ -46,6 +47,14 @@ std::vector<RenderedRay> RenderOriginal(const std::vector<ViewPixel>& pixels) {
     rendered[i].opacity = 1;
   }
   return rendered;
+}
+
+using Renderer = std::vector<RenderedRay>(const std::vector<ViewPixel>&);
+
+// The photos of a scene beside such renders.
+std::vector<ComparedView> Compare(const TrainingScene& scene,
+                                  const std::function<Renderer>& render) {
+  return CompareViews(scene, 100'000, render);
 }
 
 // The tabletop photographed in other light.
@@ -141,7 +150,7 @@ TEST(FitLightField, KnowsNothingWithoutPixels) {
 
 TEST(LightRefiner, LeavesUnchangedPhotosAlone) {
   TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
-  LightRefiner refiner(&scene, {}, EffectSwitch::kAuto, 100'000);
+  LightRefiner refiner(&scene, {}, EffectSwitch::kAuto);
   // A foam that has not learned the details: noise, the same for every seed.
   const auto blurred = [](const std::vector<ViewPixel>& pixels) {
     std::vector<RenderedRay> rendered = RenderOriginal(pixels);
@@ -149,7 +158,7 @@ TEST(LightRefiner, LeavesUnchangedPhotosAlone) {
     for (RenderedRay& ray : rendered) ray.color *= float(1 + 0.1 * random.Normal());
     return rendered;
   };
-  refiner.Refine(blurred);
+  refiner.Refine(Compare(scene, blurred));
   EXPECT_TRUE(refiner.IsDecided());
   EXPECT_FALSE(refiner.IsOn()) << refiner.Report();
   EXPECT_TRUE(refiner.lights().empty());
@@ -160,8 +169,8 @@ TEST(LightRefiner, LeavesUnchangedPhotosAlone) {
 TEST(LightRefiner, TakesOutALampThatMoves) {
   Changed changed({.exposure = 0.1, .white_balance = 0.05, .shading = 0.3, .seed = 2});
   const double before = changed.Difference();
-  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 100'000);
-  refiner.Refine(RenderOriginal);
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
   EXPECT_TRUE(refiner.IsOn()) << refiner.Report();
   EXPECT_EQ(refiner.degree(), 1);
   EXPECT_GT(refiner.explained(), 0.8);
@@ -173,37 +182,35 @@ TEST(LightRefiner, TakesOutALampThatMoves) {
   EXPECT_TRUE(refiner.lights()[0].shading.isZero(0));
   // The second time finds the same again, to which nothing is to be added.
   const std::vector<PhotoLight> lights = refiner.lights();
-  refiner.Refine(RenderOriginal);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
   EXPECT_NEAR(refiner.lights()[9].gain[0], lights[9].gain[0], 1e-12);
 }
 
 TEST(LightRefiner, WaitsForAFoamThatShowsThePhotos) {
   Changed changed({.exposure = 0.3, .seed = 4});
-  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 100'000);
-  refiner.Refine([](const std::vector<ViewPixel>& pixels) {
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+  refiner.Refine(Compare(changed.scene, [](const std::vector<ViewPixel>& pixels) {
     std::vector<RenderedRay> grey(pixels.size());
     for (RenderedRay& ray : grey) {
       ray.color = Eigen::Vector3f::Constant(0.5f);
       ray.opacity = 1;
     }
     return grey;
-  });
+  }));
   EXPECT_FALSE(refiner.IsDecided());
-  refiner.Refine(RenderOriginal);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
   EXPECT_TRUE(refiner.IsOn());
 }
 
 TEST(LightRefiner, ObeysItsSwitch) {
   Changed changed({.exposure = 0.3, .seed = 4});
-  LightRefiner off(&changed.scene, {}, EffectSwitch::kOff, 100'000);
-  off.Refine([](const std::vector<ViewPixel>&) -> std::vector<RenderedRay> {
-    ADD_FAILURE() << "renders for nothing";
-    return {};
-  });
+  LightRefiner off(&changed.scene, {}, EffectSwitch::kOff);
+  EXPECT_FALSE(off.IsLooking());
+  off.Refine(Compare(changed.scene, RenderOriginal));
   EXPECT_FALSE(off.IsOn());
   TrainingScene same(PlanScene(OptionsFor(kTabletop)));
-  LightRefiner on(&same, {}, EffectSwitch::kOn, 100'000);
-  on.Refine(RenderOriginal);
+  LightRefiner on(&same, {}, EffectSwitch::kOn);
+  on.Refine(Compare(same, RenderOriginal));
   EXPECT_TRUE(on.IsOn());
   EXPECT_LT(on.GainSpread(), 0.005);
 }
@@ -221,15 +228,15 @@ TEST(LightRefiner, GivesTheSameOnAnyThreadsAndFromACheckpoint) {
   std::vector<double> first;
   for (const int threads : {1, 2, 5}) {
     const ThreadLimit limit(threads);
-    LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
-    refiner.Refine(RenderOriginal);
+    LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+    refiner.Refine(Compare(changed.scene, RenderOriginal));
     ASSERT_TRUE(refiner.IsOn());
     if (first.empty()) first = gains_of(refiner);
     EXPECT_EQ(gains_of(refiner), first) << threads;
   }
 
-  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
-  refiner.Refine(RenderOriginal);
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
   CheckpointContents contents;
   StateWriter writer("light", &contents);
   refiner.Serialize(&writer);
@@ -237,7 +244,7 @@ TEST(LightRefiner, GivesTheSameOnAnyThreadsAndFromACheckpoint) {
   WriteCheckpoint(path, contents);
   const Checkpoint checkpoint(path);
   changed.scene.SetLights({});
-  LightRefiner resumed(&changed.scene, {}, EffectSwitch::kAuto, 50'000);
+  LightRefiner resumed(&changed.scene, {}, EffectSwitch::kAuto);
   StateReader reader("light", checkpoint);
   resumed.Serialize(&reader);
   resumed.Restore();

@@ -196,7 +196,8 @@ TEST(BlenderAddon, ImportsAResultFolder) {
   for (const json& entry : labels["objects"]) {
     const std::string name = entry["name"];
     ASSERT_TRUE(poor_things.contains(name)) << name;
-    EXPECT_EQ(poor_things[name]["vertices"], things[name]["vertices"]);
+    // glTF has a vertex twice where the texture has a seam.
+    EXPECT_GE(poor_things[name]["vertices"], things[name]["vertices"]);
     EXPECT_EQ(poor_things[name]["faces"], things[name]["faces"]);
     EXPECT_TRUE(poor_things[name]["hidden"]);
     EXPECT_FALSE(poor_things[name + " volume"]["hidden"]);

@@ -111,6 +111,24 @@ TEST_F(Blocks, KilledBlockGoesOnToTheSameBytes) {
   EXPECT_TRUE(ReadFile(*folder_ / "merged of killed/scene.foam") == foam_) << "other bytes";
 }
 
+// As if the splitter had been killed right after it wrote blocks.json.
+TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
+  const fs::path blocks = CopyOfTrained("without jobs");
+  for (const char* file : {"jobs.txt", "run_parallel.sh", "run_slurm.sh"}) {
+    fs::remove(blocks / file);
+  }
+  const std::string record = ReadFile(blocks / "blocks.json");
+  const Outcome again = RunSemfoam(Splitter(blocks, "2x2", {"--resume", "1"}));
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("is split already"));
+  EXPECT_EQ(ReadFile(blocks / "blocks.json"), record);
+  EXPECT_EQ(JobsOf(blocks).size(), 4u);
+  EXPECT_THAT(JobsOf(blocks)[2], HasSubstr((blocks / "02").string()));
+  for (const char* file : {"run_parallel.sh", "run_slurm.sh"}) {
+    EXPECT_EQ(ReadFile(blocks / file), ReadFile(Split() / file)) << file;
+  }
+}
+
 TEST_F(Blocks, MergeRefusesWhatIsMissingCutForeignOrOlder) {
   {
     const fs::path blocks = CopyOfTrained("missing");

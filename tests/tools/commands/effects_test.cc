@@ -135,6 +135,8 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
                                          "off",
                                          "--Effects.shading",
                                          "off",
+                                         "--Effects.transients",
+                                         "off",
                                          "--Effects.vignetting",
                                          "off",
                                          "--Effects.distortion",

@@ -401,6 +401,8 @@ TEST_F(HostileNames, OfLabelsBecomeSafeFileNames) {
                                        "mtllib",
                                        "newmtl",
                                        "Kd",
+                                       "map_Kd",
+                                       "vt",
                                        "Ka",
                                        "Ks",
                                        "d",

@@ -327,5 +327,65 @@ TEST(MaskAnalyzer, SaysWhatIsWrongInOneSentence) {
   EXPECT_THAT(Analyze({"-h"}).out, HasSubstr("contact_sheet_1.png"));
 }
 
+TEST(MaskAnalyzer, SuggestsPhotosToMaskBeforeThereAreMasks) {
+  const TempFolder folder;
+  const Outcome outcome = Analyze({"--input_path",
+                                   (kTabletop / "sparse/0").string(),
+                                   "--mask_path",
+                                   folder.path().string(),
+                                   "--suggest",
+                                   "3",
+                                   "--test_every",
+                                   "8"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              testing::MatchesRegex("No photo has a mask\nPhotos to mask next, in this order, and "
+                                    "how much of the scene is shown then:\n"
+                                    "  00[0-9]+.jpg  [0-9]+ %\n  00[0-9]+.jpg  [0-9]+ %\n"
+                                    "  00[0-9]+.jpg  [0-9]+ %\n"));
+}
+
+TEST(MaskAnalyzer, SuggestsWhatTheMasksDoNotShow) {
+  const TempFolder folder;
+  for (const char* name : {"0000.png", "0004.png", "0020.png", "0036.png", "0052.png"}) {
+    fs::copy_file(kTabletop / "object_mask" / name, folder.path() / name);
+  }
+  const json report = AnalyzeAsJson({"--input_path",
+                                     (kTabletop / "sparse/0").string(),
+                                     "--mask_path",
+                                     folder.path().string(),
+                                     "--suggest",
+                                     "5",
+                                     "--test_every",
+                                     "8"});
+  // 0000 is held out.
+  EXPECT_EQ(report["masks"], 4);
+  ASSERT_THAT(report["suggestions"], testing::SizeIs(5));
+  double shown = report["shown"];
+  double gain = 1;
+  for (const json& photo : report["suggestions"]) {
+    EXPECT_THAT((std::set<std::string>{"0004.jpg", "0020.jpg", "0036.jpg", "0052.jpg"}),
+                testing::Not(testing::Contains(photo["photo"])));
+    EXPECT_NE(std::stoi(photo["photo"].get<std::string>()) % 8, 0);
+    // Each adds something, and less than the one before.
+    EXPECT_GT(photo["shown"].get<double>(), shown);
+    EXPECT_LE(photo["shown"].get<double>() - shown, gain);
+    gain = photo["shown"].get<double>() - shown;
+    shown = photo["shown"];
+  }
+}
+
+TEST(MaskAnalyzer, SuggestionsTakeNoOptionsOfTheReport) {
+  const std::string workspace = kTabletop.string();
+  EXPECT_THAT(
+      Analyze({"--workspace_path", workspace, "--suggest", "2", "--Masks.consistency", "off"}),
+      testing::Field(&Outcome::err, HasSubstr("no effect with --suggest")));
+  EXPECT_THAT(Analyze({"--workspace_path", workspace, "--test_every", "8"}),
+              testing::Field(&Outcome::err, HasSubstr("no effect without --suggest")));
+  const Outcome negative = Analyze({"--workspace_path", workspace, "--suggest", "-1"});
+  EXPECT_EQ(negative.exit_code, 1);
+  EXPECT_THAT(negative.err, HasSubstr("--suggest is negative; it must be a number of photos."));
+}
+
 }  // namespace
 }  // namespace semfoam

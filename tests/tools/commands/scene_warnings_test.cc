@@ -140,5 +140,20 @@ TEST(SceneWarnings, SayHowToKnowTheQualityOnNewViews) {
   EXPECT_THAT(held_out.err, HasSubstr("held-out PSNR"));
 }
 
+TEST(SceneWarnings, TellOfLabelsThatAreSmallerThanCells) {
+  const TempFolder folder;
+  fs::create_directory(folder / "masks");
+  fs::copy_file(kTabletop / "object_mask/0004.png", folder / "masks/0004.png");
+  // 1000 cells for a room and all that is on its table.
+  const Outcome outcome = RunOn(
+      "foam_trainer", kTabletop, folder / "out", {"--mask_path", (folder / "masks").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("1 of 64 photos have a mask, 13 labels"));
+  EXPECT_THAT(outcome.err, HasSubstr("Few photos have masks: their labels were spread"));
+  EXPECT_THAT(Warnings(outcome),
+              testing::Contains(AllOf(StartsWith("The cells are too large for the masks: "),
+                                      HasSubstr(" fewer than 4 cells; more sites (final_sites)"))));
+}
+
 }  // namespace
 }  // namespace semfoam

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/train/label_spreading.h"
+
+#include "foam/geometry/guard_sites.h"
+#include "foam/geometry/voronoi.h"
+#include "foam/model/activation.h"
+#include "foam/model/classifier.h"
+#include "foam/util/parallel.h"
+#include "foam/util/random.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+// Difference of colour, in display values, at which an edge conducts exp(-1/2) as much.
+constexpr float kColorScale = 0.1f;
+// Share that an edge through air, or between colours that have nothing in common, conducts at
+// least: everything is connected, so that no cell stays without a label.
+constexpr float kLeastConductance = 1e-3f;
+// Least contribution of a cell whose mean colour is known. The insides of things are not seen.
+constexpr float kSeenContribution = 0.01f;
+// Votes, in pixels, that count as much as all neighbours of a cell. Cells at the edges of things
+// have a few wrong ones.
+constexpr float kEvenVotes = 16;
+// Cells that a thread takes at a time.
+constexpr int64_t kBlock = 1024;
+// Logits by which a cell of one class alone wins: exp(-8) is 3e-4.
+constexpr float kMargin = 8;
+// Conjugate gradients end where the residual has fallen to this share of the first one, which takes
+// 180 to 290 iterations of 80 k cells.
+constexpr double kTolerance = 1e-5;
+constexpr int kMostIterations = 1000;
+
+using Vector = IdentityVector;
+using Sums = Eigen::Matrix<double, kIdentityDim, 1>;
+
+// Returns the sum of body(i) over [0, count): the same on any number of threads.
+template <typename Body>
+Sums SumOver(int64_t count, Body&& body) {
+  std::vector<Sums> blocks((count + kBlock - 1) / kBlock, Sums::Zero());
+  ParallelForBlocks(count, kBlock, [&](int64_t begin, int64_t end) {
+    Sums sum = Sums::Zero();
+    for (int64_t i = begin; i < end; ++i) sum += body(i);
+    blocks[begin / kBlock] = sum;
+  });
+  Sums total = Sums::Zero();
+  for (const Sums& sum : blocks) total += sum;
+  return total;
+}
+
+// The linear system of ExtendHarmonically.
+class HarmonicSystem {
+ public:
+  HarmonicSystem(const ConductanceGraph& graph, const std::vector<float>& hold)
+      : graph_(graph), diagonal_(graph.NumNodes(), 0.f), sum_(graph.NumNodes(), 0.f) {
+    for (int64_t i = 0; i < graph.NumNodes(); ++i) {
+      double sum = 0;
+      for (uint32_t k = graph.offsets[i]; k < graph.offsets[i + 1]; ++k) {
+        sum += graph.conductance[k];
+      }
+      sum_[i] = static_cast<float>(sum);
+      diagonal_[i] = static_cast<float>(sum * (1 + hold[i]));
+    }
+  }
+
+  float Diagonal(int64_t i) const { return diagonal_[i]; }
+  float Sum(int64_t i) const { return sum_[i]; }
+
+  // Returns row i of the product with x.
+  Vector Row(int64_t i, const std::vector<Vector>& x) const {
+    Vector product = diagonal_[i] * x[i];
+    for (uint32_t k = graph_.offsets[i]; k < graph_.offsets[i + 1]; ++k) {
+      product -= graph_.conductance[k] * x[graph_.neighbors[k]];
+    }
+    return product;
+  }
+
+ private:
+  const ConductanceGraph& graph_;
+  std::vector<float> diagonal_;
+  std::vector<float> sum_;
+};
+
+std::vector<int32_t> ClassesOf(const Foam& foam) {
+  std::vector<int32_t> classes(foam.NumSites());
+  ParallelForBlocks(foam.NumSites(), kBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      classes[i] = FindMostLikelyClass(foam.classifier_weight.data(),
+                                       foam.classifier_bias.data(),
+                                       foam.num_classes,
+                                       &foam.identity[i * kIdentityDim])
+                       .class_index;
+    }
+  });
+  return classes;
+}
+
+// Makes the classifier that has kMargin logits between a class's code and any other code.
+void SetClassifier(const std::vector<Vector>& codes, Foam* foam) {
+  float largest_cosine = 0;
+  for (size_t a = 0; a < codes.size(); ++a) {
+    for (size_t b = 0; b < a; ++b)
+      largest_cosine = std::max(largest_cosine, codes[a].dot(codes[b]));
+  }
+  const float scale = kMargin / (1 - largest_cosine);
+  for (size_t k = 0; k < codes.size(); ++k) {
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam->classifier_weight[k * kIdentityDim + c] = scale * codes[k][c];
+    }
+    foam->classifier_bias[k] = 0;
+  }
+}
+
+// Returns the classes with votes that have few cells. Gives those without a cell the one with their
+// greatest vote (ties: the first) that is not the last of another class.
+std::vector<ClassIndex> KeepVotedClasses(const std::vector<LabelVote>& votes,
+                                         const std::vector<Vector>& codes,
+                                         Foam* foam) {
+  std::vector<int32_t> classes = ClassesOf(*foam);
+  std::vector<int64_t> count(codes.size(), 0);
+  for (const int32_t c : classes) ++count[c];
+  std::vector<bool> has_votes(codes.size(), false);
+  for (const LabelVote& vote : votes) has_votes[Value(vote.class_index)] = true;
+  std::vector<ClassIndex> small;
+  for (size_t k = 0; k < codes.size(); ++k) {
+    if (has_votes[k] && count[k] < kFewCells) small.push_back(ClassIndex{static_cast<int32_t>(k)});
+  }
+  for (const ClassIndex k : small) {
+    if (count[Value(k)] > 0) continue;
+    const LabelVote* greatest = nullptr;
+    for (const LabelVote& vote : votes) {
+      if (vote.class_index != k || count[classes[vote.cell]] == 1) continue;
+      if (greatest == nullptr || vote.weight > greatest->weight) greatest = &vote;
+    }
+    if (greatest == nullptr) continue;
+    --count[classes[greatest->cell]];
+    classes[greatest->cell] = Value(k);
+    ++count[Value(k)];
+    std::copy_n(codes[Value(k)].data(),
+                kIdentityDim,
+                &foam->identity[greatest->cell * size_t{kIdentityDim}]);
+  }
+  return small;
+}
+
+}  // namespace
+
+bool FewViewsHaveLabels(const TrainingViews& views) {
+  int num_training = 0, num_labelled = 0;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view)) continue;
+    ++num_training;
+    num_labelled += views.HasLabels(view);
+  }
+  return num_labelled > 0 && 2 * num_labelled < num_training;
+}
+
+ConductanceGraph MakeConductanceGraph(const Delaunay& delaunay,
+                                      const CellStatistics& statistics,
+                                      const Foam& foam) {
+  const int64_t n = delaunay.num_sites;
+  CHECK_EQ(n, std::ssize(foam.positions));
+  CHECK_EQ(n, std::ssize(statistics.contribution));
+  const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam.positions);
+  const std::vector<float> radii = CellRadii(cells, delaunay);
+  const std::vector<double> areas = FaceAreas(cells, delaunay, VoronoiVertices(cells, delaunay));
+  std::vector<float> opacity(n);
+  for (int64_t i = 0; i < n; ++i) {
+    opacity[i] = -std::expm1(-2 * radii[i] * Density(foam.raw_density[i]));
+  }
+  const auto is_seen = [&](uint32_t cell) {
+    return statistics.contribution[cell] > kSeenContribution;
+  };
+  ConductanceGraph graph;
+  graph.offsets.push_back(0);
+  for (uint32_t i = 0; i < n; ++i) {
+    for (uint32_t k = delaunay.offsets[i]; k < delaunay.offsets[i + 1]; ++k) {
+      const uint32_t j = delaunay.neighbors[k];
+      if (j >= n) continue;
+      const float length = (foam.positions[i] - foam.positions[j]).norm();
+      // An edge from or to the inside of a thing conducts as one between colours that differ a bit.
+      const float difference =
+          is_seen(i) && is_seen(j)
+              ? (statistics.mean_color[i] - statistics.mean_color[j]).norm() / kColorScale
+              : 1;
+      const float likeness = std::exp(-0.5f * difference * difference);
+      graph.neighbors.push_back(j);
+      graph.conductance.push_back(static_cast<float>(areas[k]) / length *
+                                  std::max(opacity[i] * opacity[j] * likeness, kLeastConductance));
+    }
+    graph.offsets.push_back(static_cast<uint32_t>(graph.neighbors.size()));
+  }
+  return graph;
+}
+
+std::vector<IdentityVector> ExtendHarmonically(const ConductanceGraph& graph,
+                                               const std::vector<float>& hold,
+                                               const std::vector<IdentityVector>& target) {
+  const int64_t n = graph.NumNodes();
+  CHECK_EQ(n, std::ssize(hold));
+  CHECK_EQ(n, std::ssize(target));
+  const HarmonicSystem system(graph, hold);
+  std::vector<Vector> x(n), residual(n), direction(n), product(n);
+  const auto preconditioned = [&](int64_t i) -> Vector {
+    // A node without edges has a row of zeros.
+    return system.Diagonal(i) > 0 ? Vector(residual[i] / system.Diagonal(i)) : Vector::Zero();
+  };
+  const auto for_each = [&](auto&& body) {
+    ParallelForBlocks(n, kBlock, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) body(i);
+    });
+  };
+  for_each([&](int64_t i) { x[i] = hold[i] > 0 ? target[i] : Vector::Zero(); });
+  for_each([&](int64_t i) {
+    const Vector pull = hold[i] > 0 ? Vector(hold[i] * system.Sum(i) * target[i]) : Vector::Zero();
+    residual[i] = pull - system.Row(i, x);
+    direction[i] = preconditioned(i);
+  });
+  const auto energy = [&] {
+    return SumOver(n, [&](int64_t i) {
+      return Sums(residual[i].cwiseProduct(preconditioned(i)).cast<double>());
+    });
+  };
+  Sums now = energy();
+  const Sums first = now;
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    if ((now.array() <= kTolerance * kTolerance * first.array()).all()) break;
+    for_each([&](int64_t i) { product[i] = system.Row(i, direction); });
+    const Sums curvature = SumOver(
+        n, [&](int64_t i) { return Sums(direction[i].cwiseProduct(product[i]).cast<double>()); });
+    Vector step = Vector::Zero(), keep = Vector::Zero();
+    for (int c = 0; c < kIdentityDim; ++c) {
+      if (curvature[c] > 0) step[c] = static_cast<float>(now[c] / curvature[c]);
+    }
+    for_each([&](int64_t i) {
+      x[i] += step.cwiseProduct(direction[i]);
+      residual[i] -= step.cwiseProduct(product[i]);
+    });
+    const Sums next = energy();
+    for (int c = 0; c < kIdentityDim; ++c) {
+      if (now[c] > 0) keep[c] = static_cast<float>(next[c] / now[c]);
+    }
+    for_each(
+        [&](int64_t i) { direction[i] = preconditioned(i) + keep.cwiseProduct(direction[i]); });
+    now = next;
+  }
+  return x;
+}
+
+std::vector<IdentityVector> ClassCodes(int num_classes) {
+  std::vector<Vector> codes(num_classes);
+  if (num_classes <= kIdentityDim) {
+    for (int k = 0; k < num_classes; ++k) codes[k] = Vector::Unit(k);
+    return codes;
+  }
+  // Random directions, of which each is the one of many that is the farthest from those before.
+  constexpr int kTries = 64;
+  for (int k = 0; k < num_classes; ++k) {
+    float least = 2;
+    CounterRandom random(/*seed=*/0, /*purpose=*/0x1abe1, k);
+    for (int trial = 0; trial < kTries; ++trial) {
+      Vector code;
+      for (int c = 0; c < kIdentityDim; ++c) code[c] = static_cast<float>(random.Normal());
+      code.normalize();
+      float largest = -1;
+      for (int other = 0; other < k; ++other) largest = std::max(largest, code.dot(codes[other]));
+      if (largest >= least) continue;
+      least = largest;
+      codes[k] = code;
+    }
+  }
+  return codes;
+}
+
+SpreadingResult SpreadLabels(const Delaunay& delaunay,
+                             const CellStatistics& statistics,
+                             const std::vector<LabelVote>& votes,
+                             Foam* foam) {
+  SpreadingResult result;
+  if (votes.empty()) return result;
+  const int64_t n = delaunay.num_sites;
+  const std::vector<int32_t> before = ClassesOf(*foam);
+  const std::vector<Vector> codes = ClassCodes(foam->num_classes);
+  std::vector<float> hold(n, 0.f);
+  std::vector<Vector> target(n, Vector::Zero());
+  for (const LabelVote& vote : votes) {
+    hold[vote.cell] += vote.weight;
+    target[vote.cell] += vote.weight * codes.at(Value(vote.class_index));
+  }
+  for (int64_t i = 0; i < n; ++i) {
+    if (hold[i] > 0) target[i] /= hold[i];
+    hold[i] /= kEvenVotes;
+  }
+  const std::vector<Vector> identities =
+      ExtendHarmonically(MakeConductanceGraph(delaunay, statistics, *foam), hold, target);
+  for (int64_t i = 0; i < n; ++i) {
+    std::copy_n(identities[i].data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
+  }
+  SetClassifier(codes, foam);
+  result.small_classes = KeepVotedClasses(votes, codes, foam);
+  const std::vector<int32_t> after = ClassesOf(*foam);
+  for (int64_t i = 0; i < n; ++i) result.changed_cells += after[i] != before[i];
+  return result;
+}
+
+}  // namespace semfoam

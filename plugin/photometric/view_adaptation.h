@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/train/trainer.h"
+#include "plugin/dataset/training_scene.h"
+#include "plugin/photometric/effects.h"
+#include "plugin/photometric/light_refinement.h"
+#include "plugin/photometric/transient_things.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace semfoam {
+
+// Adapts a scene in the course of its training to what the photos show otherwise than the foam: the
+// light of each photo, then what passes by.
+class ViewAdaptation {
+ public:
+  // `lights` are the scene's so far [views], or empty. An adaptation looks at about `num_rays`
+  // pixels of all photos. `scene` must outlive this object.
+  ViewAdaptation(TrainingScene* scene,
+                 const EffectsOptions& options,
+                 std::vector<PhotoLight> lights,
+                 int64_t num_rays);
+
+  // To be called as TrainingHooks::adapt_views. Renders nothing where nothing is looked for.
+  // Returns lines for the log about what is new.
+  std::vector<std::string> Adapt(const TrainingHooks::RenderPixels& render);
+
+  const LightRefiner& light() const { return light_; }
+  const TransientFinder& transients() const { return transients_; }
+
+  // Describes the state for checkpoints. After reading, Restore must be called.
+  template <typename Archive>
+  void Serialize(Archive* archive) {
+    light_.Serialize(archive);
+    transients_.Serialize(archive);
+  }
+  // Sets the scene's lights and pixels to those that were read.
+  void Restore();
+
+ private:
+  TrainingScene* const scene_;
+  const int64_t num_rays_;
+  LightRefiner light_;
+  TransientFinder transients_;
+};
+
+}  // namespace semfoam

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+import { Benchmark, benchmark } from "./benchmark";
 import { control, kKeys } from "./controls";
 import { byId, choices, count, duration, make, number } from "./dom";
 import { Edits } from "./edits";
@@ -62,6 +63,7 @@ interface Page {
   error?: string;
   viewer?: Viewer;
   edits?: Edits;
+  benchmark?: Benchmark;
   report: Report;
   // From the opening of the page to its first and to its finest picture.
   firstPicture?: number;
@@ -252,7 +254,12 @@ async function start(): Promise<void> {
       bar.style.width = `${Math.round(100 * share)}%`;
     });
     byId("foam").remove();
-    viewer = new Viewer(byId<HTMLCanvasElement>("canvas"), readFoam(bytes, report.foam), report);
+    const foam = readFoam(bytes, report.foam);
+    viewer = new Viewer(byId<HTMLCanvasElement>("canvas"), foam, report);
+    if (location.hash === "#benchmark") {
+      page.benchmark = benchmark(viewer, foam, report);
+      byId("viewer").after(make("pre", { id: "benchmark", textContent: JSON.stringify(page.benchmark) }));
+    }
     const shown = viewer;
     void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
       shown.renderer.addOverlays(overlays);

@@ -275,6 +275,25 @@ TEST_F(ReportPageTest, HidesAndIsolates) {
   EXPECT_EQ(labels_in_view(), alone);
 }
 
+TEST_F(ReportPageTest, MeasuresItsSpeedBesideAScalarWalk) {
+  Browser browser;
+  browser.Open(Report(Trained()), "window.semfoam && (semfoam.benchmark || semfoam.error)",
+               "benchmark");
+  const json measured = browser.Evaluate("semfoam.benchmark");
+  EXPECT_EQ(
+      json::parse(
+          browser.Evaluate("document.getElementById('benchmark').textContent").get<std::string>()),
+      measured);
+  EXPECT_GT(measured.at("frames_per_second"), 0);
+  EXPECT_GT(measured.at("scalar_frames_per_second"), 0);
+  // As many cells as the renderer's rays meet, and the faces of a Voronoi cell.
+  EXPECT_GT(measured.at("cells_per_ray"), 3);
+  const double faces =
+      measured.at("faces_per_ray").get<double>() / measured.at("cells_per_ray").get<double>();
+  EXPECT_GT(faces, 10);
+  EXPECT_LT(faces, 25);
+}
+
 TEST_F(ReportPageTest, MovesObjectsApart) {
   Browser browser;
   Open(&browser, Report(Trained()));

@@ -187,7 +187,11 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   viewer.changed = update;
   edits.changed = update;
   viewer.presented = (isFine) => {
-    page.firstPicture ??= performance.now();
+    if (page.firstPicture === undefined) {
+      page.firstPicture = performance.now();
+      // The first picture does not wait for what it does not show.
+      setTimeout(() => loadOverlays(viewer, report), 0);
+    }
     if (!isFine) return;
     try {
       history.replaceState(null, "", viewer.link());
@@ -232,6 +236,16 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   update();
 }
 
+// Loads the surfaces of objects, the points, and the photos in the frusta of their cameras.
+function loadOverlays(viewer: Viewer, report: Report): void {
+  void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
+    viewer.renderer.addOverlays(overlays);
+    byId("overlays").remove();
+    if (viewer.meshes !== Meshes.None || viewer.showsPoints) viewer.move();
+  });
+  void viewer.loadPictures();
+}
+
 async function start(): Promise<void> {
   showHead();
   showLists();
@@ -260,13 +274,6 @@ async function start(): Promise<void> {
       page.benchmark = benchmark(viewer, foam, report);
       byId("viewer").after(make("pre", { id: "benchmark", textContent: JSON.stringify(page.benchmark) }));
     }
-    const shown = viewer;
-    void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
-      shown.renderer.addOverlays(overlays);
-      byId("overlays").remove();
-      if (shown.meshes !== Meshes.None || shown.showsPoints) shown.move();
-    });
-    void viewer.loadPictures();
     if (location.hash) viewer.follow(location.hash);
     progress.hidden = true;
     progress.style.display = "none";

@@ -577,6 +577,18 @@ TEST_F(ReportPageTest, ShowsFoamsOfEveryKind) {
     ExpectQuiet(browser);
   }
   {
+    Model one = trained;
+    one.foam.num_classes = 1;
+    one.foam.classifier_weight.resize(kIdentityDim);
+    one.foam.classifier_bias.resize(1);
+    one.labels.resize(1);
+    Browser browser;
+    Open(&browser, Report("one", one));
+    ExpectSamePictures(one, &browser);
+    EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#objects tbody tr').length"), 1);
+    ExpectQuiet(browser);
+  }
+  {
     // 300 classes: the trained ones again and again, less likely each time.
     Model many = trained;
     Foam& foam = many.foam;

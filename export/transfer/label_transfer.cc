@@ -5,6 +5,7 @@
 #include "export/scene/names.h"
 #include "export/transfer/face_votes.h"
 #include "export/transfer/label_cut.h"
+#include "export/transfer/las_labels.h"
 #include "export/transfer/mesh_file.h"
 #include "export/transfer/ply_labels.h"
 #include "export/transfer/ply_split.h"
@@ -151,12 +152,17 @@ uint64_t NumVertices(const fs::path& input) {
 TransferredLabels TransferToCloud(LabelSource* source,
                                   const LabelTransferOptions& options,
                                   const fs::path& input,
+                                  MeshFormat format,
                                   const fs::path& output,
                                   const TransferProgress& progress) {
-  const auto num_points = static_cast<double>(NumVertices(input));
+  const bool is_las = format == MeshFormat::kLas;
+  const auto num_points =
+      static_cast<double>(is_las ? ReadLasHeader(input).num_points : NumVertices(input));
+  const LasClasses classes =
+      is_las ? ClassesOf(input, ReadLasHeader(input), source->labels()) : LasClasses();
   if (source->NeedsWholeFile()) {
     progress("looking at the points", 0);
-    source->LookAt(ReadPolygonMesh(input));
+    source->LookAt(is_las ? ReadLasPoints(input) : ReadPolygonMesh(input));
   }
   FrameCheck check(*source, input);
   LabelCount count;
@@ -180,14 +186,19 @@ TransferredLabels TransferToCloud(LabelSource* source,
     }
     progress("points labelled", static_cast<double>(block.first + labels.size()) / num_points);
   };
-  CopyPlyWithLabels(
-      input,
-      output,
-      source->labels(),
-      label,
-      [](const PlyBlock&, std::span<SurfaceLabel>) {},
-      [&] { check.Require(); });
+  if (is_las) {
+    CopyLasWithLabels(input, output, classes, label, [&] { check.Require(); });
+  } else {
+    CopyPlyWithLabels(
+        input,
+        output,
+        source->labels(),
+        label,
+        [](const PlyBlock&, std::span<SurfaceLabel>) {},
+        [&] { check.Require(); });
+  }
   TransferredLabels result = count.Finish(source->labels());
+  result.classes = classes;
   check.Tell(&result);
   if (options.split) {
     result.parts = SplitLabelledPly(output, output.parent_path(), source->labels());
@@ -292,8 +303,8 @@ TransferredLabels TransferLabels(LabelSource* source,
                                  const LabelTransferOptions& options,
                                  const TransferProgress& progress) {
   const MeshFormat format = RecognizeMeshFormat(input);
-  if (format == MeshFormat::kPly && !HasFaces(input)) {
-    return TransferToCloud(source, options, input, output, progress);
+  if (format == MeshFormat::kLas || (format == MeshFormat::kPly && !HasFaces(input))) {
+    return TransferToCloud(source, options, input, format, output, progress);
   }
   return TransferToMesh(source, options, input, format, output, progress);
 }
@@ -326,6 +337,9 @@ void WriteTransferSidecar(const fs::path& path,
                    {"faces", label.faces},
                    {"area", label.area},
                    {"confidence", label.confidence}};
+    if (const auto of = transferred.classes.find(label.id); of != transferred.classes.end()) {
+      object["classification"] = of->second;
+    }
     if (!label.box.isEmpty()) {
       object["bounding_box"] = Json::array({triple(label.box.min()), triple(label.box.max())});
     }

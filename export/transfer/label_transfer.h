@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/transfer/label_source.h"
+#include "export/transfer/las_labels.h"
 #include "foam/util/ids.h"
 
 #include <array>
@@ -59,6 +60,8 @@ struct TransferredLabels {
   int64_t asked = 0;
   // Those that have vertices, by ascending id; kNoObject among them.
   std::vector<TransferredLabel> labels;
+  // Of a LAS: the class of its points for each label.
+  LasClasses classes;
   // The files of objects; empty without LabelTransferOptions::split.
   std::vector<WrittenFile> parts;
 };
@@ -69,7 +72,8 @@ using TransferProgress = std::function<void(const std::string& what, double done
 // Copies the PLY `input`, a mesh or a point cloud, to `output` with a label and a confidence for
 // each vertex, and for each face of a mesh (CopyPlyWithLabels); an OBJ with a group for each label
 // (CopyObjWithLabels), and its materials and textures into the folder of `output`; or an STL as a
-// PLY (WriteStlAsLabelledPly). The name of `output` should be LabelledName.
+// PLY (WriteStlAsLabelledPly), an .om file (CopyOmWithLabels), a glTF (GltfMesh::Write) or a LAS
+// (CopyLasWithLabels). The name of `output` should be LabelledName.
 //
 // The faces of a mesh collect votes of places spread over them, and are labelled by a cut
 // (CutFaceLabels); its vertices take the labels of their faces (VertexLabels). Clouds are read and
@@ -87,7 +91,8 @@ TransferredLabels TransferLabels(LabelSource* source,
 
 // Writes the table of labels beside a labelled file: {"version": 1, "labels": {"7": "mug"},
 // "source_model_xxh64": ..., "transfer": {"file": ..., "vertices": ..., ...}, "objects": [...]}.
-// `file` is the name of the labelled file; `source_checksum` that of the foam, if not empty.
+// Objects of a LAS have their class as "classification". `file` is the name of the labelled file;
+// `source_checksum` that of the foam, if not empty.
 void WriteTransferSidecar(const std::filesystem::path& path,
                           const LabelSource& source,
                           const TransferredLabels& transferred,

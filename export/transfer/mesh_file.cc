@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/transfer/mesh_file.h"
 
+#include "export/transfer/companion_files.h"
+#include "export/transfer/gltf_labels.h"
+#include "export/transfer/las_labels.h"
 #include "export/transfer/obj_labels.h"
 #include "export/transfer/om_labels.h"
 #include "export/transfer/ply_labels.h"
@@ -24,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kKinds[] = "PLY, OBJ, STL or OM";
+constexpr char kKinds[] = "PLY, OBJ, STL, OM, glTF or LAS";
 
 class PlyMeshFile : public MeshFile {
  public:
@@ -90,8 +93,8 @@ class ObjMeshFile : public MeshFile {
   const fs::path input_;
   const PolygonMesh mesh_;
   // Where they come from and go: beside the labelled file, and beside its parts.
-  const std::vector<std::pair<fs::path, fs::path>> materials_;
-  std::vector<std::pair<fs::path, fs::path>> part_materials_;
+  const CompanionFiles materials_;
+  CompanionFiles part_materials_;
 };
 
 class StlMeshFile : public MeshFile {
@@ -143,6 +146,33 @@ class OmMeshFile : public MeshFile {
   const PolygonMesh mesh_;
 };
 
+class GltfMeshFile : public MeshFile {
+ public:
+  GltfMeshFile(const fs::path& input, const fs::path& output)
+      : gltf_(input), companions_(gltf_.Companions(output.parent_path())) {}
+
+  const PolygonMesh& mesh() const override { return gltf_.mesh(); }
+
+  void Write(const fs::path& output,
+             const std::vector<Label>& labels,
+             const std::vector<SurfaceLabel>&,
+             const std::vector<SurfaceLabel>& face_labels) const override {
+    CopyFiles(companions_);
+    gltf_.Write(output, labels, face_labels);
+  }
+
+  std::vector<WrittenFile> Split(const fs::path&,
+                                 const std::vector<Label>&,
+                                 const std::vector<SurfaceLabel>&,
+                                 bool) const override {
+    LOG(FATAL) << "RequireLabelledFormat refuses it";
+  }
+
+ private:
+  const GltfMesh gltf_;
+  const CompanionFiles companions_;
+};
+
 std::string LowerExtension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
@@ -173,6 +203,8 @@ std::optional<MeshFormat> FormatOfName(const fs::path& path) {
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".stl") return MeshFormat::kStl;
   if (extension == ".om") return MeshFormat::kOm;
+  if (extension == ".las" || extension == ".laz") return MeshFormat::kLas;
+  if (extension == ".glb" || extension == ".gltf") return MeshFormat::kGltf;
   return {};
 }
 
@@ -185,6 +217,8 @@ MeshFormat RecognizeMeshFormat(const fs::path& path) {
   head.resize(file.Read(head.data(), head.size()));
   if (head.starts_with("ply\n") || head.starts_with("ply\r")) return MeshFormat::kPly;
   if (IsOm(head)) return MeshFormat::kOm;
+  if (IsGlb(head)) return MeshFormat::kGltf;
+  if (IsLas(head)) return MeshFormat::kLas;
   if (const auto format = FormatOfName(path)) return *format;
   if (IsStl(head, file.size())) return MeshFormat::kStl;
   if (LooksLikeObj(head)) return MeshFormat::kObj;
@@ -206,12 +240,20 @@ void RequireLabelledFormat(const fs::path& input, const fs::path& output_path, b
     }
     case MeshFormat::kObj:
       return;
+    case MeshFormat::kLas:
+      ReadLasHeader(input);
+      [[fallthrough]];
     case MeshFormat::kOm:
+    case MeshFormat::kGltf:
       if (!split) return;
       throw UserError(input.string(),
-                      ": is an OM; ",
+                      ": ",
                       Field{"split"},
-                      " 1 writes parts of PLY, OBJ and STL files alone.");
+                      " 1 writes parts of PLY, OBJ and STL files alone, and this is ",
+                      format == MeshFormat::kLas  ? "a LAS."
+                      : format == MeshFormat::kOm ? "an OM."
+                                                  : "a glTF, in which each label is a mesh of its "
+                                                    "own already.");
     case MeshFormat::kStl:
       if (split || LowerExtension(output_path) != ".stl") return;
       throw UserError(
@@ -240,6 +282,11 @@ std::unique_ptr<MeshFile> ReadMeshFile(const fs::path& input,
     case MeshFormat::kOm:
       file = std::make_unique<OmMeshFile>(input);
       break;
+    case MeshFormat::kGltf:
+      file = std::make_unique<GltfMeshFile>(input, output);
+      break;
+    case MeshFormat::kLas:
+      LOG(FATAL) << "a LAS is no mesh";
   }
   RequireValidMesh(input, file->mesh());
   return file;

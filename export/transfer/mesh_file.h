@@ -12,7 +12,7 @@
 namespace semfoam {
 
 // The kinds of files that get labels.
-enum class MeshFormat { kPly, kObj, kStl, kOm };
+enum class MeshFormat { kPly, kObj, kStl, kOm, kGltf, kLas };
 
 // Recognises a file by its first bytes, or where these tell nothing, by its name. Throws UserError
 // where it cannot be read or is of no kind that is known.
@@ -36,7 +36,8 @@ class MeshFile {
   virtual const PolygonMesh& mesh() const = 0;
 
   // Copies the file with the labels of its vertices and faces; all else stays as it is, as
-  // CopyPlyWithLabels, CopyObjWithLabels, WriteStlAsLabelledPly and CopyOmWithLabels say.
+  // CopyPlyWithLabels, CopyObjWithLabels, WriteStlAsLabelledPly, CopyOmWithLabels and
+  // GltfMesh::Write say.
   virtual void Write(const std::filesystem::path& output,
                      const std::vector<Label>& labels,
                      const std::vector<SurfaceLabel>& vertex_labels,
@@ -51,8 +52,9 @@ class MeshFile {
                                          bool cap) const = 0;
 };
 
-// Reads a mesh whose labelled copy will be `output`, and will be `split` or not. Throws UserError
-// as its reader does, and where there is something in the way of what belongs to it.
+// Reads a mesh, which a LAS is not, whose labelled copy will be `output`, and will be `split` or
+// not. Throws UserError as its reader does, and where there is something in the way of what belongs
+// to it.
 std::unique_ptr<MeshFile> ReadMeshFile(const std::filesystem::path& input,
                                        MeshFormat format,
                                        const std::filesystem::path& output,

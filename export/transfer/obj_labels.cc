@@ -100,28 +100,6 @@ bool IsTexture(std::string_view keyword) {
          lower == "refl" || lower == "norm";
 }
 
-// Appends a file that a line names, if it is there and stays below its folder.
-void AddFile(const fs::path& from_folder,
-             const fs::path& to_folder,
-             std::string_view name,
-             std::vector<std::pair<fs::path, fs::path>>* files) {
-  const fs::path relative = fs::path(std::string(name)).lexically_normal();
-  if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") return;
-  const fs::path from = from_folder / relative, to = to_folder / relative;
-  std::error_code error;
-  if (!fs::is_regular_file(from, error)) return;
-  const auto is_same = [&](const auto& file) { return file.second == to; };
-  if (std::any_of(files->begin(), files->end(), is_same)) return;
-  if (fs::exists(to) &&
-      (!fs::is_regular_file(to) || ReadFileBytes(to, "a file") != ReadFileBytes(from, "a file"))) {
-    throw UserError(to.string(),
-                    ": differs from ",
-                    from.string(),
-                    ", which belongs beside the labelled file; give another folder or move it.");
-  }
-  files->emplace_back(from, to);
-}
-
 // The kinds of what corners of faces refer to, in the order of their indices.
 constexpr std::array<std::string_view, 3> kReferred = {"v", "vt", "vn"};
 
@@ -309,12 +287,12 @@ void CopyObjWithLabels(const fs::path& input,
   out.Finish();
 }
 
-std::vector<std::pair<fs::path, fs::path>> ObjMaterialFiles(const fs::path& obj,
-                                                            const fs::path& folder) {
-  std::vector<std::pair<fs::path, fs::path>> files;
+CompanionFiles ObjMaterialFiles(const fs::path& obj, const fs::path& folder) {
+  CompanionFiles files;
   const std::string bytes = ReadFileBytes(obj, kWhat);
   ForEachLine(bytes, [&](std::string_view line, size_t) {
-    if (NextWord(&line) == "mtllib") AddFile(obj.parent_path(), folder, Trimmed(line), &files);
+    if (NextWord(&line) == "mtllib")
+      AddCompanionFile(obj.parent_path(), folder, Trimmed(line), &files);
   });
   const size_t libraries = files.size();
   for (size_t k = 0; k < libraries; ++k) {
@@ -324,11 +302,11 @@ std::vector<std::pair<fs::path, fs::path>> ObjMaterialFiles(const fs::path& obj,
       if (!IsTexture(NextWord(&line))) return;
       // The name is the rest of the line, or, behind options, its last word.
       const std::string_view name = Trimmed(line);
-      AddFile(from.parent_path(), to.parent_path(), name, &files);
-      AddFile(from.parent_path(),
-              to.parent_path(),
-              name.substr(name.find_last_of(kBlanks) + 1),
-              &files);
+      AddCompanionFile(from.parent_path(), to.parent_path(), name, &files);
+      AddCompanionFile(from.parent_path(),
+                       to.parent_path(),
+                       name.substr(name.find_last_of(kBlanks) + 1),
+                       &files);
     });
   }
   return files;
@@ -356,10 +334,6 @@ std::vector<WrittenFile> SplitLabelledObj(const fs::path& input,
     files[k].summary = PartSummary(parts[k].NumVertices(), parts[k].NumFaces(), parts[k].num_caps);
   }
   return files;
-}
-
-void CopyFiles(const std::vector<std::pair<fs::path, fs::path>>& from_and_to) {
-  for (const auto& [from, to] : from_and_to) WriteTextFile(to, ReadFileBytes(from, "a file"));
 }
 
 }  // namespace semfoam

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "export/scene/exportable_scene.h"
+#include "export/transfer/companion_files.h"
 #include "export/transfer/polygon_mesh.h"
 #include "foam/model/model.h"
 
 #include <filesystem>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace semfoam {
@@ -33,8 +33,8 @@ void CopyObjWithLabels(const std::filesystem::path& input,
 // Returns the files that show the materials of an OBJ, each with where it goes below `folder`: its
 // material libraries and their textures, as far as they exist, by relative paths that do not leave
 // the OBJ's folder. Throws UserError where a file is in the way there that differs.
-std::vector<std::pair<std::filesystem::path, std::filesystem::path>> ObjMaterialFiles(
-    const std::filesystem::path& obj, const std::filesystem::path& folder);
+CompanionFiles ObjMaterialFiles(const std::filesystem::path& obj,
+                                const std::filesystem::path& folder);
 
 // Throws UserError, one sentence naming file and line, where a face has a corner without a vertex,
 // texture coordinate or normal that stands before it: then SplitLabelledObj could not copy it.
@@ -54,9 +54,5 @@ std::vector<WrittenFile> SplitLabelledObj(const std::filesystem::path& input,
                                           const std::vector<Label>& labels,
                                           const std::vector<SurfaceLabel>& face_labels,
                                           bool cap);
-
-// Copies these files.
-void CopyFiles(
-    const std::vector<std::pair<std::filesystem::path, std::filesystem::path>>& from_and_to);
 
 }  // namespace semfoam

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/mask_import/labelme_reader.h"
 
+#include "foam/util/base64.h"
 #include "foam/util/json_file.h"
 #include "plugin/mask/mask_png.h"
-#include "plugin/mask_import/base64.h"
 #include "plugin/mask_import/json_field.h"
 #include "plugin/mask_import/segmentation.h"
 

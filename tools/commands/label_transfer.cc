@@ -72,14 +72,16 @@ void AddOptions(OptionManager* options,
       "input_path",
       &paths->input,
       "the mesh or point cloud, as fused.ply or meshed-poisson.ply of COLMAP: PLY; OBJ, in which "
-      "labels become groups and materials stay; or STL, whose labelled mesh is a PLY");
+      "labels become groups and materials stay; OM; glTF, in which labels become meshes; STL, "
+      "whose "
+      "labelled mesh is a PLY; or LAS, in which labels become classes");
   options->AddRequiredOption("output_path",
                              &paths->output,
                              "folder for the labelled file, which keeps its name, and labels.json");
   options->AddDefaultOption("split",
                             &transfer->split,
-                            "also objects/<id>_<name>: each object as a file of its own, in the "
-                            "format of the input, with the vertices on borders in each");
+                            "of PLY, OBJ and STL: also objects/<id>_<name>, each object as a "
+                            "file of its own, with the vertices on borders in each");
   options->AddDefaultOption(
       "cap", &transfer->cap, "with --split 1, of a mesh: closes the boundaries of each object");
   options->AddDefaultOption(

@@ -6,9 +6,11 @@
 #include "foam/util/parallel.h"
 
 #include <fstream>
+#include <map>
 #include <random>
 #include <sstream>
 
+#include "tests/export/io/read_glb.h"
 #include "tests/export/test_foams.h"
 #include "tests/export/transfer/test_meshes.h"
 #include <gmock/gmock.h>
@@ -161,7 +163,22 @@ TEST_F(LabelTransferTest, EveryFormatGetsTheSameLabels) {
   for (size_t f = 0; f < expected.size(); ++f) same += of_stl[f].id == expected[f].id;
   EXPECT_GE(same, expected.size() - 4);
 
-  // A mesh that OpenMesh takes: the poles and seams of the balls are no manifold there, faces stay.
+  transfer(GlbOf(mesh_), "out.glb");
+  const Glb glb = ReadGlb(folder_ / "out.glb");
+  std::map<std::vector<uint32_t>, int> label_of;
+  for (const nlohmann::json& node : glb.json["nodes"]) {
+    if (!node.contains("mesh")) continue;
+    const int indices = glb.json["meshes"][node["mesh"].get<int>()]["primitives"][0]["indices"];
+    const auto corners = ReadAccessor<uint16_t>(glb, indices);
+    for (size_t k = 0; k < corners.size(); k += 3) {
+      label_of[{corners[k], corners[k + 1], corners[k + 2]}] = node["extras"]["label"];
+    }
+  }
+  for (size_t f = 0; f < expected.size(); ++f) {
+    const auto face = mesh_.Face(f);
+    EXPECT_EQ((label_of[{face.begin(), face.end()}]), Value(expected[f].id));
+  }
+
   SemanticMesh om;
   for (const Eigen::Vector3d& x : mesh_.vertices) om.add_vertex({x.x(), x.y(), x.z()});
   for (size_t f = 0; f < mesh_.NumFaces(); ++f) {
@@ -210,6 +227,27 @@ TEST_F(LabelTransferTest, AScatteredCloudGetsItsLabels) {
     EXPECT_EQ(transferred.unknown, 50);
     EXPECT_EQ(transferred.asked, static_cast<int64_t>(count) + 50);
   }
+}
+
+// The points of a LAS get the classes of their labels, which the table has, too.
+TEST_F(LabelTransferTest, ALasGetsItsClasses) {
+  const std::string las = LasOf(mesh_.vertices, 2, 3);
+  std::ofstream(folder_ / "in.las", std::ios::binary) << las;
+  FoamLabels source(scene_, 0);
+  const TransferredLabels transferred = TransferLabels(
+      &source, folder_ / "in.las", folder_ / "out.las", {}, [](const std::string&, double) {});
+  EXPECT_EQ(transferred.vertices, std::ssize(mesh_.vertices));
+  EXPECT_EQ(transferred.faces, 0);
+  EXPECT_EQ(transferred.classes, (LasClasses{{kLeft, 7}, {kRight, 8}}));
+  const std::string copy = ReadAll(folder_ / "out.las");
+  ASSERT_EQ(copy.size(), las.size());
+  size_t right = 0;
+  for (size_t v = 0; v < mesh_.vertices.size(); ++v) {
+    right += (copy[227 + 60 + 39 * v + 15] & 31) == Value(Truth(mesh_.vertices[v]));
+  }
+  EXPECT_GE(right, mesh_.vertices.size() * 98 / 100);
+  WriteTransferSidecar(folder_ / "labels.json", source, transferred, "out.las", "");
+  EXPECT_THAT(ReadAll(folder_ / "labels.json"), HasSubstr("\"classification\": 8"));
 }
 
 // Holes, triangles that share nothing, and faces on both sides of one another.

@@ -103,6 +103,79 @@ inline std::string StlOf(const PolygonMesh& mesh, std::string header) {
   return header;
 }
 
+// A binary glTF.
+inline std::string GlbOf(std::string json, std::string binary) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  binary.resize((binary.size() + 3) / 4 * 4, '\0');
+  std::string glb = "glTF";
+  AppendBinary(uint32_t{2}, &glb);
+  AppendBinary(static_cast<uint32_t>(28 + json.size() + binary.size()), &glb);
+  AppendBinary(static_cast<uint32_t>(json.size()), &glb);
+  glb += "JSON" + json;
+  AppendBinary(static_cast<uint32_t>(binary.size()), &glb);
+  return glb + std::string("BIN\0", 4) + binary;
+}
+
+// The mesh of triangles as a binary glTF of one node, "merged".
+inline std::string GlbOf(const PolygonMesh& mesh) {
+  std::string binary;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    for (const double x : vertex) AppendBinary(static_cast<float>(x), &binary);
+  }
+  const size_t positions = binary.size();
+  for (const uint32_t corner : mesh.corners) AppendBinary(corner, &binary);
+  const auto text = [](size_t number) { return std::to_string(number); };
+  return GlbOf(
+      R"({"asset": {"version": "2.0"}, "nodes": [{"name": "merged", "mesh": 0}], "meshes": [{)"
+      R"("primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "accessors": [)"
+      R"({"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": )" +
+          text(mesh.vertices.size()) +
+          R"(}, {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": )" +
+          text(mesh.corners.size()) + R"(}], "bufferViews": [{"buffer": 0, "byteLength": )" +
+          text(positions) + R"(}, {"buffer": 0, "byteOffset": )" + text(positions) +
+          R"(, "byteLength": )" + text(binary.size() - positions) +
+          R"(}], "buffers": [{"byteLength": )" + text(binary.size()) + "}]}",
+      binary);
+}
+
+// A cloud as a LAS of version 1.`minor`, in thousandths from (100, 200, 300) on; a variable length
+// record, bytes that nobody defines, and 7 bytes behind the points. All bits of the points but
+// those of their places are set by their index.
+inline std::string LasOf(const std::vector<Eigen::Vector3d>& points, int minor, int format) {
+  constexpr size_t kBytes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
+  const size_t record = kBytes[format] + 5;
+  std::string las = "LASF";
+  las.resize(minor == 4 ? 375 : 227);
+  const auto put = [&](size_t at, const auto& value) {
+    std::string bytes;
+    AppendBinary(value, &bytes);
+    las.replace(at, bytes.size(), bytes);
+  };
+  put(24, uint8_t{1});
+  put(25, static_cast<uint8_t>(minor));
+  put(94, static_cast<uint16_t>(las.size()));
+  put(96, static_cast<uint32_t>(las.size() + 60));
+  put(100, uint32_t{1});
+  put(104, static_cast<uint8_t>(format));
+  put(105, static_cast<uint16_t>(record));
+  put(107, static_cast<uint32_t>(minor == 4 ? 0 : points.size()));
+  for (int axis = 0; axis < 3; ++axis) {
+    put(131 + 8 * axis, 0.001);
+    put(155 + 8 * axis, 100.0 * (axis + 1));
+  }
+  if (minor == 4) put(247, static_cast<uint64_t>(points.size()));
+  las.append(54, 'v').append("record");
+  for (size_t k = 0; k < points.size(); ++k) {
+    const size_t begin = las.size();
+    for (int axis = 0; axis < 3; ++axis) {
+      AppendBinary(static_cast<int32_t>(std::lround(1000 * (points[k][axis] - 100 * (axis + 1)))),
+                   &las);
+    }
+    while (las.size() < begin + record) las += static_cast<char>(37 * k + las.size());
+  }
+  return las + "trailer";
+}
+
 // The labels and confidences in a PLY, by element and record.
 struct PlyLabels {
   std::vector<SurfaceLabel> vertices;

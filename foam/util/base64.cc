@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plugin/mask_import/base64.h"
+#include "foam/util/base64.h"
 
 #include <cstdint>
 

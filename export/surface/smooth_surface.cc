@@ -35,6 +35,9 @@ constexpr double kMaxMove = 0.9;
 // what one sees. And what share of the way through thinner matter it lies at.
 constexpr double kSurfaceOpticalDepth = 0.07;
 constexpr double kThinShare = 0.3;
+// It is no deeper than that many radii of the cell: where matter is thinner, as in glossy things,
+// training has spread it behind the surface.
+constexpr double kMaxDepthRadii = 1;
 // Steps of averaging of the normals and of the depths over neighbours.
 constexpr int kNormalSteps = 2;
 constexpr int kDepthSteps = 3;
@@ -185,11 +188,11 @@ class Builder {
   }
 
   // How far the light goes from a point on the boundary of vertex v's cell, in a direction into it,
-  // until the optical depth kSurfaceOpticalDepth; at most kSpikeRadii radii. Where it leaves the
+  // until the optical depth kSurfaceOpticalDepth; at most kMaxDepthRadii radii. Where it leaves the
   // object before, a share of the way, so that the two sides of thin matter do not meet.
   double LightDepth(size_t v, const Vector3d& from, const Vector3d& direction) const {
     uint32_t cell = edges_[v].first;
-    const double farthest = kSpikeRadii * Radius(cell, edges_[v].second);
+    const double farthest = kMaxDepthRadii * Radius(cell, edges_[v].second);
     double t = 0, left = kSurfaceOpticalDepth;
     // Each step goes to a site farther along the direction, so it ends.
     while (true) {

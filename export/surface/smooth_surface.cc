@@ -404,11 +404,12 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
   surface.object_name = object.name;
   surface.triangles = builder.March(cells.vertex_tet, on_edges);
   std::vector<Vector3d> positions = builder.FaceCentroids(cells, corners, on_edges);
+  std::vector<uint8_t> is_fixed(positions.size());
   bool is_cut = false;
   for (size_t v = 0; v < positions.size(); ++v) {
-    const bool is_fixed = builder.IsFixed(v);
-    is_cut |= is_fixed;
-    if (is_fixed || !box.contains(positions[v])) positions[v] = on_edges[v];
+    is_fixed[v] = builder.IsFixed(v);
+    is_cut |= is_fixed[v] != 0;
+    if (is_fixed[v] != 0 || !box.contains(positions[v])) positions[v] = on_edges[v];
   }
   std::vector<double> max_moves = builder.MaxMoves();
   const double volume = EnclosedVolume(positions, surface.triangles);
@@ -419,6 +420,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                      drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
                      &positions);
   SmoothInContacts(builder, surface.triangles, &positions);
+  CutSpikes(surface.triangles, is_fixed, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 

@@ -10,6 +10,7 @@
 #include "export/scene/object_selection.h"
 #include "export/scene/object_surface.h"
 #include "export/scene/surface_topology.h"
+#include "export/surface/boundary_cut.h"
 #include "export/surface/clean_cells.h"
 #include "export/surface/contact_planes.h"
 #include "export/surface/open_sheet.h"
@@ -117,7 +118,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   bool is_sheet = false;
   if (options.method == SurfaceMethod::kSmooth) {
     const std::vector<ContactPlane> contacts = ContactPlanes(scene, object);
-    object.cells = CellsUpToContacts(scene, contacts, object.cells);
+    object.cells = CutBoundary(scene, contacts, CellsUpToContacts(scene, contacts, object.cells));
     CleanCells clean = FillPitsAndTunnels(scene, object.cells);
     object.cells = CellsUpToContacts(scene, contacts, clean.cells);
     if (object.cells.empty()) return made;

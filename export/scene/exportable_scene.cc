@@ -169,7 +169,6 @@ bool IsSeen(const CellStatistics& statistics, uint32_t cell, float fewest_looks)
 void AddUnseenInsides(const CellStatistics& statistics,
                       float fewest_looks,
                       const std::vector<uint8_t>& has_camera,
-                      const std::vector<double>& face_areas,
                       ExportableScene* scene) {
   std::vector<size_t> order(scene->objects.size());
   std::iota(order.begin(), order.end(), 0);
@@ -189,7 +188,7 @@ void AddUnseenInsides(const CellStatistics& statistics,
     ObjectInfo& object = scene->objects[index];
     for (const uint32_t cell : object.cells) knowledge[cell] = CellKnowledge::kInside;
     const std::vector<uint32_t> unseen =
-        UnseenInside(scene->delaunay, face_areas, knowledge, object.cells);
+        UnseenInside(scene->delaunay, scene->face_areas, knowledge, object.cells);
     for (const uint32_t cell : unseen) scene->object_of_cell[cell] = static_cast<int32_t>(index);
     object.cells.insert(object.cells.end(), unseen.begin(), unseen.end());
     // To the next object all of this is another thing's.
@@ -269,7 +268,6 @@ void AddCavities(const std::vector<uint8_t>& has_camera, ExportableScene* scene)
 // Finds the objects by the rules of MakeExportableScene, and measures them.
 void FindObjects(const Model& model,
                  const ExportableSceneOptions& options,
-                 const std::vector<double>& face_areas,
                  ExportableScene* scene) {
   scene->object_of_cell.assign(scene->NumSites(), -1);
   scene->is_matter = FindMatter(model.statistics, options.fewest_looks, *scene);
@@ -277,7 +275,7 @@ void FindObjects(const Model& model,
   if (options.fill_hidden_space && !scene->objects.empty()) {
     const std::vector<uint8_t> has_camera = CellsWithCameras(model, *scene);
     if (!model.statistics.passed.empty()) {
-      AddUnseenInsides(model.statistics, options.fewest_looks, has_camera, face_areas, scene);
+      AddUnseenInsides(model.statistics, options.fewest_looks, has_camera, scene);
     }
     AddCavities(has_camera, scene);
   }
@@ -305,9 +303,8 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
   scene.delaunay = Triangulate(scene.cell_positions);
   scene.voronoi_vertices = VoronoiVertices(scene.cell_positions, scene.delaunay);
   scene.tets_of_cells = ListTetsOfCells(scene.delaunay);
-  const std::vector<double> face_areas =
-      FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices);
-  scene.volume = CellVolumes(scene.cell_positions, scene.delaunay, face_areas);
+  scene.face_areas = FaceAreas(scene.cell_positions, scene.delaunay, scene.voronoi_vertices);
+  scene.volume = CellVolumes(scene.cell_positions, scene.delaunay, scene.face_areas);
   scene.radius = CellRadii(scene.cell_positions, scene.delaunay);
   scene.labels = LabelCells(model.foam, scene.delaunay, options.solid_optical_depth);
   scene.display_color = DisplayColors(model);
@@ -322,6 +319,8 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
       scene.photographed[i] = model.statistics.contribution[i] >= options.photographed_contribution;
     }
   }
+  scene.passed = model.statistics.passed;
+  scene.stopped = model.statistics.stopped;
   scene.seen.assign(n, 1);
   scene.crossed.assign(n, 0);
   if (!model.statistics.passed.empty()) {
@@ -331,7 +330,7 @@ ExportableScene MakeExportableScene(const Model& model, const ExportableSceneOpt
     }
   }
   scene.color_weight = ColorWeights(model, scene.photographed);
-  FindObjects(model, options, face_areas, &scene);
+  FindObjects(model, options, &scene);
   SpreadColors(&scene);
   return scene;
 }

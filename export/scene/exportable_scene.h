@@ -125,6 +125,8 @@ struct ExportableScene {
   // [tets]
   std::vector<Eigen::Vector3d> voronoi_vertices;
   TetsOfCells tets_of_cells;
+  // FaceAreas, aligned with delaunay.neighbors; normalised frame.
+  std::vector<double> face_areas;
 
   // [N] After the activation, per normalised unit.
   std::vector<float> density;
@@ -142,6 +144,9 @@ struct ExportableScene {
   std::vector<float> color_weight;
   // [N] Whether the cell is photographed.
   std::vector<uint8_t> photographed;
+  // [N] CellStatistics::passed and stopped; empty without them.
+  std::vector<float> passed;
+  std::vector<float> stopped;
   // [N] Whether at least ExportableSceneOptions::fewest_looks rays have looked at the cell; all 1
   // without CellStatistics::passed and stopped.
   std::vector<uint8_t> seen;

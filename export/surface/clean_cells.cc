@@ -137,7 +137,7 @@ class CellCleaner {
     if (cell >= scene_.NumSites()) return false;
     if (inside_[cell]) return true;
     if (scene_.object_of_cell[cell] >= 0) return false;
-    if (scene_.seen[cell] && scene_.density[cell] * scene_.radius[cell] < kClear) return false;
+    if (IsClearAir(scene_, cell)) return false;
     double sum = 0;
     int count = 0;
     for (const uint32_t next : scene_.delaunay.Neighbors(cell)) {
@@ -232,6 +232,10 @@ class CellCleaner {
 };
 
 }  // namespace
+
+bool IsClearAir(const ExportableScene& scene, uint32_t cell) {
+  return scene.seen[cell] != 0 && scene.density[cell] * scene.radius[cell] < kClear;
+}
 
 CleanCells FillPitsAndTunnels(const ExportableScene& scene, const std::vector<uint32_t>& cells) {
   CHECK(std::is_sorted(cells.begin(), cells.end()));

@@ -18,11 +18,14 @@ struct CleanCells {
   int64_t tunnels = 0;
 };
 
+// Whether photos look through a cell and show it to be clear: seen, with a density times radius
+// below 0.01.
+bool IsClearAir(const ExportableScene& scene, uint32_t cell);
+
 // Fills pits and closes tunnels that are no wider than the cells around them, which are left where
 // training took single cells of a wall for air, or of air for matter. Adds no cell of another
 // object, none that is more than twice as large as the cells around it, and none that is clear
-// (density times radius below 0.01) where photos show it. `cells` must be ascending, without cells
-// of another object.
+// (IsClearAir). `cells` must be ascending.
 //
 // - A pit is a cell with more than 62 % of its neighbours in the object, each by the inverse of its
 //   distance.

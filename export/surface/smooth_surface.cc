@@ -35,6 +35,9 @@ constexpr double kMaxMove = 0.9;
 // what one sees. And what share of the way through thinner matter it lies at.
 constexpr double kSurfaceOpticalDepth = 0.07;
 constexpr double kThinShare = 0.3;
+// It is no deeper than that many radii of the cell: where matter is thinner, as in glossy things,
+// training has spread it behind the surface.
+constexpr double kMaxDepthRadii = 1;
 // Steps of averaging of the normals and of the depths over neighbours.
 constexpr int kNormalSteps = 2;
 constexpr int kDepthSteps = 3;
@@ -185,11 +188,11 @@ class Builder {
   }
 
   // How far the light goes from a point on the boundary of vertex v's cell, in a direction into it,
-  // until the optical depth kSurfaceOpticalDepth; at most kSpikeRadii radii. Where it leaves the
+  // until the optical depth kSurfaceOpticalDepth; at most kMaxDepthRadii radii. Where it leaves the
   // object before, a share of the way, so that the two sides of thin matter do not meet.
   double LightDepth(size_t v, const Vector3d& from, const Vector3d& direction) const {
     uint32_t cell = edges_[v].first;
-    const double farthest = kSpikeRadii * Radius(cell, edges_[v].second);
+    const double farthest = kMaxDepthRadii * Radius(cell, edges_[v].second);
     double t = 0, left = kSurfaceOpticalDepth;
     // Each step goes to a site farther along the direction, so it ends.
     while (true) {
@@ -401,11 +404,12 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
   surface.object_name = object.name;
   surface.triangles = builder.March(cells.vertex_tet, on_edges);
   std::vector<Vector3d> positions = builder.FaceCentroids(cells, corners, on_edges);
+  std::vector<uint8_t> is_fixed(positions.size());
   bool is_cut = false;
   for (size_t v = 0; v < positions.size(); ++v) {
-    const bool is_fixed = builder.IsFixed(v);
-    is_cut |= is_fixed;
-    if (is_fixed || !box.contains(positions[v])) positions[v] = on_edges[v];
+    is_fixed[v] = builder.IsFixed(v);
+    is_cut |= is_fixed[v] != 0;
+    if (is_fixed[v] != 0 || !box.contains(positions[v])) positions[v] = on_edges[v];
   }
   std::vector<double> max_moves = builder.MaxMoves();
   const double volume = EnclosedVolume(positions, surface.triangles);
@@ -416,6 +420,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                      drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
                      &positions);
   SmoothInContacts(builder, surface.triangles, &positions);
+  CutSpikes(surface.triangles, is_fixed, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 

@@ -20,11 +20,12 @@ namespace semfoam {
 // A vertex is a Delaunay edge from a site i of the object to a site j outside of it. It starts at
 // the centroid of the Voronoi face of i and j, has the colour and confidence of cell i, and is
 // drawn inwards along the normal to where a little of the light has ended (optical depth 0.07,
-// averaged over the vertices around it), because training leaves thin matter before what photos
-// show; in smoothing it is moved by at most nine tenths of i's radius and of half the edge, so that
-// the two sides of a wall of one cell stay apart. Spikes into empty space are cut off first: a
-// corner of the faces is moved to within three times the radius of its cells from their sites. The
-// surface encloses as much as the faces then do, less what it was drawn in by.
+// at most i's radius, averaged over the vertices around it), because training leaves thin matter
+// before what photos show; in smoothing it is moved by at most nine tenths of i's radius and of
+// half the edge, so that the two sides of a wall of one cell stay apart, and spikes that are left
+// then are cut (CutSpikes). Spikes into empty space are cut off first: a corner of the faces is
+// moved to within three times the radius of its cells from their sites. The surface encloses as
+// much as the faces then do, less what it was drawn in by.
 //
 // With a `box` (normalised frame) the object is cut at it: `object` and `cells` must hold only the
 // cells whose sites are in it (CellsInBox), and a vertex on an edge that leaves the box lies in its

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 #include <Eigen/Geometry>
@@ -22,6 +23,8 @@ constexpr int kNormalSteps = 10;
 constexpr int kVertexSteps = 10;
 constexpr double kUmbrellaStep = 0.5;
 constexpr int kVolumeSteps = 3;
+constexpr int kSpikeSteps = 5;
+constexpr double kSpikeStep = 0.75;
 constexpr int64_t kBlock = 1024;
 
 // Lists of indices, one after the other.
@@ -223,6 +226,35 @@ void SmoothKeepingEdges(const Triangles& triangles,
     smoother.Grow(volume);
   }
   keep_near();
+}
+
+void CutSpikes(const Triangles& triangles,
+               const std::vector<uint8_t>& is_fixed,
+               std::vector<Vector3d>* positions) {
+  CHECK_EQ(is_fixed.size(), positions->size());
+  std::vector<Vector3d>& x = *positions;
+  for (int step = 0; step < kSpikeSteps; ++step) {
+    // In a closed fan every neighbour is once the first of two.
+    std::vector<Vector3d> sums(x.size(), Vector3d::Zero());
+    std::vector<double> lengths(x.size(), 0), counts(x.size(), 0);
+    for (const auto& triangle : triangles) {
+      for (int k = 0; k < 3; ++k) {
+        const uint32_t v = triangle[k], a = triangle[(k + 1) % 3], b = triangle[(k + 2) % 3];
+        sums[v] += x[a];
+        lengths[v] += (x[a] - x[b]).norm();
+        ++counts[v];
+      }
+    }
+    bool moved = false;
+    for (size_t v = 0; v < x.size(); ++v) {
+      if (is_fixed[v] || counts[v] == 0) continue;
+      const Vector3d to_mean = sums[v] / counts[v] - x[v];
+      if (!(to_mean.norm() > lengths[v] / (2 * std::numbers::pi))) continue;
+      x[v] += kSpikeStep * to_mean;
+      moved = true;
+    }
+    if (!moved) return;
+  }
 }
 
 }  // namespace semfoam

@@ -32,4 +32,13 @@ void SmoothKeepingEdges(const Triangles& triangles,
                         double volume,
                         std::vector<Eigen::Vector3d>* positions);
 
+// Cuts spikes off a closed 2-manifold: vertices that are farther from the mean of their neighbours
+// than a circle as long as the line of the sides around them is wide (its radius), so that their
+// faces make a cone steeper than 45 degrees, move towards that mean by three quarters of the way,
+// and again, at most five times. The corners of a cube are blunter than that. Vertices that are
+// `is_fixed` [positions] stay. CHECKs that the sizes agree.
+void CutSpikes(const Triangles& triangles,
+               const std::vector<uint8_t>& is_fixed,
+               std::vector<Eigen::Vector3d>* positions);
+
 }  // namespace semfoam

@@ -124,5 +124,31 @@ TEST(SurfaceSmoothing, TheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(results[0], results[2]);
 }
 
+TEST(SurfaceSmoothing, SpikesAreCutAndCornersAndFixedVerticesStay) {
+  const ObjectSurface box = BoxSurface(kSquares);
+  std::vector<uint8_t> is_fixed(box.vertices.size(), 0);
+  std::vector<Vector3d> x = box.vertices;
+  CutSpikes(box.triangles, is_fixed, &x);
+  EXPECT_EQ(x, box.vertices);
+
+  // In the middle of a face, four squares high.
+  const auto in_middle = [](const Vector3d& p) {
+    return (p - Vector3d(0, 0, 1)).norm() < 0.1 / kSquares;
+  };
+  const auto spike = std::find_if(x.begin(), x.end(), in_middle);
+  ASSERT_NE(spike, x.end());
+  *spike += Vector3d(0, 0, 8.0 / kSquares);
+  const std::vector<Vector3d> with_spike = x;
+  CutSpikes(box.triangles, is_fixed, &x);
+  EXPECT_LT(DistanceToBox(*spike), 2.0 / kSquares);
+  EXPECT_EQ(std::mismatch(x.begin(), spike, box.vertices.begin()).first, spike);
+  EXPECT_TRUE(std::equal(spike + 1, x.end(), box.vertices.end() - (x.end() - spike - 1)));
+
+  is_fixed[spike - x.begin()] = 1;
+  x = with_spike;
+  CutSpikes(box.triangles, is_fixed, &x);
+  EXPECT_EQ(x, with_spike);
+}
+
 }  // namespace
 }  // namespace semfoam

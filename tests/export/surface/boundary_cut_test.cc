@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "export/surface/boundary_cut.h"
+
+#include "foam/model/activation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "tests/export/test_foams.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+constexpr float kSpacing = 0.1f;
+constexpr int kHaze = -2;
+using Class = std::function<int(const Eigen::Vector3f&)>;
+// Light that passed and that stopped.
+using Looks = std::function<std::pair<float, float>(const Eigen::Vector3f&)>;
+
+// Sites on a grid of that spacing of the classes of MakeModel, or kHaze: too thin to be solid, but
+// no clear air. All are photographed.
+ExportableScene Scene(int num_classes, const Class& class_of, const Looks& looks_of) {
+  Model model = MakeModel(GridSites(16, kSpacing, 0.1f, 1),
+                          num_classes,
+                          [&](const Eigen::Vector3f& p) { return std::max(class_of(p), kAir); });
+  const size_t n = model.foam.NumSites();
+  model.statistics.contribution.assign(n, 1.f);
+  for (size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3f& p = model.foam.positions[i];
+    if (class_of(p) == kHaze) {
+      model.foam.raw_density[i] = static_cast<float>(RawDensity(0.03 / (0.5 * kSpacing)));
+    }
+    const auto [passed, stopped] = looks_of(p);
+    model.statistics.passed.push_back(passed);
+    model.statistics.stopped.push_back(stopped);
+  }
+  return MakeExportableScene(model);
+}
+
+bool InCube(const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 0.5f; }
+
+bool IsAt(const Eigen::Vector3f& p, float x, float y, float z) {
+  return (p - Eigen::Vector3f(x, y, z)).cwiseAbs().maxCoeff() < 0.5f * kSpacing;
+}
+
+std::vector<uint32_t> CellsWhere(const ExportableScene& scene,
+                                 const std::function<bool(const Eigen::Vector3f&)>& is_in) {
+  std::vector<uint32_t> cells;
+  for (uint32_t i = 0; i < scene.NumSites(); ++i) {
+    if (is_in(scene.cell_positions[i])) cells.push_back(i);
+  }
+  return cells;
+}
+
+TEST(BoundaryCut, PitsAreFilledAndTuftsCutWhereLittleLightSpeaksForThem) {
+  const auto in_pit = [](const Eigen::Vector3f& p) {
+    return IsAt(p, 0.05f, 0.05f, 0.45f) || IsAt(p, 0.05f, 0.05f, 0.35f);
+  };
+  const auto in_tuft = [](const Eigen::Vector3f& p) { return IsAt(p, 0.55f, 0.05f, 0.05f); };
+  for (const float looks : {10.f, 1e4f}) {
+    const ExportableScene scene = Scene(
+        1,
+        [&](const Eigen::Vector3f& p) {
+          if (in_pit(p)) return looks < 100 ? kHaze : kAir;
+          return InCube(p) || in_tuft(p) ? 0 : kAir;
+        },
+        [&](const Eigen::Vector3f& p) -> std::pair<float, float> {
+          // Enough that it is not taken for unseen.
+          if (in_pit(p)) return {std::max(looks, 25.f), 0.f};
+          if (in_tuft(p)) return {0.f, looks};
+          return InCube(p) ? std::pair(0.f, 1000.f) : std::pair(1000.f, 0.f);
+        });
+    const std::vector<uint32_t>& before = scene.objects.at(0).cells;
+    ASSERT_EQ(before, CellsWhere(scene, [&](const Eigen::Vector3f& p) {
+                return (InCube(p) && !in_pit(p)) || in_tuft(p);
+              }));
+    const std::vector<uint32_t> after = CutBoundary(scene, {}, before);
+    if (looks < 100) {
+      EXPECT_EQ(after, CellsWhere(scene, InCube));
+    } else {
+      EXPECT_EQ(after, before) << "what photos show beyond doubt stays";
+    }
+  }
+}
+
+TEST(BoundaryCut, LeavesOfOneCellStay) {
+  const auto in_leaf = [](const Eigen::Vector3f& p) {
+    return p.z() > 0 && p.z() < kSpacing && p.head<2>().cwiseAbs().maxCoeff() < 0.4f;
+  };
+  const ExportableScene scene = Scene(
+      1,
+      [&](const Eigen::Vector3f& p) { return in_leaf(p) ? 0 : kAir; },
+      [&](const Eigen::Vector3f& p) {
+        return in_leaf(p) ? std::pair(0.f, 500.f) : std::pair(500.f, 0.f);
+      });
+  EXPECT_EQ(CutBoundary(scene, {}, scene.objects.at(0).cells), CellsWhere(scene, in_leaf));
+}
+
+TEST(BoundaryCut, WithoutFiguresOfTheRaysNothingChanges) {
+  const ExportableScene scene =
+      MakeExportableScene(MakeModel(RandomSites(800, 3), 1, [](const Eigen::Vector3f& p) {
+        return std::sin(9 * p.x()) * std::cos(8 * p.y()) > 0 ? 0 : kAir;
+      }));
+  EXPECT_EQ(CutBoundary(scene, {}, scene.objects.at(0).cells), scene.objects[0].cells);
+}
+
+// The body of class 0 stands on the support of class 1, whose surface is at z = -0.3.
+TEST(BoundaryCut, HiddenCellsOfTheSupportBecomeTheBodysAboveTheContact) {
+  const auto is_taken = [](const Eigen::Vector3f& p) { return IsAt(p, 0.05f, 0.05f, -0.25f); };
+  const auto in_body = [](const Eigen::Vector3f& p) {
+    return p.z() > -0.3f && p.z() < 0.3f && p.head<2>().cwiseAbs().maxCoeff() < 0.3f;
+  };
+  const auto in_support = [](const Eigen::Vector3f& p) { return p.z() < -0.3f; };
+  const ExportableScene scene = Scene(
+      2,
+      [&](const Eigen::Vector3f& p) {
+        if (in_support(p) || is_taken(p)) return 1;
+        return in_body(p) ? 0 : kAir;
+      },
+      [&](const Eigen::Vector3f& p) -> std::pair<float, float> {
+        if (is_taken(p)) return {0.f, 0.f};
+        return in_body(p) || in_support(p) ? std::pair(0.f, 500.f) : std::pair(500.f, 0.f);
+      });
+  ASSERT_EQ(scene.objects.size(), 2u);
+  const std::vector<uint32_t>& before = scene.objects[0].cells;
+  EXPECT_EQ(CutBoundary(scene, {}, before), before);
+  const ContactPlane contact{{Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 0, -0.3)}, kSpacing};
+  EXPECT_EQ(CutBoundary(scene, {contact}, before), CellsWhere(scene, in_body));
+}
+
+}  // namespace
+}  // namespace semfoam

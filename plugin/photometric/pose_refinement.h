@@ -96,6 +96,7 @@ class PoseRefiner {
     double median_degrees = 0, largest_degrees = 0, median_shift = 0, largest_shift = 0;
   };
   Movements MeasureMovements() const;
+  void Decide(const std::vector<ComparedView>& views);
   std::vector<AlignedPixel> PixelsOf(const ComparedView& compared) const;
   bool IsPossible() const { return mode_ != EffectSwitch::kOff && !scene_->Plan().has_rigs; }
 

@@ -10,7 +10,6 @@
 
 #include <Eigen/Cholesky>
 #include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
 #include <ceres/rotation.h>
 #include <glog/logging.h>
 
@@ -20,7 +19,10 @@ namespace {
 constexpr size_t kFewestObservations = 3;
 // The scale of the noise in pixels is no less.
 constexpr double kLeastScale = 0.1;
+// The first is with kMotionPrior.
 constexpr int kRescalings = 2;
+// The prior is no narrower, in radians and units of the normalised frame.
+constexpr double kLeastMotion = 1e-6;
 constexpr int kIterations = 12;
 // Up to here, Cholesky's factors of the cameras' matrix are cheap.
 constexpr int kMostViewsToFactor = 400;
@@ -48,6 +50,21 @@ struct ObservationError {
     if (!(frame.direction.cast<T>().dot(seen) > T(0))) return false;
     Eigen::Map<Eigen::Matrix<T, 2, 1>> offset(residual);
     offset = frame.OffsetOf(seen);
+    return true;
+  }
+};
+
+// Motions over the size that is expected of them, times the scale of the errors' noise.
+struct MotionPrior {
+  const double* turn_weight;
+  const double* shift_weight;
+
+  template <typename T>
+  bool operator()(const T* motion, T* residual) const {
+    for (int a = 0; a < 3; ++a) {
+      residual[a] = *turn_weight * motion[a];
+      residual[3 + a] = *shift_weight * motion[3 + a];
+    }
     return true;
   }
 };
@@ -179,12 +196,16 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
     }
     options.linear_solver_ordering->AddElementToGroup(point.position.data(), 0);
   }
+  int num_moved = 0;
+  double turn_weight = 0, shift_weight = 0;
   for (CameraMotion& motion : motions) {
     if (!problem.HasParameterBlock(motion.data())) continue;
-    const Eigen::MatrixXd weight = Eigen::MatrixXd::Identity(6, 6) / kMotionPrior;
-    problem.AddResidualBlock(
-        new ceres::NormalPrior(weight, Eigen::VectorXd::Zero(6)), nullptr, motion.data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MotionPrior, 6, 6>(
+                                 new MotionPrior{&turn_weight, &shift_weight}),
+                             nullptr,
+                             motion.data());
     options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
+    ++num_moved;
   }
   options.linear_solver_type = ceres::SPARSE_SCHUR;
   if (std::ssize(views) > kMostViewsToFactor) {
@@ -203,8 +224,21 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
     }
     std::vector<double> errors;
     for (const Point& point : points) AppendErrors(point, point.position, moved, &errors);
-    loss->Reset(new ceres::CauchyLoss(std::max(Median(std::move(errors)), kLeastScale)),
-                ceres::TAKE_OWNERSHIP);
+    const double scale = std::max(Median(std::move(errors)), kLeastScale);
+    loss->Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
+    double turns = 0, shifts = 0;
+    for (const CameraMotion& motion : motions) {
+      turns += motion.head<3>().squaredNorm();
+      shifts += motion.tail<3>().squaredNorm();
+    }
+    const double components = 3.0 * double(num_moved);
+    const auto weight_of = [&](double squares) {
+      return scale / (round == 0
+                          ? kMotionPrior
+                          : std::sqrt(std::max(squares / components, kLeastMotion * kLeastMotion)));
+    };
+    turn_weight = weight_of(turns);
+    shift_weight = weight_of(shifts);
     ceres::Solver::Summary summary;
     // --log_level is about what is done here, not about Ceres' inner life.
     const int verbosity = std::exchange(FLAGS_v, 0);

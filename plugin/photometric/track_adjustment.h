@@ -38,9 +38,10 @@ AdjustableTracks MakeAdjustable(const std::vector<Track>& tracks,
                                 const std::vector<TrackView>& views);
 
 // Moves views and points to the least reprojection errors of the points [first, first + step, ...)
-// under Cauchy's noise, whose scale is that of the median error. A weak prior of kMotionPrior holds
-// views that few points see. Returns the placements [views], without drift (RemoveDrift). The
-// result does not depend on the number of threads.
+// under Cauchy's noise, whose scale is that of the median error, and a prior of motions, whose
+// scale is at first kMotionPrior, then that of the motions found: what few points see moves little.
+// Returns the placements [views], without drift (RemoveDrift). The result does not depend on the
+// number of threads.
 std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
                                             const std::vector<TrackView>& views,
                                             int first,
@@ -55,8 +56,8 @@ double TrackGain(const AdjustableTracks& tracks,
                  int first,
                  int step);
 
-// Standard deviation of the motions that the prior expects, in radians and units of the normalised
-// frame.
+// Standard deviation of the motions that the prior expects at first, in radians and units of the
+// normalised frame.
 inline constexpr double kMotionPrior = 0.02;
 
 }  // namespace semfoam

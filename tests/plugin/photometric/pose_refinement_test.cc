@@ -129,7 +129,7 @@ TEST(SamplePatch, HasTheSlopeOfItsColour) {
   CounterRandom random(2, 0x70, 0);
   for (auto& channel : patch.values) {
     for (auto& row : channel) {
-      for (float& value : row) value = static_cast<float>(random.Uniform());
+      for (int k = 0; k < kPatchEdge; ++k) row[k] = static_cast<float>(random.Uniform());
     }
   }
   const Eigen::Vector2d offset(0.7, -1.3);

@@ -42,7 +42,7 @@ double MedianOf(std::vector<double> values) {
 }  // namespace
 
 PoseRefiner::PoseRefiner(TrainingScene* scene, EffectSwitch mode)
-    : scene_(scene), mode_(mode), given_(PosesOf(*scene)), poses_(given_) {}
+    : scene_(scene), mode_(mode), given_(PosesOf(*scene)), first_(given_), poses_(given_) {}
 
 void PoseRefiner::RefineByTracks() {
   if (!IsPossible()) return;
@@ -66,6 +66,7 @@ void PoseRefiner::RefineByTracks() {
   for (size_t view = 0; view < poses_.size(); ++view) {
     if (!views[view].held_out) poses_[view] = PoseOf(adjusted[view], plan.world_from_normalized);
   }
+  first_ = poses_;
   scene_->SetPoses(poses_);
 }
 
@@ -142,16 +143,16 @@ void PoseRefiner::Refine(const std::vector<ComparedView>& views) {
   const Similarity& frame = scene_->WorldFromNormalized();
   if (!decided_) Decide(views);
   if (!by_pixels_) return;
-  std::vector<CameraPlacement> given(views.size()), aligned(views.size());
+  std::vector<CameraPlacement> first(views.size()), aligned(views.size());
   ParallelForBlocks(num_views, 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const int view = views[i].view;
-      given[i] = PlacementOf(given_[view], frame);
+      first[i] = PlacementOf(first_[view], frame);
       aligned[i] =
           AlignPhoto(PixelsOf(views[i]), PlacementOf(poses_[view], frame), -1, true).placement;
     }
   });
-  RemoveDrift(given, &aligned);
+  RemoveDrift(first, &aligned);
   for (int64_t i = 0; i < num_views; ++i) poses_[views[i].view] = PoseOf(aligned[i], frame);
   scene_->SetPoses(poses_);
 }

@@ -5,8 +5,9 @@
 #include "export/scene/names.h"
 #include "export/transfer/face_votes.h"
 #include "export/transfer/label_cut.h"
-#include "export/transfer/obj_labels.h"
+#include "export/transfer/mesh_file.h"
 #include "export/transfer/ply_labels.h"
+#include "export/transfer/ply_split.h"
 #include "export/transfer/polygon_mesh.h"
 #include "foam/util/error.h"
 #include "foam/util/output_file.h"
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -147,6 +149,7 @@ uint64_t NumVertices(const fs::path& input) {
 }
 
 TransferredLabels TransferToCloud(LabelSource* source,
+                                  const LabelTransferOptions& options,
                                   const fs::path& input,
                                   const fs::path& output,
                                   const TransferProgress& progress) {
@@ -186,6 +189,9 @@ TransferredLabels TransferToCloud(LabelSource* source,
       [&] { check.Require(); });
   TransferredLabels result = count.Finish(source->labels());
   check.Tell(&result);
+  if (options.split) {
+    result.parts = SplitLabelledPly(output, output.parent_path(), source->labels());
+  }
   return result;
 }
 
@@ -219,15 +225,14 @@ void LabelLooseVertices(const PolygonMesh& mesh,
 }
 
 TransferredLabels TransferToMesh(LabelSource* source,
-                                 double smoothness,
+                                 const LabelTransferOptions& options,
                                  const fs::path& input,
+                                 MeshFormat format,
                                  const fs::path& output,
                                  const TransferProgress& progress) {
   progress("reading", 0);
-  const PolygonMesh mesh = IsObjName(input) ? ReadObjMesh(input) : ReadPolygonMesh(input);
-  RequireValidMesh(input, mesh);
-  const auto materials = IsObjName(input) ? ObjMaterialFiles(input, output.parent_path())
-                                          : std::vector<std::pair<fs::path, fs::path>>();
+  const std::unique_ptr<MeshFile> file = ReadMeshFile(input, format, output, options.split);
+  const PolygonMesh& mesh = file->mesh();
   progress("looking at the mesh", 0.1);
   source->LookAt(mesh);
   FrameCheck check(*source, input);
@@ -247,23 +252,13 @@ TransferredLabels TransferToMesh(LabelSource* source,
                                              }
                                            });
   progress("cutting", 0.5);
-  const std::vector<SurfaceLabel> face_labels = CutFaceLabels(
-      mesh, votes, smoothness < 0 ? kSmoothnessOfResolution * source->Resolution() : smoothness);
+  const double smoothness =
+      options.smoothness < 0 ? kSmoothnessOfResolution * source->Resolution() : options.smoothness;
+  const std::vector<SurfaceLabel> face_labels = CutFaceLabels(mesh, votes, smoothness);
   std::vector<SurfaceLabel> vertex_labels = VertexLabels(mesh, face_labels);
   LabelLooseVertices(mesh, *source, &vertex_labels);
   progress("writing", 0.8);
-  const auto take = [](const std::vector<SurfaceLabel>& from) {
-    return [&from](const PlyBlock& block, std::span<SurfaceLabel> labels) {
-      CHECK_LE(block.first + labels.size(), from.size());
-      std::copy_n(from.begin() + static_cast<int64_t>(block.first), labels.size(), labels.begin());
-    };
-  };
-  if (IsObjName(input)) {
-    CopyFiles(materials);
-    CopyObjWithLabels(input, output, source->labels(), face_labels);
-  } else {
-    CopyPlyWithLabels(input, output, source->labels(), take(vertex_labels), take(face_labels));
-  }
+  file->Write(output, source->labels(), vertex_labels, face_labels);
   LabelCount count;
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     count.AddVertex(mesh.vertices[v], vertex_labels[v]);
@@ -273,6 +268,9 @@ TransferredLabels TransferToMesh(LabelSource* source,
   }
   TransferredLabels result = count.Finish(source->labels());
   check.Tell(&result);
+  if (options.split) {
+    result.parts = file->Split(output, source->labels(), face_labels, options.cap);
+  }
   return result;
 }
 
@@ -291,19 +289,20 @@ void LabelTransferOptions::RequireValid() const {
 TransferredLabels TransferLabels(LabelSource* source,
                                  const fs::path& input,
                                  const fs::path& output,
-                                 double smoothness,
+                                 const LabelTransferOptions& options,
                                  const TransferProgress& progress) {
-  return IsObjName(input) || HasFaces(input)
-             ? TransferToMesh(source, smoothness, input, output, progress)
-             : TransferToCloud(source, input, output, progress);
+  const MeshFormat format = RecognizeMeshFormat(input);
+  if (format == MeshFormat::kPly && !HasFaces(input)) {
+    return TransferToCloud(source, options, input, output, progress);
+  }
+  return TransferToMesh(source, options, input, format, output, progress);
 }
 
 void WriteTransferSidecar(const fs::path& path,
                           const LabelSource& source,
                           const TransferredLabels& transferred,
                           const std::string& file,
-                          const std::string& source_checksum,
-                          const std::vector<WrittenFile>& parts) {
+                          const std::string& source_checksum) {
   using Json = nlohmann::ordered_json;
   const auto triple = [](const Eigen::Vector3d& x) { return Json::array({x.x(), x.y(), x.z()}); };
   Json json = Json::parse(LabelTableJson(source.labels()));
@@ -330,7 +329,7 @@ void WriteTransferSidecar(const fs::path& path,
     if (!label.box.isEmpty()) {
       object["bounding_box"] = Json::array({triple(label.box.min()), triple(label.box.max())});
     }
-    for (const WrittenFile& part : parts) {
+    for (const WrittenFile& part : transferred.parts) {
       if (part.object_id == label.id) object["files"][part.format] = part.path;
     }
     json["objects"].push_back(object);

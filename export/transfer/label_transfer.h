@@ -25,6 +25,10 @@ struct LabelTransferOptions {
   // The smoothness of borders on meshes (CutFaceLabels), in units of the file; 0: none; -1: twice
   // the resolution of the source.
   double smoothness = -1;
+  // Whether to write each object as a file of its own, too, into objects/ beside the labelled file.
+  bool split = false;
+  // With `split`, of a mesh: whether the boundaries of each object are closed (FindBoundaryCaps).
+  bool cap = false;
 
   // Throws FieldError where a value is out of range.
   void RequireValid() const;
@@ -55,14 +59,17 @@ struct TransferredLabels {
   int64_t asked = 0;
   // Those that have vertices, by ascending id; kNoObject among them.
   std::vector<TransferredLabel> labels;
+  // The files of objects; empty without LabelTransferOptions::split.
+  std::vector<WrittenFile> parts;
 };
 
 // Tells what is under way, from 0 to 1.
 using TransferProgress = std::function<void(const std::string& what, double done)>;
 
 // Copies the PLY `input`, a mesh or a point cloud, to `output` with a label and a confidence for
-// each vertex, and for each face of a mesh (CopyPlyWithLabels); or an OBJ with a group for each
-// label (CopyObjWithLabels), and its materials and textures into the folder of `output`.
+// each vertex, and for each face of a mesh (CopyPlyWithLabels); an OBJ with a group for each label
+// (CopyObjWithLabels), and its materials and textures into the folder of `output`; or an STL as a
+// PLY (WriteStlAsLabelledPly). The name of `output` should be LabelledName.
 //
 // The faces of a mesh collect votes of places spread over them, and are labelled by a cut
 // (CutFaceLabels); its vertices take the labels of their faces (VertexLabels). Clouds are read and
@@ -75,18 +82,16 @@ using TransferProgress = std::function<void(const std::string& what, double done
 TransferredLabels TransferLabels(LabelSource* source,
                                  const std::filesystem::path& input,
                                  const std::filesystem::path& output,
-                                 double smoothness,
+                                 const LabelTransferOptions& options,
                                  const TransferProgress& progress);
 
 // Writes the table of labels beside a labelled file: {"version": 1, "labels": {"7": "mug"},
 // "source_model_xxh64": ..., "transfer": {"file": ..., "vertices": ..., ...}, "objects": [...]}.
 // `file` is the name of the labelled file; `source_checksum` that of the foam, if not empty.
-// `parts` are the files of objects (SplitLabelledPly), listed with them.
 void WriteTransferSidecar(const std::filesystem::path& path,
                           const LabelSource& source,
                           const TransferredLabels& transferred,
                           const std::string& file,
-                          const std::string& source_checksum,
-                          const std::vector<WrittenFile>& parts = {});
+                          const std::string& source_checksum);
 
 }  // namespace semfoam

@@ -65,11 +65,7 @@ std::string HeaderWithLabels(const std::string& header, const std::vector<Label>
     }
     result += line;
     if (keyword != "format") continue;
-    for (const Label& label : labels) {
-      if (label.id == kNoObject) continue;
-      result += "comment label " + std::to_string(Value(label.id)) + " " +
-                OneLine(DisplayName(label.id, label.name)) + line_end;
-    }
+    result += PlyLabelComments(labels, line_end);
   }
   return result;
 }
@@ -219,6 +215,16 @@ void CopyRead(PlyReader* reader, ByteWriter* out) {
 }
 
 }  // namespace
+
+std::string PlyLabelComments(const std::vector<Label>& labels, const std::string& line_end) {
+  std::string comments;
+  for (const Label& label : labels) {
+    if (label.id == kNoObject) continue;
+    comments += "comment label " + std::to_string(Value(label.id)) + " " +
+                OneLine(DisplayName(label.id, label.name)) + line_end;
+  }
+  return comments;
+}
 
 void CopyPlyWithLabels(const fs::path& input,
                        const fs::path& output,

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,6 +26,10 @@ struct PlyBlock {
 };
 // Sets the labels [records] of a block.
 using LabelPlyBlock = std::function<void(const PlyBlock& block, std::span<SurfaceLabel> labels)>;
+
+// Returns the lines of a PLY's header that name labels, `comment label ID NAME`, but for that of id
+// 0.
+std::string PlyLabelComments(const std::vector<Label>& labels, const std::string& line_end = "\n");
 
 // Copies the PLY `input` to `output` and gives each vertex, and each face if there are any, two
 // properties more, `int label` and `float confidence`, behind all others. Everything else stays as

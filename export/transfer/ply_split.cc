@@ -2,8 +2,8 @@
 #include "export/transfer/ply_split.h"
 
 #include "export/io/byte_writer.h"
-#include "export/scene/names.h"
 #include "export/transfer/boundary_caps.h"
+#include "export/transfer/mesh_parts.h"
 #include "export/transfer/polygon_mesh.h"
 #include "foam/util/error.h"
 
@@ -45,7 +45,7 @@ std::vector<LabelId> ReadLabels(const fs::path& path, const IsWanted& is_wanted)
 struct Part {
   uint32_t vertices = 0;
   uint64_t faces = 0;
-  int caps = 0;
+  uint64_t caps = 0;
   std::unique_ptr<ByteWriter> out;
 };
 
@@ -56,21 +56,21 @@ struct Use {
   uint32_t index = 0;
 };
 
-// Returns the vertices of each part, by ascending vertex; counts them in `parts`.
+// Returns the vertices of each part, by ascending vertex; counts them in `parts`. part_of: [faces],
+// or of a cloud [points].
 std::vector<Use> UsesOf(const PolygonMesh& mesh,
-                        const std::vector<uint32_t>& part_of_vertex,
-                        const std::vector<uint32_t>& part_of_face,
+                        const std::vector<uint32_t>& part_of,
                         std::vector<Part>* parts) {
   const uint32_t none = static_cast<uint32_t>(parts->size());
   std::vector<Use> uses;
   for (size_t f = 0; f < mesh.NumFaces(); ++f) {
-    if (part_of_face[f] == none) continue;
-    ++(*parts)[part_of_face[f]].faces;
-    for (const uint32_t corner : mesh.Face(f)) uses.push_back({corner, part_of_face[f], 0});
+    if (part_of[f] == none) continue;
+    ++(*parts)[part_of[f]].faces;
+    for (const uint32_t corner : mesh.Face(f)) uses.push_back({corner, part_of[f], 0});
   }
   if (mesh.NumFaces() == 0) {
-    for (uint32_t v = 0; v < part_of_vertex.size(); ++v) {
-      if (part_of_vertex[v] != none) uses.push_back({v, part_of_vertex[v], 0});
+    for (uint32_t v = 0; v < part_of.size(); ++v) {
+      if (part_of[v] != none) uses.push_back({v, part_of[v], 0});
     }
   }
   const auto key = [](const Use& use) { return std::pair(use.vertex, use.part); };
@@ -326,34 +326,14 @@ std::vector<WrittenFile> SplitLabelledPly(const fs::path& labelled,
   const std::vector<LabelId> vertex_labels = ReadLabels(labelled, IsPlyVertices);
   const std::vector<LabelId> face_labels = ReadLabels(labelled, IsPlyFaces);
   const std::vector<LabelId>& splitting = mesh.NumFaces() > 0 ? face_labels : vertex_labels;
-  std::map<LabelId, uint32_t> part_of;
-  for (const LabelId id : splitting) {
-    if (id != kNoObject) part_of.emplace(id, 0);
+  const MeshParts of_splitting = FindMeshParts(splitting);
+  std::vector<WrittenFile> files = PartFiles(of_splitting, labels, "ply");
+  std::vector<Part> parts(files.size());
+  for (size_t part = 0; part < parts.size(); ++part) {
+    parts[part].out = std::make_unique<ByteWriter>(folder / files[part].path);
   }
-  std::vector<Part> parts(part_of.size());
-  std::vector<WrittenFile> files;
-  for (auto& [id, part] : part_of) {
-    part = static_cast<uint32_t>(files.size());
-    std::string name;
-    for (const Label& label : labels) {
-      if (label.id == id) name = label.name;
-    }
-    files.push_back({id, "ply", "objects/" + FileStem(id, name) + ".ply", ""});
-    parts[part].out = std::make_unique<ByteWriter>(folder / files.back().path);
-  }
-  const auto parts_of = [&](const std::vector<LabelId>& ids) {
-    std::vector<uint32_t> result;
-    result.reserve(ids.size());
-    for (const LabelId id : ids) {
-      const auto found = part_of.find(id);
-      result.push_back(found == part_of.end() ? static_cast<uint32_t>(parts.size())
-                                              : found->second);
-    }
-    return result;
-  };
-  const std::vector<uint32_t> part_of_vertex = parts_of(vertex_labels);
-  const std::vector<uint32_t> part_of_face = parts_of(face_labels);
-  const std::vector<Use> uses = UsesOf(mesh, part_of_vertex, part_of_face, &parts);
+  const std::vector<uint32_t>& part_of_face = of_splitting.part_of;
+  const std::vector<Use> uses = UsesOf(mesh, of_splitting.part_of, &parts);
   std::vector<BoundaryCap> caps;
   if (cap) caps = FindBoundaryCaps(mesh, part_of_face, static_cast<uint32_t>(parts.size()));
   for (const BoundaryCap& one : caps) {
@@ -398,13 +378,7 @@ std::vector<WrittenFile> SplitLabelledPly(const fs::path& labelled,
   }
   for (size_t part = 0; part < parts.size(); ++part) {
     parts[part].out->Finish();
-    files[part].summary =
-        std::to_string(parts[part].vertices) +
-        (mesh.NumFaces() > 0 ? " vertices, " + std::to_string(parts[part].faces) + " faces"
-                             : " points");
-    if (const int count = parts[part].caps; count > 0) {
-      files[part].summary += ", " + std::to_string(count) + (count == 1 ? " cap" : " caps");
-    }
+    files[part].summary = PartSummary(parts[part].vertices, parts[part].faces, parts[part].caps);
   }
   return files;
 }

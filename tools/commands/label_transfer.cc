@@ -5,10 +5,7 @@
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
 #include "export/transfer/label_source.h"
-#include "export/transfer/obj_labels.h"
 #include "foam/util/error.h"
-#include "foam/util/input_file.h"
-#include "foam/util/ply_reader.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
@@ -57,10 +54,6 @@ struct Paths {
   std::string workspace;
   std::string input;
   std::string output;
-  // Whether to write each object as a file of its own, too.
-  bool split = false;
-  // Whether the parts of a mesh are closed.
-  bool cap = false;
 };
 
 void AddOptions(OptionManager* options,
@@ -78,17 +71,17 @@ void AddOptions(OptionManager* options,
   options->AddRequiredOption(
       "input_path",
       &paths->input,
-      "the mesh or point cloud (.ply), as fused.ply or meshed-poisson.ply of COLMAP, or a mesh as "
-      ".obj, in which labels become groups and materials stay");
+      "the mesh or point cloud, as fused.ply or meshed-poisson.ply of COLMAP: PLY; OBJ, in which "
+      "labels become groups and materials stay; or STL, whose labelled mesh is a PLY");
   options->AddRequiredOption("output_path",
                              &paths->output,
                              "folder for the labelled file, which keeps its name, and labels.json");
   options->AddDefaultOption("split",
-                            &paths->split,
-                            "also objects/<id>_<name>.ply: each object as a file of its own, with "
-                            "the vertices on borders in each");
+                            &transfer->split,
+                            "also objects/<id>_<name>: each object as a file of its own, in the "
+                            "format of the input, with the vertices on borders in each");
   options->AddDefaultOption(
-      "cap", &paths->cap, "with --split 1, of a mesh: closes the boundaries of each object");
+      "cap", &transfer->cap, "with --split 1, of a mesh: closes the boundaries of each object");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,
@@ -125,7 +118,7 @@ void AddOptions(OptionManager* options,
 
 // Throws UserError unless exactly one of the foam and the workspace is given, with options that
 // have an effect.
-void RequireOneSource(const OptionManager& options, const Paths& paths) {
+void RequireOneSource(const OptionManager& options, const Paths& paths, bool split) {
   if (paths.foam.empty() == paths.workspace.empty()) {
     throw UserError("Failed to parse options - ",
                     paths.foam.empty() ? "neither '--foam_path' nor" : "both '--foam_path' and",
@@ -133,22 +126,13 @@ void RequireOneSource(const OptionManager& options, const Paths& paths) {
                     paths.foam.empty() ? "is" : "are",
                     " given; one of them must tell the labels.");
   }
-  if (!paths.split) options.RequireEffect({"cap"}, "without --split 1; give it, or leave this out");
+  if (!split) options.RequireEffect({"cap"}, "without --split 1; give it, or leave this out");
   if (paths.workspace.empty()) {
     options.RequireEffect({"mask_path", "FoamTraining.label_zero", "Masks.consistency"},
                           "with --foam_path; give --workspace_path instead of that");
   } else {
     options.RequireEffect({"tolerance"}, "with --workspace_path; leave it out");
   }
-}
-
-// Copies the input with the labels of `source`, and says what has got which.
-void Transfer(LabelSource* source,
-              const Paths& paths,
-              double smoothness,
-              const std::string& source_checksum) {
-  PrintLabels(WriteLabelled(
-      source, {paths.input, paths.output, paths.split, smoothness, paths.cap}, source_checksum));
 }
 
 void TransferFromFoam(const Paths& paths,
@@ -162,7 +146,8 @@ void TransferFromFoam(const Paths& paths,
   const ExportableScene scene = MakeExportableScene(model, options);
   RequireObjects(scene, paths.foam);
   FoamLabels source(scene, transfer.tolerance);
-  Transfer(&source, paths, transfer.smoothness, ModelChecksum(paths.foam));
+  PrintLabels(
+      WriteLabelled(&source, {paths.input, paths.output, transfer}, ModelChecksum(paths.foam)));
 }
 
 void TransferFromMasks(const Paths& paths,
@@ -177,7 +162,7 @@ void TransferFromMasks(const Paths& paths,
       ReadModelMasks(model, found.mask_folder, masks.Zero(), masks.Consistency());
   MaskLabels source(
       model, photos, NamedLabelsOf(photos.photos, found.labels_file, labels_are_given), transform);
-  Transfer(&source, paths, transfer.smoothness, {});
+  PrintLabels(WriteLabelled(&source, {paths.input, paths.output, transfer}, {}));
 }
 
 }  // namespace
@@ -194,25 +179,18 @@ void RunLabelTransfer(int argc, char** argv) {
       "the masks of the photos that see it. All else in the file stays as it is, byte for byte.");
   AddOptions(&options, &paths, &masks, &transfer, &frame);
   if (!options.Parse(argc, argv)) return;
-  RequireOneSource(options, paths);
+  RequireOneSource(options, paths, transfer.split);
   transfer.RequireValid();
   const ExportTransform transform = ParseExportTransform(frame);
   const fs::path input = paths.input, folder = paths.output;
-  // Before any work, what cannot be read.
-  if (!IsObjName(input)) {
-    const PlyReader header(input, "a PLY of points or faces");
-  } else {
-    RequireRegularFile(input, "a PLY or an OBJ");
-    if (paths.split) {
-      throw UserError(paths.input, ": is an OBJ; --split 1 writes parts of PLY files alone.");
-    }
-  }
+  const LabelledFiles files = {input, folder, transfer};
+  const fs::path labelled = LabelledFile(files);  // Before any work, what cannot be read.
   std::vector<fs::path> inputs = {input};
   if (!paths.foam.empty()) inputs.push_back(paths.foam);
   if (!masks.labels_path.empty()) inputs.push_back(masks.labels_path);
-  CheckNoInputOverwrite(inputs, {folder / input.filename(), folder / "labels.json"});
+  CheckNoInputOverwrite(inputs, {labelled, folder / "labels.json"});
   const OutputLock lock(folder);
-  RequireRoomForLabelled(folder, input.filename(), paths.split);
+  RequireRoomForLabelled(files);
   if (paths.workspace.empty()) {
     TransferFromFoam(paths, masks.labels_path, transfer, transform);
   } else {

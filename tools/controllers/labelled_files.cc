@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/labelled_files.h"
 
-#include "export/transfer/ply_split.h"
+#include "export/transfer/mesh_file.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
@@ -24,8 +24,14 @@ constexpr const char* kSidecar = "labels.json";
 
 }  // namespace
 
-void RequireRoomForLabelled(const fs::path& output_path, const fs::path& file, bool split) {
-  const fs::path sidecar = output_path / kSidecar;
+fs::path LabelledFile(const LabelledFiles& files) {
+  RequireLabelledFormat(files.input, files.output_path, files.options.split);
+  return files.output_path / LabelledName(files.input, RecognizeMeshFormat(files.input));
+}
+
+void RequireRoomForLabelled(const LabelledFiles& files) {
+  const fs::path labelled = LabelledFile(files);
+  const fs::path sidecar = files.output_path / kSidecar;
   std::string ours;
   if (fs::exists(sidecar)) {
     const nlohmann::json json = ReadJsonFile(sidecar);
@@ -47,8 +53,8 @@ void RequireRoomForLabelled(const fs::path& output_path, const fs::path& file, b
                     Field{"output_path"},
                     ".");
   };
-  require_ours(output_path / file, file.string() == ours);
-  if (split) require_ours(output_path / "objects", !ours.empty());
+  require_ours(labelled, labelled.filename().string() == ours);
+  if (files.options.split) require_ours(files.output_path / "objects", !ours.empty());
 }
 
 TransferredLabels WriteLabelled(LabelSource* source,
@@ -56,27 +62,29 @@ TransferredLabels WriteLabelled(LabelSource* source,
                                 const std::string& source_checksum) {
   const fs::path& input = files.input;
   const fs::path& folder = files.output_path;
-  const fs::path output = folder / input.filename();
+  const fs::path output = LabelledFile(files);
   const auto begin = std::chrono::steady_clock::now();
   TransferredLabels transferred;
   {
     ProgressLine line;
     transferred = TransferLabels(
-        source, input, output, files.smoothness, [&](const std::string& what, double done) {
+        source, input, output, files.options, [&](const std::string& what, double done) {
           const std::string text = what + ", " + std::to_string(std::lround(100 * done)) + " %";
           line.Show({what, done, SecondsSince(begin), text});
         });
     line.Clear();
   }
-  std::vector<WrittenFile> parts;
-  if (files.split) parts = SplitLabelledPly(output, folder, source->labels(), files.cap);
   WriteTransferSidecar(
-      folder / kSidecar, *source, transferred, input.filename().string(), source_checksum, parts);
+      folder / kSidecar, *source, transferred, output.filename().string(), source_checksum);
   const bool is_mesh = transferred.faces > 0;
   LOG(INFO) << output.string() << ": " << transferred.vertices
             << (is_mesh ? " vertices and " + std::to_string(transferred.faces) + " faces"
                         : " points")
             << " labelled in " << FormatDuration(SecondsSince(begin));
+  if (output.filename() != input.filename()) {
+    LOG(INFO) << "  " << input.filename().string()
+              << " has no place for labels, so the labelled mesh is a PLY";
+  }
   if (transferred.unknown > 0) {
     std::ostringstream share;
     share.precision(2);
@@ -86,7 +94,8 @@ TransferredLabels WriteLabelled(LabelSource* source,
               << (source->Tolerance() > 0 ? " are far from all matter of the foam"
                                           : " are seen by no photo");
   }
-  for (const WrittenFile& part : parts) LOG(INFO) << "  " << part.path << ": " << part.summary;
+  for (const WrittenFile& part : transferred.parts)
+    LOG(INFO) << "  " << part.path << ": " << part.summary;
   return transferred;
 }
 

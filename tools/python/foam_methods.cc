@@ -208,21 +208,16 @@ std::vector<std::string> ExportVolumes(const FoamObject& foam,
   });
 }
 
-py::list TransferLabelsTo(const FoamObject& foam,
-                          const LabelledFiles& files,
-                          const LabelTransferOptions& options) {
+py::list TransferLabelsTo(const FoamObject& foam, const LabelledFiles& files) {
   const TransferredLabels transferred = WithoutGil([&] {
-    options.RequireValid();
-    // Before any work, what is no PLY.
-    const PlyReader header(files.input, "a PLY of points or faces");
-    CheckNoInputOverwrite(
-        {files.input},
-        {files.output_path / files.input.filename(), files.output_path / "labels.json"});
+    files.options.RequireValid();
+    // Before any work, what cannot be labelled.
+    CheckNoInputOverwrite({files.input}, {LabelledFile(files), files.output_path / "labels.json"});
     const OutputLock lock(files.output_path);
-    RequireRoomForLabelled(files.output_path, files.input.filename(), files.split);
+    RequireRoomForLabelled(files);
     const ExportableScene& scene = foam.Scene();
     RequireObjects(scene, foam.Name());
-    FoamLabels source(scene, options.tolerance);
+    FoamLabels source(scene, files.options.tolerance);
     return WriteLabelled(&source, files, foam.Checksum());
   });
   py::list labels;
@@ -380,19 +375,21 @@ void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
              const fs::path& output_path,
              bool split,
              double tolerance,
-             double smoothness) {
+             double smoothness,
+             bool cap) {
             return TransferLabelsTo(f,
-                                    {input_path, output_path, split, smoothness, /*cap=*/false},
-                                    {tolerance, smoothness});
+                                    {input_path, output_path, {tolerance, smoothness, split, cap}});
           },
           py::arg("input_path"),
           py::arg("output_path"),
           py::arg("split") = false,
           py::arg("tolerance") = LabelTransferOptions().tolerance,
           py::arg("smoothness") = LabelTransferOptions().smoothness,
-          "Labels a mesh or point cloud (.ply) that another program made of the same photos, as "
+          py::arg("cap") = false,
+          "Labels a mesh or point cloud that another program made of the same photos, as "
           "`semfoam label_transfer` does: writes it, with its name, and labels.json into the "
-          "folder output_path, with split also each object as a file of its own in objects/. "
+          "folder output_path, with split also each object as a file of its own in objects/, with "
+          "its boundaries closed by cap. "
           "tolerance, in units of the file: matter farther away does not count; 0 = by the scene. "
           "smoothness, in units of the file, of borders on meshes; -1 = by the cells. Returns a "
           "list of dicts: id (0 = no label), name, vertices, faces, area, confidence. Runs "

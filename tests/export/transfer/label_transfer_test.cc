@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/transfer/label_transfer.h"
 
+#include "export/surface/semantic_mesh.h"
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
 
@@ -40,11 +41,9 @@ class LabelTransferTest : public TemporaryFolderTest {
     std::ofstream(folder_ / "in.ply", std::ios::binary) << ply;
     FoamLabels source(scene == nullptr ? scene_ : *scene, options.tolerance);
     tolerance_ = source.Tolerance();
-    return TransferLabels(&source,
-                          folder_ / "in.ply",
-                          folder_ / "out.ply",
-                          options.smoothness,
-                          [](const std::string&, double) {});
+    return TransferLabels(
+        &source, folder_ / "in.ply", folder_ / "out.ply", options, [](const std::string&, double) {
+        });
   }
   PlyLabels Labels() { return ReadPlyLabels(folder_ / "out.ply"); }
 
@@ -118,7 +117,7 @@ TEST_F(LabelTransferTest, AnObjGetsItsLabelsAsGroups) {
   }
   FoamLabels source(scene_, 0);
   const TransferredLabels transferred =
-      TransferLabels(&source, path, folder_ / "out/in.obj", -1, [](const std::string&, double) {});
+      TransferLabels(&source, path, folder_ / "out/in.obj", {}, [](const std::string&, double) {});
   EXPECT_EQ(transferred.faces, std::ssize(mesh_.corners) / 3);
   EXPECT_EQ(ReadAll(folder_ / "out/in.mtl"), "newmtl all\n");
 
@@ -138,6 +137,47 @@ TEST_F(LabelTransferTest, AnObjGetsItsLabelsAsGroups) {
   }
   EXPECT_EQ(without_groups, ReadAll(path));
   EXPECT_GE(right, face * 98 / 100);
+}
+
+// The same mesh in the formats of others; the file is recognised by its content.
+TEST_F(LabelTransferTest, EveryFormatGetsTheSameLabels) {
+  for (Eigen::Vector3d& x : mesh_.vertices) x = x.cast<float>().cast<double>();
+  Transfer(PlyOf(mesh_));
+  const std::vector<SurfaceLabel> expected = Labels().faces;
+  FoamLabels source(scene_, 0);
+  const auto transfer = [&](const std::string& bytes, const std::string& output) {
+    const std::filesystem::path input = folder_ / "mesh of somebody";
+    std::ofstream(input, std::ios::binary) << bytes;
+    EXPECT_EQ(TransferLabels(
+                  &source, input, folder_ / output, {}, [](const std::string&, double) { return; })
+                  .faces,
+              std::ssize(expected));
+  };
+  // What is one vertex of the mesh, and what the cut sees, are the same.
+  transfer(StlOf(mesh_, "of somebody"), "out.ply");
+  EXPECT_GE(RightArea(mesh_), 0.995);
+  const std::vector<SurfaceLabel> of_stl = Labels().faces;
+  size_t same = 0;
+  for (size_t f = 0; f < expected.size(); ++f) same += of_stl[f].id == expected[f].id;
+  EXPECT_GE(same, expected.size() - 4);
+
+  // A mesh that OpenMesh takes: the poles and seams of the balls are no manifold there, faces stay.
+  SemanticMesh om;
+  for (const Eigen::Vector3d& x : mesh_.vertices) om.add_vertex({x.x(), x.y(), x.z()});
+  for (size_t f = 0; f < mesh_.NumFaces(); ++f) {
+    const auto at = [&](int k) { return OpenMesh::VertexHandle(mesh_.Face(f)[k]); };
+    ASSERT_TRUE(om.add_face(at(0), at(1), at(2)).is_valid());
+  }
+  ASSERT_TRUE(OpenMesh::IO::write_mesh(om, (folder_ / "in.om").string()));
+  transfer(ReadAll(folder_ / "in.om"), "out.om");
+  SemanticMesh labelled;
+  ASSERT_TRUE(OpenMesh::IO::read_mesh(labelled, (folder_ / "out.om").string()));
+  OpenMesh::FPropHandleT<int> label;
+  ASSERT_TRUE(labelled.get_property_handle(label, kLabelProperty));
+  for (size_t f = 0; f < expected.size(); ++f) {
+    EXPECT_EQ(labelled.property(label, OpenMesh::FaceHandle(static_cast<int>(f))),
+              Value(expected[f].id));
+  }
 }
 
 // Noise on the places, as of fused.ply, with and without normals; and outliers far off, which get

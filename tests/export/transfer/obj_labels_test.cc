@@ -85,6 +85,61 @@ TEST_F(ObjLabelsTest, MaterialsAndTexturesComeAlong) {
   EXPECT_THROW(ObjMaterialFiles(obj, folder_ / "out"), UserError);
 }
 
+// Each part has the lines that it needs, and no other.
+TEST_F(ObjLabelsTest, PartsKeepTheirLinesAndMaterials) {
+  const fs::path obj =
+      Write("in.obj",
+            "# by hand\nmtllib a b.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1.50 0\n"
+            "v 9 9 9\nvt 0.1 0\nvt 0.2 0\nvt 0.30 1\nvn 0 0 1\nvn 0 0 2\ng old\n"
+            "usemtl red\ns 1\nf 1/1 2/2 3/3\nusemtl blue\nf 1//2 3//2 -2//-1\n"
+            "l 1 2\nusemtl green\nusemtl red\nf 4/3/1 3/2/1 2/1/1 # c\nf 3 2 1");
+  const PolygonMesh mesh = ReadObjMesh(obj);
+  const SurfaceLabel mug{LabelId{7}, 1}, cup{LabelId{8}, 1};
+  const std::vector<WrittenFile> files = SplitLabelledObj(
+      obj, mesh, folder_, {{LabelId{7}, MaskId{7}, "my mug"}}, {mug, cup, mug, {}}, false);
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].path, "objects/7_my_mug.obj");
+  EXPECT_EQ(files[0].summary, "4 vertices, 2 faces");
+  EXPECT_EQ(ReadAll(folder_ / files[0].path),
+            "mtllib a b.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1.50 0\nvt 0.1 0\nvt 0.2 0\n"
+            "vt 0.30 1\nvn 0 0 1\ng 7_my_mug\nusemtl red\ns 1\nf 1/1 2/2 3/3\nusemtl red\n"
+            "f 4/3/1 3/2/1 2/1/1\n");
+  EXPECT_EQ(ReadAll(folder_ / files[1].path),
+            "mtllib a b.mtl\nv 0 0 0 1 0 0\nv 1 1 0\nv 0 1.50 0\nvn 0 0 2\ng 8_label_8\ns 1\n"
+            "usemtl blue\nf 1//1 2//1 3//1\n");
+}
+
+TEST_F(ObjLabelsTest, PartsMayBeClosed) {
+  const fs::path obj = Write("in.obj",
+                             "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0\nv 0.5 0.5 1\n"
+                             "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n");
+  const SurfaceLabel mug{LabelId{7}, 1};
+  const std::vector<WrittenFile> files =
+      SplitLabelledObj(obj, ReadObjMesh(obj), folder_, {}, {mug, mug, mug, mug, {}}, true);
+  EXPECT_EQ(files[0].summary, "6 vertices, 8 faces, 1 cap");
+  const PolygonMesh part = ReadObjMesh(folder_ / files[0].path);
+  EXPECT_EQ(part.vertices[5], Eigen::Vector3d(0.5, 0.5, 0));
+  Eigen::Vector3d area = Eigen::Vector3d::Zero();
+  for (size_t f = 0; f < part.NumFaces(); ++f) area += part.FaceArea(f);
+  EXPECT_LT(area.norm(), 1e-12) << "closed and oriented";
+  EXPECT_THAT(ReadAll(folder_ / files[0].path), HasSubstr("\nv 0.5 0.5 0 "));
+}
+
+TEST_F(ObjLabelsTest, PartsNeedTexturesAndNormalsThatAreThere) {
+  for (const auto& [corner, kind] :
+       {std::pair("1/2", "vt"), {"1/x", "vt"}, {"1/1/1", "vn"}, {"1//0", "vn"}}) {
+    const fs::path obj =
+        Write("in.obj", std::string("v 0 0 0\nvt 0 0\nf 1 1 ") + corner + "\nvn 0 0 1\n");
+    try {
+      RequireSplittableObj(obj);
+      ADD_FAILURE() << "accepted " << corner;
+    } catch (const UserError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("line 3 is a face with a corner at a `")) << corner;
+      EXPECT_THAT(error.what(), HasSubstr(kind)) << corner;
+    }
+  }
+}
+
 TEST_F(ObjLabelsTest, RefusesBadFilesWithOneSentence) {
   EXPECT_THAT(Refusal("v 0 0 0\n"), HasSubstr("has no faces"));
   EXPECT_THAT(Refusal("v 0 0\nf 1 1 1\n"), HasSubstr("line 1 is a vertex without three numbers"));

@@ -88,6 +88,21 @@ inline std::string PlyOf(const PolygonMesh& mesh, bool is_cloud = false) {
   return ply;
 }
 
+// The mesh of triangles as a binary STL, with a normal of (0.5, 0.5, 0.5) and the lowest bits of
+// its index on each facet.
+inline std::string StlOf(const PolygonMesh& mesh, std::string header) {
+  header.resize(80);
+  AppendBinary(static_cast<uint32_t>(mesh.NumFaces()), &header);
+  for (size_t f = 0; f < mesh.NumFaces(); ++f) {
+    for (int axis = 0; axis < 3; ++axis) AppendBinary(0.5f, &header);
+    for (const uint32_t corner : mesh.Face(f)) {
+      for (const double x : mesh.vertices[corner]) AppendBinary(static_cast<float>(x), &header);
+    }
+    AppendBinary(static_cast<uint16_t>(f), &header);
+  }
+  return header;
+}
+
 // The labels and confidences in a PLY, by element and record.
 struct PlyLabels {
   std::vector<SurfaceLabel> vertices;

@@ -186,6 +186,58 @@ TEST_F(LabelTransferCommandTest, ObjectsMayBeFilesOfTheirOwn) {
               NamesMistake((out / "objects").string(), {}, "would be lost"));
 }
 
+// The labelled mesh of an STL is a PLY, its objects are STLs.
+TEST_F(LabelTransferCommandTest, AnStlHasNoPlaceForLabels) {
+  WriteFile(folder_ / "a mesh.stl", StlOf(mesh_, ""));
+  const fs::path out = folder_ / "out";
+  const Outcome outcome = Run(folder_ / "a mesh.stl", out, {"--split", "1", "--cap", "1"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(FilesBelow(out),
+              UnorderedElementsAre(
+                  "a mesh.ply", "labels.json", "objects/7_mug.stl", "objects/8_label_8.stl"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("a mesh.stl has no place for labels, so the labelled mesh is a PLY"));
+  const json table = json::parse(ReadFile(out / "labels.json"));
+  EXPECT_EQ(table["transfer"]["file"], "a mesh.ply");
+  EXPECT_EQ(table["objects"][0]["files"]["stl"], "objects/7_mug.stl");
+  EXPECT_EQ(ReadPlyLabels(out / "a mesh.ply").faces.size(), mesh_.NumFaces());
+  EXPECT_THAT(Sentence(Run(folder_ / "a mesh.stl", folder_ / "out.stl")),
+              NamesMistake((folder_ / "out.stl").string(), {"split"}, "no place for labels"));
+  EXPECT_FALSE(fs::exists(folder_ / "out.stl"));
+}
+
+TEST_F(LabelTransferCommandTest, ObjectsOfAnObjKeepTheirMaterials) {
+  fs::create_directories(folder_ / "in");
+  WriteFile(folder_ / "in" / "a.mtl", "newmtl all\nmap_Kd all.png\n");
+  WriteFile(folder_ / "in" / "all.png", "png");
+  std::string obj = "mtllib a.mtl\nvt 0.25 0.5\nusemtl all\n";
+  for (const Eigen::Vector3d& x : mesh_.vertices) {
+    obj += "v " + std::to_string(x.x()) + " " + std::to_string(x.y()) + " " +
+           std::to_string(x.z()) + "\n";
+  }
+  for (size_t f = 0; f < mesh_.NumFaces(); ++f) {
+    obj += "f";
+    for (const uint32_t corner : mesh_.Face(f)) obj += " " + std::to_string(corner + 1) + "/1";
+    obj += "\n";
+  }
+  WriteFile(folder_ / "in" / "a.obj", obj);
+  const fs::path out = folder_ / "out";
+  const Outcome outcome = Run(folder_ / "in" / "a.obj", out, {"--split", "1"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(FilesBelow(out),
+              UnorderedElementsAre("a.obj",
+                                   "a.mtl",
+                                   "all.png",
+                                   "labels.json",
+                                   "objects/7_mug.obj",
+                                   "objects/8_label_8.obj",
+                                   "objects/a.mtl",
+                                   "objects/all.png"));
+  EXPECT_THAT(ReadFile(out / "objects/7_mug.obj"),
+              HasSubstr("vt 0.25 0.5\ng 7_mug\nusemtl all\nf "));
+  EXPECT_EQ(Run(folder_ / "in" / "a.obj", out, {"--split", "1"}).exit_code, 0) << "again";
+}
+
 TEST_F(LabelTransferCommandTest, OneSourceOfLabelsIsNeeded) {
   const std::string mesh = (folder_ / "a mesh.ply").string(), out = (folder_ / "out").string();
   EXPECT_THAT(Sentence(RunSemfoam({"label_transfer", "--input_path", mesh, "--output_path", out})),

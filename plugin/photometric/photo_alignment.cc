@@ -2,6 +2,8 @@
 #include "plugin/photometric/photo_alignment.h"
 
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -12,6 +14,8 @@ namespace {
 // training is blurred, too.
 constexpr double kSigmas[] = {1.8, 1.8, 1.5, 1.2, 1, 1};
 constexpr double kFinest = 1;
+// A gain alone takes fewer steps.
+constexpr size_t kGainSteps = 2;
 // Beyond, the Gaussian would be cut off; such a pixel says nothing.
 constexpr double kLargestOffset = 3;
 // Scale of the errors, in display values, from which on they count less: the root of the mean
@@ -23,10 +27,8 @@ constexpr double kMotionPrior = 0.01;
 constexpr double kGainPrior = 0.1;
 constexpr double kPixelNoise = 0.05;
 
-using Row = std::array<float, kPatchEdge>;
-
 // Fills the weights of the samples of a row, and their slopes; returns sums of both.
-std::pair<double, double> Weigh(double offset, double sigma, Row* weights, Row* slopes) {
+std::pair<double, double> Weigh(double offset, double sigma, PatchRow* weights, PatchRow* slopes) {
   double sum = 0, slope_sum = 0;
   for (int k = 0; k < kPatchEdge; ++k) {
     const double distance = k - kPatchRadius - offset;
@@ -56,21 +58,24 @@ bool IsOf(const AlignedPixel& pixel, int half) { return half < 0 || pixel.half =
 }  // namespace
 
 PatchSample SamplePatch(const PhotoPatch& patch, const Eigen::Vector2d& offset, double sigma) {
-  Row along_x, along_y, slope_x, slope_y;
+  PatchRow along_x = {}, along_y = {}, slope_x = {}, slope_y = {};
   const auto [sum_x, sum_slope_x] = Weigh(offset.x(), sigma, &along_x, &slope_x);
   const auto [sum_y, sum_slope_y] = Weigh(offset.y(), sigma, &along_y, &slope_y);
   PatchSample sample;
   for (int c = 0; c < 3; ++c) {
-    float value = 0, by_x = 0, by_y = 0;
+    // Of the columns, along y.
+    PatchRow values = {}, slopes = {};
     for (int row = 0; row < kPatchEdge; ++row) {
-      float of_row = 0, slope_of_row = 0;
-      for (int column = 0; column < kPatchEdge; ++column) {
-        of_row += along_x[column] * patch.values[c][row][column];
-        slope_of_row += slope_x[column] * patch.values[c][row][column];
+      for (size_t column = 0; column < values.size(); ++column) {
+        values[column] += along_y[row] * patch.values[c][row][column];
+        slopes[column] += slope_y[row] * patch.values[c][row][column];
       }
-      value += along_y[row] * of_row;
-      by_x += along_y[row] * slope_of_row;
-      by_y += slope_y[row] * of_row;
+    }
+    float value = 0, by_x = 0, by_y = 0;
+    for (int column = 0; column < kPatchEdge; ++column) {
+      value += along_x[column] * values[column];
+      by_x += slope_x[column] * values[column];
+      by_y += along_x[column] * slopes[column];
     }
     const double mean = value / (sum_x * sum_y);
     sample.color[c] = mean;
@@ -90,7 +95,8 @@ PhotoAlignment AlignPhoto(const std::vector<AlignedPixel>& pixels,
   using Vector9 = Eigen::Matrix<double, 9, 1>;
   const double motion_prior = std::pow(kPixelNoise / kMotionPrior, 2);
   const double gain_prior = std::pow(kPixelNoise / kGainPrior, 2);
-  for (const double sigma : kSigmas) {
+  for (size_t k = moves ? 0 : std::size(kSigmas) - kGainSteps; k < std::size(kSigmas); ++k) {
+    const double sigma = kSigmas[k];
     Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
     Vector9 right = Vector9::Zero();
     normal.diagonal().head<6>().setConstant(motion_prior);

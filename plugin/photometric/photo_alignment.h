@@ -17,9 +17,12 @@ namespace semfoam {
 inline constexpr int kPatchRadius = 5;
 inline constexpr int kPatchEdge = 2 * kPatchRadius + 1;
 
+// A row of a patch, and zeros: vectors of four.
+using PatchRow = std::array<float, kPatchEdge + 1>;
+
 struct PhotoPatch {
   // [channel][row][column] Display values.
-  std::array<std::array<std::array<float, kPatchEdge>, kPatchEdge>, 3> values;
+  std::array<std::array<PatchRow, kPatchEdge>, 3> values = {};
 };
 
 // A photo's colour beside the middle of a patch, and its slope.

@@ -42,7 +42,7 @@ double MedianOf(std::vector<double> values) {
 }  // namespace
 
 PoseRefiner::PoseRefiner(TrainingScene* scene, EffectSwitch mode)
-    : scene_(scene), mode_(mode), given_(PosesOf(*scene)), poses_(given_) {}
+    : scene_(scene), mode_(mode), given_(PosesOf(*scene)), first_(given_), poses_(given_) {}
 
 void PoseRefiner::RefineByTracks() {
   if (!IsPossible()) return;
@@ -66,6 +66,7 @@ void PoseRefiner::RefineByTracks() {
   for (size_t view = 0; view < poses_.size(); ++view) {
     if (!views[view].held_out) poses_[view] = PoseOf(adjusted[view], plan.world_from_normalized);
   }
+  first_ = poses_;
   scene_->SetPoses(poses_);
 }
 
@@ -110,21 +111,15 @@ std::vector<AlignedPixel> PoseRefiner::PixelsOf(const ComparedView& compared) co
   return pixels;
 }
 
-void PoseRefiner::Refine(const std::vector<ComparedView>& views) {
-  if (!IsLooking() || views.empty()) return;
-  const auto num_views = static_cast<int64_t>(views.size());
-  const Similarity& frame = scene_->WorldFromNormalized();
-  std::vector<CameraPlacement> given(views.size()), aligned(views.size());
+void PoseRefiner::Decide(const std::vector<ComparedView>& views) {
   // Errors on held-back pixels, under a gain alone and aligned.
   std::vector<std::array<double, 2>> errors(views.size());
-  ParallelForBlocks(num_views, 1, [&](int64_t begin, int64_t end) {
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const int view = views[i].view;
-      const CameraPlacement start = PlacementOf(poses_[view], frame);
-      given[i] = PlacementOf(given_[view], frame);
+      const CameraPlacement start =
+          PlacementOf(poses_[views[i].view], scene_->WorldFromNormalized());
       const std::vector<AlignedPixel> pixels = PixelsOf(views[i]);
-      aligned[i] = AlignPhoto(pixels, start, -1, true).placement;
-      for (int half = 0; half < 2 && !decided_; ++half) {
+      for (int half = 0; half < 2; ++half) {
         for (int moves = 0; moves < 2; ++moves) {
           errors[i][moves] +=
               AlignmentError(pixels, AlignPhoto(pixels, start, half, moves != 0), 1 - half);
@@ -132,18 +127,32 @@ void PoseRefiner::Refine(const std::vector<ComparedView>& views) {
       }
     }
   });
-  if (!decided_) {
-    double before = 0, after = 0;
-    for (const std::array<double, 2>& of_view : errors) {
-      before += of_view[0];
-      after += of_view[1];
-    }
-    pixel_gain_ = before > 0 ? 1 - after / before : 0;
-    by_pixels_ = mode_ == EffectSwitch::kOn || pixel_gain_ >= kLeastPixelGain;
-    decided_ = true;
+  double before = 0, after = 0;
+  for (const std::array<double, 2>& of_view : errors) {
+    before += of_view[0];
+    after += of_view[1];
   }
+  pixel_gain_ = before > 0 ? 1 - after / before : 0;
+  by_pixels_ = mode_ == EffectSwitch::kOn || pixel_gain_ >= kLeastPixelGain;
+  decided_ = true;
+}
+
+void PoseRefiner::Refine(const std::vector<ComparedView>& views) {
+  if (!IsLooking() || views.empty()) return;
+  const auto num_views = static_cast<int64_t>(views.size());
+  const Similarity& frame = scene_->WorldFromNormalized();
+  if (!decided_) Decide(views);
   if (!by_pixels_) return;
-  RemoveDrift(given, &aligned);
+  std::vector<CameraPlacement> first(views.size()), aligned(views.size());
+  ParallelForBlocks(num_views, 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int view = views[i].view;
+      first[i] = PlacementOf(first_[view], frame);
+      aligned[i] =
+          AlignPhoto(PixelsOf(views[i]), PlacementOf(poses_[view], frame), -1, true).placement;
+    }
+  });
+  RemoveDrift(first, &aligned);
   for (int64_t i = 0; i < num_views; ++i) poses_[views[i].view] = PoseOf(aligned[i], frame);
   scene_->SetPoses(poses_);
 }

@@ -28,8 +28,9 @@ namespace semfoam {
 // squared error there.
 //
 // Held-out photos stay where they are and take no part, and neither the frame of the model nor its
-// scale changes (RemoveDrift). Cameras on rigs of several sensors have poses that depend on each
-// other; those are not refined.
+// scale changes: the points hold it at first, then the similarity that leads back to the poses at
+// the beginning of the training is taken out (RemoveDrift). Cameras on rigs of several sensors have
+// poses that depend on each other; those are not refined.
 
 // Share of the squared reprojection errors of held-back tracks.
 inline constexpr double kLeastTrackGain = 0.1;
@@ -96,6 +97,7 @@ class PoseRefiner {
     double median_degrees = 0, largest_degrees = 0, median_shift = 0, largest_shift = 0;
   };
   Movements MeasureMovements() const;
+  void Decide(const std::vector<ComparedView>& views);
   std::vector<AlignedPixel> PixelsOf(const ComparedView& compared) const;
   bool IsPossible() const { return mode_ != EffectSwitch::kOff && !scene_->Plan().has_rigs; }
 
@@ -103,6 +105,8 @@ class PoseRefiner {
   const EffectSwitch mode_;
   // [views]
   const std::vector<Pose> given_;
+  // Those at the beginning of the training, and now.
+  std::vector<Pose> first_;
   std::vector<Pose> poses_;
   // The share of held-back errors that tracks explained, and their number; 0 where there are none.
   double track_gain_ = 0;

@@ -10,7 +10,6 @@
 
 #include <Eigen/Cholesky>
 #include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
 #include <ceres/rotation.h>
 #include <glog/logging.h>
 
@@ -20,7 +19,13 @@ namespace {
 constexpr size_t kFewestObservations = 3;
 // The scale of the noise in pixels is no less.
 constexpr double kLeastScale = 0.1;
-constexpr int kRescalings = 2;
+// Of solutions, each with the scales that the one before has left.
+constexpr int kRounds = 3;
+// Sizes that the priors expect in the first, in radians and units of the normalised frame.
+constexpr double kFirstMotionPrior = 0.02;
+constexpr double kFirstPointPrior = 1;
+// The sizes are no less, in radians and units of the normalised frame.
+constexpr double kLeastMotion = 1e-6;
 constexpr int kIterations = 12;
 // Up to here, Cholesky's factors of the cameras' matrix are cheap.
 constexpr int kMostViewsToFactor = 400;
@@ -48,6 +53,33 @@ struct ObservationError {
     if (!(frame.direction.cast<T>().dot(seen) > T(0))) return false;
     Eigen::Map<Eigen::Matrix<T, 2, 1>> offset(residual);
     offset = frame.OffsetOf(seen);
+    return true;
+  }
+};
+
+// Motions over the size that is expected of them, times the scale of the errors' noise.
+struct MotionPrior {
+  const double* turn_weight;
+  const double* shift_weight;
+
+  template <typename T>
+  bool operator()(const T* motion, T* residual) const {
+    for (int a = 0; a < 3; ++a) {
+      residual[a] = *turn_weight * motion[a];
+      residual[3 + a] = *shift_weight * motion[3 + a];
+    }
+    return true;
+  }
+};
+
+// Movement of a point over the size that is expected, times the scale of the errors' noise.
+struct PointPrior {
+  const double* weight;
+  const Eigen::Vector3d given;
+
+  template <typename T>
+  bool operator()(const T* position, T* residual) const {
+    for (int a = 0; a < 3; ++a) residual[a] = *weight * (position[a] - given[a]);
     return true;
   }
 };
@@ -143,7 +175,7 @@ AdjustableTracks MakeAdjustable(const std::vector<Track>& tracks,
         if (view.held_out) continue;
         const auto frame = PixelFrameAt(view.camera, seen.pixel);
         if (!frame) continue;
-        const Observation observation = {seen.view, *frame};
+        const Observation observation = {seen.view, seen.pixel, *frame};
         if (!IsBefore(observation, view.placement, point.position)) continue;
         point.observations.push_back(observation);
       }
@@ -162,30 +194,42 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
   std::vector<CameraMotion> motions(views.size(), CameraMotion::Zero());
   std::vector<Point> points;
   for (size_t i = first; i < tracks.points.size(); i += step) points.push_back(tracks.points[i]);
-  if (points.empty()) return placements;
+  const std::vector<Point> given = points;
 
   ceres::Problem problem;
   auto* loss = new ceres::LossFunctionWrapper(nullptr, ceres::TAKE_OWNERSHIP);
+  auto* point_loss = new ceres::LossFunctionWrapper(nullptr, ceres::TAKE_OWNERSHIP);
+  // Of the priors.
+  double point_weight = 0, turn_weight = 0, shift_weight = 0;
   ceres::Solver::Options options;
   options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Point& point : points) {
+    double* const position = point.position.data();
     for (const Observation& seen : point.observations) {
       using Error = ceres::AutoDiffCostFunction<ObservationError, 2, 6, 3>;
       problem.AddResidualBlock(
           new Error(new ObservationError{seen.frame, views[seen.view].placement}),
           loss,
           motions[seen.view].data(),
-          point.position.data());
+          position);
     }
-    options.linear_solver_ordering->AddElementToGroup(point.position.data(), 0);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointPrior, 3, 3>(
+                                 new PointPrior{&point_weight, point.position}),
+                             point_loss,
+                             position);
+    options.linear_solver_ordering->AddElementToGroup(position, 0);
   }
+  int num_moved = 0;
   for (CameraMotion& motion : motions) {
     if (!problem.HasParameterBlock(motion.data())) continue;
-    const Eigen::MatrixXd weight = Eigen::MatrixXd::Identity(6, 6) / kMotionPrior;
-    problem.AddResidualBlock(
-        new ceres::NormalPrior(weight, Eigen::VectorXd::Zero(6)), nullptr, motion.data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MotionPrior, 6, 6>(
+                                 new MotionPrior{&turn_weight, &shift_weight}),
+                             nullptr,
+                             motion.data());
     options.linear_solver_ordering->AddElementToGroup(motion.data(), 1);
+    ++num_moved;
   }
+  if (num_moved == 0) return placements;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
   if (std::ssize(views) > kMostViewsToFactor) {
     options.linear_solver_type = ceres::ITERATIVE_SCHUR;
@@ -196,15 +240,29 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
   options.num_threads = 1;
   options.max_num_iterations = kIterations;
   options.logging_type = ceres::SILENT;
-  for (int round = 0; round < kRescalings; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     std::vector<CameraPlacement> moved = placements;
+    double turns = 0, shifts = 0;
     for (size_t view = 0; view < views.size(); ++view) {
       moved[view] = Moved(placements[view], motions[view]);
+      turns += motions[view].head<3>().squaredNorm();
+      shifts += motions[view].tail<3>().squaredNorm();
     }
-    std::vector<double> errors;
-    for (const Point& point : points) AppendErrors(point, point.position, moved, &errors);
-    loss->Reset(new ceres::CauchyLoss(std::max(Median(std::move(errors)), kLeastScale)),
-                ceres::TAKE_OWNERSHIP);
+    std::vector<double> errors, movements;
+    for (size_t i = 0; i < points.size(); ++i) {
+      AppendErrors(points[i], points[i].position, moved, &errors);
+      movements.push_back((points[i].position - given[i].position).norm());
+    }
+    const double scale = std::max(Median(std::move(errors)), kLeastScale);
+    // All errors have the unit of pixels, and the noise this scale; so do those of the priors.
+    const auto weight_of = [&](double first_size, double size) {
+      return scale / (round == 0 ? first_size : std::max(size, kLeastMotion));
+    };
+    point_weight = weight_of(kFirstPointPrior, Median(std::move(movements)));
+    turn_weight = weight_of(kFirstMotionPrior, std::sqrt(turns / (3 * num_moved)));
+    shift_weight = weight_of(kFirstMotionPrior, std::sqrt(shifts / (3 * num_moved)));
+    loss->Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
+    point_loss->Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
     ceres::Solver::Summary summary;
     // --log_level is about what is done here, not about Ceres' inner life.
     const int verbosity = std::exchange(FLAGS_v, 0);
@@ -212,17 +270,8 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
     FLAGS_v = verbosity;
     CHECK(summary.IsSolutionUsable()) << summary.FullReport();
   }
-
-  std::vector<CameraPlacement> reference, adjusted;
   for (size_t view = 0; view < views.size(); ++view) {
-    if (views[view].held_out) continue;
-    reference.push_back(placements[view]);
-    adjusted.push_back(Moved(placements[view], motions[view]));
-  }
-  RemoveDrift(reference, &adjusted);
-  size_t next = 0;
-  for (size_t view = 0; view < views.size(); ++view) {
-    if (!views[view].held_out) placements[view] = adjusted[next++];
+    placements[view] = Moved(placements[view], motions[view]);
   }
   return placements;
 }

@@ -24,6 +24,7 @@ struct TrackView {
 struct AdjustableTracks {
   struct Observation {
     int view = 0;
+    Eigen::Vector2d pixel;
     PixelFrame frame;
   };
   struct Point {
@@ -38,9 +39,11 @@ AdjustableTracks MakeAdjustable(const std::vector<Track>& tracks,
                                 const std::vector<TrackView>& views);
 
 // Moves views and points to the least reprojection errors of the points [first, first + step, ...)
-// under Cauchy's noise, whose scale is that of the median error. A weak prior of kMotionPrior holds
-// views that few points see. Returns the placements [views], without drift (RemoveDrift). The
-// result does not depend on the number of threads.
+// under Cauchy's noise, whose scale is that of the median error. Short tracks leave room for poses
+// and points to bend together. So priors hold both: of motions of views, normal, as wide as the
+// motions found, and of movements of points, Cauchy's, as wide as their median; both are found in
+// rounds. The points also hold the frame, in which held-out photos stay. Returns the placements
+// [views]. The result does not depend on the number of threads.
 std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
                                             const std::vector<TrackView>& views,
                                             int first,
@@ -54,9 +57,5 @@ double TrackGain(const AdjustableTracks& tracks,
                  const std::vector<CameraPlacement>& after,
                  int first,
                  int step);
-
-// Standard deviation of the motions that the prior expects, in radians and units of the normalised
-// frame.
-inline constexpr double kMotionPrior = 0.02;
 
 }  // namespace semfoam

@@ -101,7 +101,7 @@ TEST_F(PosesTest, AreRefinedByTracks) {
         refined.images[i].cam_from_world.UnitRotation().angularDistance(pose.UnitRotation());
   }
   EXPECT_EQ(num_moved, 56);
-  EXPECT_LT(refined_error, 0.4 * given_error);
+  EXPECT_LT(refined_error, 0.15 * given_error);
   EXPECT_TRUE(ReadFile(*folder_ / "auto/sparse/0/points3D.bin") ==
               ReadFile(*folder_ / "tracks/sparse/0/points3D.bin"));
 

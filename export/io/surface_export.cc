@@ -89,7 +89,7 @@ std::string TextureSummary(const SurfaceTexture& texture) {
   char text[160];
   std::snprintf(text,
                 sizeof(text),
-                ", texture of %d x %d, %.2g MB, %.0f %% of the surface from %d photos",
+                ", texture of %d x %d, %.2g MB, %.0f %% of its texels from %d photos",
                 texture.image.width,
                 texture.image.height,
                 static_cast<double>(texture.file.size()) / 1e6,

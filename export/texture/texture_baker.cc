@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <set>
 #include <span>
@@ -31,6 +32,8 @@ constexpr int kMostTextureSize = 16384;
 // Texels along a pixel of the photos with most detail, and the share of vertices that see less.
 constexpr double kTexelsPerPixel = 1.0 / 0.7;
 constexpr double kDetailQuantile = 0.75;
+// Texels of a triangle in a chart that no photo shows, for the foam's colours.
+constexpr double kTexelsPerUnseenTriangle = 8;
 // Photos kept for each vertex, and those of them that have a share.
 constexpr int kKept = 8;
 constexpr int kSharing = 5;
@@ -405,7 +408,7 @@ Texels FindTexels(const UvCharts& charts,
   };
   for (uint32_t f = 0; f < charts.triangles.size(); ++f) {
     ForEachCoveredPixel(
-        corners[f], size, size, [&](int x, int y, const Vector3d&) { claim(f, x, y); });
+        corners[f], size, 0, size, [&](int x, int y, const Vector3d&) { claim(f, x, y); });
   }
   // Triangles between the centres of texels.
   for (uint32_t f = 0; f < charts.triangles.size(); ++f) {
@@ -547,22 +550,50 @@ class Baker {
     return PhotoGains(observations, kKept, photos_.NumPhotos());
   }
 
-  // Texels of the photos' detail along a unit of the surface, in the unit of the files.
-  double WantedScale() const {
-    std::vector<float> details;
+  // Returns the texels along a unit of each chart, in the unit of the files: as many as the photos
+  // that show it have detail, so that what is far from all cameras does not take the texture from
+  // what is near.
+  std::vector<double> ChartScales(const UvCharts& charts) const {
+    const double pixels_in_files = kTexelsPerPixel / LengthInFiles();
+    std::vector<float> all;
     for (const float detail : detail_) {
-      if (detail > 0) details.push_back(detail);
+      if (detail > 0) all.push_back(detail);
     }
-    const double length_in_files = LengthInFiles();
-    if (details.empty()) {
-      // Nothing but the foam's colours: a few texels for each triangle.
-      return std::sqrt(8.0 * static_cast<double>(surface_.triangles.size()) / TotalArea());
+    const double most = all.empty() ? std::numeric_limits<double>::infinity()
+                                    : pixels_in_files * std::sqrt(DetailOf(&all));
+
+    std::vector<std::vector<float>> details(charts.sizes.size());
+    for (size_t f = 0; f < charts.triangles.size(); ++f) {
+      for (const uint32_t point : charts.triangles[f]) {
+        const float detail = detail_[charts.vertex_of[point]];
+        if (detail > 0) details[charts.chart_of[f]].push_back(detail);
+      }
     }
+    std::vector<int64_t> num_triangles(charts.sizes.size(), 0);
+    std::vector<double> areas(charts.sizes.size(), 0);
+    for (size_t f = 0; f < charts.triangles.size(); ++f) {
+      ++num_triangles[charts.chart_of[f]];
+      areas[charts.chart_of[f]] += AreaOf(surface_.triangles[f]);
+    }
+    std::vector<double> scales(charts.sizes.size());
+    for (size_t chart = 0; chart < scales.size(); ++chart) {
+      const double wanted =
+          details[chart].empty()
+              ? std::sqrt(kTexelsPerUnseenTriangle * static_cast<double>(num_triangles[chart]) /
+                          std::max(areas[chart], 1e-300))
+              : pixels_in_files * std::sqrt(DetailOf(&details[chart]));
+      scales[chart] = std::min(most, wanted);
+    }
+    return scales;
+  }
+
+  // Returns the pixels on a unit of area that all but a quarter of the vertices stay below.
+  static double DetailOf(std::vector<float>* details) {
     const auto at =
-        details.begin() +
-        static_cast<ptrdiff_t>(kDetailQuantile * static_cast<double>(details.size() - 1));
-    std::nth_element(details.begin(), at, details.end());
-    return kTexelsPerPixel * std::sqrt(*at) / length_in_files;
+        details->begin() +
+        static_cast<ptrdiff_t>(kDetailQuantile * static_cast<double>(details->size() - 1));
+    std::nth_element(details->begin(), at, details->end());
+    return *at;
   }
 
   // The length in the files of a unit of the COLMAP frame.
@@ -575,24 +606,25 @@ class Baker {
     return colmap > 0 ? files / colmap : 1;
   }
 
-  double TotalArea() const {
-    double area = 0;
-    for (const auto& [a, b, c] : surface_.triangles) {
-      area += 0.5 * (surface_.vertices[b] - surface_.vertices[a])
-                        .cross(surface_.vertices[c] - surface_.vertices[a])
-                        .norm();
-    }
-    return std::max(area, 1e-300);
+  // In the files.
+  double AreaOf(const Triangle& triangle) const {
+    const auto& [a, b, c] = triangle;
+    return 0.5 * (surface_.vertices[b] - surface_.vertices[a])
+                     .cross(surface_.vertices[c] - surface_.vertices[a])
+                     .norm();
   }
 
   void MakeLayout() {
     UvCharts charts = MakeUvCharts(surface_.vertices, surface_.triangles);
-    const ChartPacking packing = PackCharts(charts.sizes, WantedScale(), options_.size);
-    size_ = packing.size;
     std::vector<uint32_t> chart_of_point(charts.points.size());
     for (size_t f = 0; f < charts.triangles.size(); ++f) {
       for (const uint32_t p : charts.triangles[f]) chart_of_point[p] = charts.chart_of[f];
     }
+    const std::vector<double> scales = ChartScales(charts);
+    for (size_t p = 0; p < charts.points.size(); ++p) charts.points[p] *= scales[chart_of_point[p]];
+    for (size_t chart = 0; chart < scales.size(); ++chart) charts.sizes[chart] *= scales[chart];
+    const ChartPacking packing = PackCharts(charts.sizes, 1, options_.size);
+    size_ = packing.size;
     places_.reserve(charts.points.size());
     texture_.coordinates.reserve(charts.points.size());
     for (size_t p = 0; p < charts.points.size(); ++p) {

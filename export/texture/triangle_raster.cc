@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/texture/triangle_raster.h"
 
+#include "foam/util/parallel.h"
+
 namespace semfoam {
+namespace {
+
+// A triangle is looked at once for each block of rows, which costs less than its pixels.
+constexpr int64_t kRowsPerBlock = 256;
+
+}  // namespace
 
 Eigen::Vector3d CornerWeights(const std::array<Eigen::Vector2d, 3>& corners,
                               const Eigen::Vector2d& place) {
@@ -21,26 +29,33 @@ TriangleRaster DrawTriangles(std::span<const ImageVertex> vertices,
   TriangleRaster raster{width, height, {}, {}};
   const size_t count = static_cast<size_t>(width) * height;
   raster.triangle.assign(count, kNoTriangle);
-  raster.distance.assign(count, std::numeric_limits<float>::infinity());
-  for (uint32_t f = 0; f < triangles.size(); ++f) {
-    std::array<Eigen::Vector2d, 3> corners;
-    Eigen::Vector3d inverse;
-    bool is_inside = true;
-    for (int k = 0; k < 3; ++k) {
-      const ImageVertex& vertex = vertices[triangles[f][k]];
-      is_inside &= vertex.distance > 0;
-      corners[k] = vertex.pixel;
-      inverse[k] = 1 / vertex.distance;
+  // Reciprocals while drawing, since these are linear in an image.
+  raster.distance.assign(count, 0);
+  ParallelForBlocks(height, kRowsPerBlock, [&](int64_t first_row, int64_t end_row) {
+    for (uint32_t f = 0; f < triangles.size(); ++f) {
+      std::array<Eigen::Vector2d, 3> corners;
+      Eigen::Vector3d inverse;
+      bool is_inside = true;
+      for (int k = 0; k < 3; ++k) {
+        const ImageVertex& vertex = vertices[triangles[f][k]];
+        is_inside &= vertex.distance > 0;
+        corners[k] = vertex.pixel;
+        inverse[k] = 1 / vertex.distance;
+      }
+      if (!is_inside) continue;
+      ForEachCoveredPixel(
+          corners, width, first_row, end_row, [&](int x, int y, const Eigen::Vector3d& weights) {
+            const auto reciprocal = static_cast<float>(weights.dot(inverse));
+            const size_t at = static_cast<size_t>(y) * width + x;
+            if (!(reciprocal > raster.distance[at])) return;
+            raster.distance[at] = reciprocal;
+            raster.triangle[at] = f;
+          });
     }
-    if (!is_inside) continue;
-    ForEachCoveredPixel(corners, width, height, [&](int x, int y, const Eigen::Vector3d& weights) {
-      const auto distance = static_cast<float>(1 / weights.dot(inverse));
-      const size_t at = static_cast<size_t>(y) * width + x;
-      if (!(distance < raster.distance[at])) return;
-      raster.distance[at] = distance;
-      raster.triangle[at] = f;
-    });
-  }
+    for (int64_t at = first_row * width; at < end_row * width; ++at) {
+      raster.distance[at] = 1 / raster.distance[at];
+    }
+  });
   return raster;
 }
 

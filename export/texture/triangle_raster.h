@@ -44,30 +44,48 @@ TriangleRaster DrawTriangles(std::span<const ImageVertex> vertices,
                              int width,
                              int height);
 
-// Calls visit(x, y, weights) for each pixel of the image whose centre the triangle covers, with the
-// weights of its corners.
+// Calls visit(x, y, weights) for each pixel with first_row <= y < end_row and 0 <= x < width whose
+// centre the triangle covers, with the weights of its corners. The time it takes follows the pixels
+// that are covered and not the box around the triangle, which may be far larger than the image.
 template <typename Visit>
 void ForEachCoveredPixel(const std::array<Eigen::Vector2d, 3>& corners,
                          int width,
-                         int height,
+                         int first_row,
+                         int end_row,
                          const Visit& visit) {
   const Eigen::Vector2d low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
   const Eigen::Vector2d high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-  if (!(high.x() >= 0.5 && high.y() >= 0.5 && low.x() <= width && low.y() <= height)) return;
+  if (!(high.x() >= 0.5 && high.y() >= first_row + 0.5 && low.x() <= width && low.y() <= end_row)) {
+    return;
+  }
   const Eigen::Vector2d ab = corners[1] - corners[0], ac = corners[2] - corners[0];
   const double area = ab.x() * ac.y() - ab.y() * ac.x();
   if (area == 0) return;
-  const auto first = [](double from) {
-    return static_cast<int>(std::ceil(std::max(0.0, from - 0.5)));
+  const auto first = [](double from, int least) {
+    return static_cast<int>(std::ceil(std::max<double>(least, from - 0.5)));
   };
-  const auto last = [](double to, int size) {
-    return static_cast<int>(std::floor(std::min(size - 1.0, to - 0.5)));
+  const auto last = [](double to, int end) {
+    return static_cast<int>(std::floor(std::min(end - 1.0, to - 0.5)));
   };
-  for (int y = first(low.y()), end_y = last(high.y(), height); y <= end_y; ++y) {
-    for (int x = first(low.x()), end_x = last(high.x(), width); x <= end_x; ++x) {
-      const Eigen::Vector2d d = Eigen::Vector2d(x + 0.5, y + 0.5) - corners[0];
-      const double b = (d.x() * ac.y() - d.y() * ac.x()) / area;
-      const double c = (ab.x() * d.y() - ab.y() * d.x()) / area;
+  // Along a row the weights of the second and the third corner change by these a pixel.
+  const double step_b = ac.y() / area, step_c = -ab.y() / area;
+  for (int y = first(low.y(), first_row), last_y = last(high.y(), end_row); y <= last_y; ++y) {
+    const double dy = y + 0.5 - corners[0].y();
+    const double begin_b = -dy * ac.x() / area, begin_c = dy * ab.x() / area;
+    // The part of the row where no weight is negative, a pixel wider for rounding.
+    double left = low.x(), right = high.x();
+    const auto keep = [&](double value, double step) {
+      const double zero = corners[0].x() - value / step;
+      if (step > 0) left = std::max(left, zero - 1);
+      if (step < 0) right = std::min(right, zero + 1);
+    };
+    keep(begin_b, step_b);
+    keep(begin_c, step_c);
+    keep(1 - begin_b - begin_c, -step_b - step_c);
+    for (int x = first(left, 0), last_x = last(right, width); x <= last_x; ++x) {
+      const double dx = x + 0.5 - corners[0].x();
+      const double b = begin_b + dx * step_b;
+      const double c = begin_c + dx * step_c;
       if (b < 0 || c < 0 || b + c > 1) continue;
       visit(x, y, Eigen::Vector3d(1 - b - c, b, c));
     }

@@ -235,6 +235,7 @@ TrainingSummary TrainFoam(const TrainingViews& views,
   if (hooks.resume_from == nullptr) {
     trainer.Begin(starting_seeds, num_classes);
   } else {
+    if (hooks.restore_views) hooks.restore_views();
     trainer.Resume(num_classes, std::move(hooks.resume_from));
   }
   return trainer.Run(hooks);

@@ -100,12 +100,17 @@ struct TrainingHooks {
   std::function<void(int64_t iteration, const Save& save)> between_iterations;
 
   // Called at the fractions kViewAdaptations of the run, so that the caller can compare the
-  // foam with the photos and change the colours that the views return from then on; all else about
-  // the views must stay. `render` renders pixels with the foam as it is, to be called within the
-  // hook only; a pixel without a ray has opacity 0.
+  // foam with the photos and change the colours, origins and directions that the views return from
+  // then on; all else about the views must stay. `render` renders pixels with the foam as it is, to
+  // be called within the hook only; a pixel without a ray has opacity 0.
   using RenderPixels =
       std::function<std::vector<RenderedRay>(const std::vector<ViewPixel>& pixels)>;
   std::function<void(const RenderPixels& render)> adapt_views;
+
+  // Called where a run is resumed, before its first iteration: brings the views to the state in
+  // which adapt_views had left them. What is computed of views before that is of those at the
+  // beginning of the run, as it was when the run began.
+  std::function<void()> restore_views;
 
   // The checkpoint to resume from; null: start a new run. The resumed run ends with the same bytes
   // as if it had never stopped, given the same views, seeds, number of classes, options and kind of

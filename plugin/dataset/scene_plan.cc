@@ -65,6 +65,9 @@ ScenePlan PlanScene(const SceneOptions& options) {
   plan.world_from_normalized = NormalizedFrameOf(model);
   plan.tracks = SampleTracks(model, plan.photos, options.random_seed);
   plan.lenses = LensOfPhotos(model, plan.photos);
+  plan.has_rigs = model.rigs && std::any_of(model.rigs->begin(),
+                                            model.rigs->end(),
+                                            [](const Rig& rig) { return !rig.others.empty(); });
   PlanSeeds(std::move(model), &plan);
   if (!options.seed_path.empty()) {
     plan.seed_cloud = ReadSeedCloud(options.seed_path, plan.world_from_normalized);

@@ -62,6 +62,8 @@ struct ScenePlan {
   int num_reduced = 0;
   // The first view of each camera whose rays are tabulated (ChooseTables).
   std::vector<int> table_views;
+  // Whether a rig of the model has several sensors, so that poses depend on each other.
+  bool has_rigs = false;
   // A sample of the model's tracks (SampleTracks).
   std::vector<Track> tracks;
   // [photos] Index of the lens (LensOfPhotos).

@@ -33,7 +33,12 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
   }
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  PlaceCameras();
+  const std::vector<std::shared_ptr<const PixelRays>> rays =
+      MakePhotoRays(plan_.photos, plan_.table_views);
+  for (int view = 0; view < NumViews(); ++view) {
+    views_[view].rays = rays[view];
+    PlaceCamera(view);
+  }
   AddSeeds(std::move(plan_.seed_cloud.points));
   plan_.seed_cloud.points = {};
 }
@@ -118,15 +123,10 @@ void TrainingScene::CorrectMaskClasses(std::vector<IdSamples> samples) {
   if (mask_rewriter_) labels_ = mask_rewriter_->labels();
 }
 
-void TrainingScene::PlaceCameras() {
-  const std::vector<std::shared_ptr<const PixelRays>> rays =
-      MakePhotoRays(plan_.photos, plan_.table_views);
-  for (int view = 0; view < NumViews(); ++view) {
-    const Pose pose = PoseOf(plan_.photos[view]);
-    views_[view].rays = rays[view];
-    views_[view].origin = plan_.world_from_normalized.Invert(pose.Center());
-    views_[view].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
-  }
+void TrainingScene::PlaceCamera(int view) {
+  const Pose pose = PoseOf(plan_.photos[view]);
+  views_[view].origin = plan_.world_from_normalized.Invert(pose.Center());
+  views_[view].world_from_cam = pose.UnitRotation().toRotationMatrix().transpose();
 }
 
 Image8 TrainingScene::DecodePhoto(int view) const {
@@ -232,6 +232,15 @@ bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, Train
 void TrainingScene::SetLights(std::vector<PhotoLight> lights) {
   CHECK(lights.empty() || lights.size() == views_.size());
   lights_ = std::move(lights);
+}
+
+void TrainingScene::SetPoses(const std::vector<Pose>& cam_from_world) {
+  CHECK_EQ(cam_from_world.size(), views_.size());
+  for (int view = 0; view < NumViews(); ++view) {
+    plan_.photos[view].cam_from_world_rotation = cam_from_world[view].UnitRotation();
+    plan_.photos[view].cam_from_world_translation = cam_from_world[view].translation;
+    PlaceCamera(view);
+  }
 }
 
 void TrainingScene::SetExcluded(std::vector<PixelBlocks> excluded) {

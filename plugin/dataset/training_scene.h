@@ -75,6 +75,10 @@ class TrainingScene final : public TrainingViews {
   // colours stay as they are.
   void SetLights(std::vector<PhotoLight> lights);
 
+  // Moves the cameras: all later rays are those of these poses. `cam_from_world` [views]. Photos()
+  // has these poses, too.
+  void SetPoses(const std::vector<Pose>& cam_from_world);
+
   // Takes pixels out of the training: they have no ray, but still a direction. `excluded` [views];
   // empty: none.
   void SetExcluded(std::vector<PixelBlocks> excluded);
@@ -143,7 +147,7 @@ class TrainingScene final : public TrainingViews {
   void CorrectMaskClasses(std::vector<IdSamples> samples);
   // Returns a sentence about masks without an id but 0; empty where there are ids, or no masks.
   std::string NoIdsSentence() const;
-  void PlaceCameras();
+  void PlaceCamera(int view);
   Image8 DecodePhoto(int view) const;
   // Returns the classes of the corrected mask; `indices` as of DecodedMask.
   ClassImage ClassesOfMask(int view, IdImage indices) const;

@@ -53,6 +53,8 @@ struct EffectsOptions {
   EffectSwitch vignetting = EffectSwitch::kAuto;
   // Not decided by the probe, but during the training (light_refinement.h).
   EffectSwitch shading = EffectSwitch::kAuto;
+  // Not decided by the probe, but before and during the training (pose_refinement.h).
+  EffectSwitch poses = EffectSwitch::kAuto;
   // Whether to look for what passes by, during the training (transient_things.h).
   bool transients = true;
   // Copied from the SceneOptions of the scene: distortion and use_masks.

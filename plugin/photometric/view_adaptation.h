@@ -5,6 +5,7 @@
 #include "plugin/dataset/training_scene.h"
 #include "plugin/photometric/effects.h"
 #include "plugin/photometric/light_refinement.h"
+#include "plugin/photometric/pose_refinement.h"
 #include "plugin/photometric/transient_things.h"
 
 #include <cstdint>
@@ -14,14 +15,15 @@
 namespace semfoam {
 
 // Adapts a scene in the course of its training to what the photos show otherwise than the foam: the
-// light of each photo, then what passes by.
+// light of each photo, what passes by, and the camera poses.
 class ViewAdaptation {
  public:
-  // `lights` are the scene's so far [views], or empty. An adaptation looks at about `num_rays`
-  // pixels of all photos. `scene` must outlive this object.
+  // `lights` are the scene's so far [views], or empty; `poses` has looked at its tracks. An
+  // adaptation looks at about `num_rays` pixels of all photos. `scene` must outlive this object.
   ViewAdaptation(TrainingScene* scene,
                  const EffectsOptions& options,
                  std::vector<PhotoLight> lights,
+                 PoseRefiner poses,
                  int64_t num_rays);
 
   // To be called as TrainingHooks::adapt_views. Renders nothing where nothing is looked for.
@@ -30,14 +32,16 @@ class ViewAdaptation {
 
   const LightRefiner& light() const { return light_; }
   const TransientFinder& transients() const { return transients_; }
+  const PoseRefiner& poses() const { return poses_; }
 
   // Describes the state for checkpoints. After reading, Restore must be called.
   template <typename Archive>
   void Serialize(Archive* archive) {
     light_.Serialize(archive);
     transients_.Serialize(archive);
+    poses_.Serialize(archive);
   }
-  // Sets the scene's lights and pixels to those that were read.
+  // Sets the scene's lights, pixels and poses to those that were read.
   void Restore();
 
  private:
@@ -45,6 +49,7 @@ class ViewAdaptation {
   const int64_t num_rays_;
   LightRefiner light_;
   TransientFinder transients_;
+  PoseRefiner poses_;
 };
 
 }  // namespace semfoam

@@ -14,6 +14,7 @@
 #include "foam/util/photo_name.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
+#include "plugin/photometric/pose_refinement.h"
 #include "plugin/photometric/view_adaptation.h"
 #include "plugin/stereo/surface_seeds.h"
 #include "tools/controllers/effects_report.h"
@@ -94,7 +95,7 @@ std::map<std::string, std::string> ModelOptions(const TrainingRun& run,
   std::map<std::string, std::string> values = TrainingTexts(run);
   values["mask_consistency"] = NameOf(kMaskConsistencyNames, run.scene.mask_consistency);
   values["sh_degree"] = FormatValue(effects.sh_degree);
-  for (const char* name : {"exposure", "shading", "vignetting"}) {
+  for (const char* name : {"exposure", "poses", "shading", "vignetting"}) {
     if (effects.Find(name).on) values[name] = FormatValue(true);
   }
   values["quality"] = NameOf(kQualityNames, run.quality);
@@ -134,6 +135,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.exposure"] = TextOf(run.effects.exposure);
   values["Effects.white_balance"] = TextOf(run.effects.white_balance);
   values["Effects.shading"] = TextOf(run.effects.shading);
+  values["Effects.poses"] = TextOf(run.effects.poses);
   values["Effects.transients"] = run.effects.transients ? "auto" : "off";
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
@@ -236,7 +238,7 @@ TrainingSummary Train(const TrainingScene& scene,
   if (checkpoint != nullptr) {
     StateReader adapted("adaptation", *checkpoint);
     adaptation->Serialize(&adapted);
-    adaptation->Restore();
+    hooks.restore_views = [adaptation] { adaptation->Restore(); };
   }
   hooks.resume_from = std::move(checkpoint);
   folder->Begin();
@@ -463,6 +465,37 @@ void LogWarnings(const TrainingSummary& summary) {
   }
 }
 
+// Writes the model with refined poses into `model_path`, beside a text by which later runs know it,
+// or removes that of the foam that was there before. Models of others stay, with a warning.
+void WriteRefinedPoses(const TrainingRun& run,
+                       const TrainingScene& scene,
+                       const Effect& poses,
+                       const std::filesystem::path& model_path) {
+  namespace fs = std::filesystem;
+  const fs::path mark = model_path / "refined_poses.txt";
+  std::error_code error;
+  const bool is_input = fs::equivalent(FindModelFolder(run.scene.input_path), model_path, error);
+  const bool is_ours = !is_input && fs::exists(mark);
+  if (poses.on && !is_ours && fs::exists(model_path) && !fs::is_empty(model_path)) {
+    LOG(WARNING) << model_path.string()
+                 << ": holds files that no training wrote, so the model with refined poses is not "
+                    "written there; scene.foam has the poses. Another output_path would be right.";
+  } else if (poses.on) {
+    fs::create_directories(model_path);
+    WriteTextFile(mark, poses.evidence + "\n");
+    WriteRefinedModel(run.scene.input_path, scene.Photos(), model_path);
+  } else if (is_ours) {
+    for (const char* name : {"cameras", "frames", "images", "points3D", "rigs"}) {
+      for (const char* extension : {".bin", ".txt"}) {
+        fs::remove(model_path / (std::string(name) + extension), error);
+      }
+    }
+    fs::remove(mark, error);
+    LOG(WARNING) << "Removed the model in " << model_path.string()
+                 << ": its poses are of the foam that was here before.";
+  }
+}
+
 // Writes scene.foam, effects.json and training_log.csv, and ends the training of `folder`.
 Model WriteResult(const TrainingRun& run,
                   const TrainingScene& scene,
@@ -476,6 +509,7 @@ Model WriteResult(const TrainingRun& run,
   model.labels = scene.Labels();
   model.photos = scene.Photos();
   model.options = ModelOptions(run, effects);
+  WriteRefinedPoses(run, scene, effects.Find("poses"), folder->path() / "sparse" / "0");
   WriteModel(folder->path() / "scene.foam", model);
   WriteEffects(folder->path() / "effects.json", effects, scene.Photos());
   WriteTextFile(folder->path() / "training_log.csv", FormatTrainingLog(summary.log));
@@ -596,6 +630,10 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
   PlanMemoryOfLabels(*run, scene, images);
 
+  PoseRefiner poses(&scene, run->effects.poses);
+  poses.RefineByTracks();
+  if (poses.IsOn()) LOG(INFO) << poses.Report();
+
   // The probe and the plane sweep take some of a time budget, so they come before the schedule is
   // chosen.
   SceneEffects effects = ProbeEffects(scene, run->effects);
@@ -621,8 +659,11 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << report;
   }
 
-  ViewAdaptation adaptation(
-      &scene, run->effects, effects.lights, run->training.num_rays / kAdaptationShare);
+  ViewAdaptation adaptation(&scene,
+                            run->effects,
+                            effects.lights,
+                            std::move(poses),
+                            run->training.num_rays / kAdaptationShare);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary;
@@ -634,6 +675,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   }
   effects.effects.push_back(adaptation.transients().MakeEffect());
   effects.effects.push_back(adaptation.light().MakeEffect());
+  effects.effects.push_back(adaptation.poses().MakeEffect());
   effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
   ReportLabels(summary, scene.Labels());

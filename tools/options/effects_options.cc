@@ -29,6 +29,9 @@ void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
       &choices->transients,
       {"auto", "off"},
       "things that pass by are left out; auto = where a photo shows what no other does");
+  add("poses",
+      &choices->poses,
+      "camera poses are refined; auto = where held-back tracks and pixels gain by it");
   add("distortion", &choices->distortion, "auto = on where it moves corners by 0.1 pixels or more");
   options->AddChoiceOption("Effects.semantics",
                            &choices->semantics,
@@ -55,6 +58,7 @@ EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
   options.shading = choices.exposure == "off" && choices.shading == "auto"
                         ? EffectSwitch::kOff
                         : ToSwitch(choices.shading);
+  options.poses = ToSwitch(choices.poses);
   options.transients = choices.transients == "auto";
   options.distortion = ToSwitch(choices.distortion);
   options.semantics = choices.semantics == "auto";

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+import { Benchmark, benchmark } from "./benchmark";
 import { control, kKeys } from "./controls";
 import { byId, choices, count, duration, make, number } from "./dom";
 import { Edits } from "./edits";
@@ -62,6 +63,7 @@ interface Page {
   error?: string;
   viewer?: Viewer;
   edits?: Edits;
+  benchmark?: Benchmark;
   report: Report;
   // From the opening of the page to its first and to its finest picture.
   firstPicture?: number;
@@ -185,7 +187,11 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   viewer.changed = update;
   edits.changed = update;
   viewer.presented = (isFine) => {
-    page.firstPicture ??= performance.now();
+    if (page.firstPicture === undefined) {
+      page.firstPicture = performance.now();
+      // The first picture does not wait for what it does not show.
+      setTimeout(() => loadOverlays(viewer, report), 0);
+    }
     if (!isFine) return;
     try {
       history.replaceState(null, "", viewer.link());
@@ -230,6 +236,16 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   update();
 }
 
+// Loads the surfaces of objects, the points, and the photos in the frusta of their cameras.
+function loadOverlays(viewer: Viewer, report: Report): void {
+  void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
+    viewer.renderer.addOverlays(overlays);
+    byId("overlays").remove();
+    if (viewer.meshes !== Meshes.None || viewer.showsPoints) viewer.move();
+  });
+  void viewer.loadPictures();
+}
+
 async function start(): Promise<void> {
   showHead();
   showLists();
@@ -252,14 +268,12 @@ async function start(): Promise<void> {
       bar.style.width = `${Math.round(100 * share)}%`;
     });
     byId("foam").remove();
-    viewer = new Viewer(byId<HTMLCanvasElement>("canvas"), readFoam(bytes, report.foam), report);
-    const shown = viewer;
-    void unpack(byId("overlays").textContent!, report.overlays.bytes).then((overlays) => {
-      shown.renderer.addOverlays(overlays);
-      byId("overlays").remove();
-      if (shown.meshes !== Meshes.None || shown.showsPoints) shown.move();
-    });
-    void viewer.loadPictures();
+    const foam = readFoam(bytes, report.foam);
+    viewer = new Viewer(byId<HTMLCanvasElement>("canvas"), foam, report);
+    if (location.hash === "#benchmark") {
+      page.benchmark = benchmark(viewer, foam, report);
+      byId("viewer").after(make("pre", { id: "benchmark", textContent: JSON.stringify(page.benchmark) }));
+    }
     if (location.hash) viewer.follow(location.hash);
     progress.hidden = true;
     progress.style.display = "none";

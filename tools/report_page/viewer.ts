@@ -517,13 +517,26 @@ export class Viewer {
 
   // What is drawn besides the foam, `scale` pixels of the target for each of the canvas.
   private over(scale: number): Over {
-    const cameras = this.showsCameras ? { lines: this.cameraLines(), except: this.camera } : undefined;
+    const cameras = this.showsCameras ? { lines: this.cameraLines(), except: this.cameraAtEye() } : undefined;
     return { meshes: this.meshes, points: this.showsPoints, cameras, scale };
+  }
+
+  // The camera that the eye stands in, so near that its picture would hide everything; -1: none.
+  private cameraAtEye(): number {
+    if (this.camera >= 0) return this.camera;
+    const away = this.report.cameras.map((camera) => distance(camera.center, this.pose.eye));
+    const nearest = away.indexOf(Math.min(...away));
+    return away[nearest] < 0.25 * this.pictureDepth() ? nearest : -1;
+  }
+
+  // How far before a camera its picture is drawn.
+  private pictureDepth(): number {
+    return this.radius * 0.07;
   }
 
   // The corners of a camera's picture in 3D, from its upper left one clockwise.
   corners(camera: Camera): Vector[] {
-    const m = camera.cam_from_world, depth = this.radius * 0.07;
+    const m = camera.cam_from_world, depth = this.pictureDepth();
     return [[0, 0], [1, 0], [1, 1], [0, 1]].map(([x, y]): Vector => {
       const a = ((x * camera.width - camera.cx) / camera.fx) * depth;
       const b = ((y * camera.height - camera.cy) / camera.fy) * depth;

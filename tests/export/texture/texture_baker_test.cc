@@ -201,6 +201,37 @@ TEST(TextureBaker, IsNoLargerThanAskedFor) {
   EXPECT_LT(Worst(texture, surface, kEverywhere), 20);
 }
 
+// A texture that is too small for all has what is near in detail, and the surroundings coarsely.
+TEST(TextureBaker, SurroundingsLeaveTheTextureToWhatIsNear) {
+  const ObjectSurface near = Sphere();
+  ObjectSurface both = near;
+  const auto count = static_cast<uint32_t>(near.vertices.size());
+  for (const Eigen::Vector3d& vertex : near.vertices) {
+    both.vertices.push_back(60 * vertex + Eigen::Vector3d(0, 0, 600));
+    both.vertex_color.push_back(kFoamColor);
+    both.vertex_confidence.push_back(1);
+  }
+  for (const auto& [a, b, c] : near.triangles) {
+    both.triangles.push_back({a + count, b + count, c + count});
+  }
+  const SpherePhotos photos(AllAround());
+  const SurfaceTexture texture = Bake(both, photos, 512);
+  const SurfaceTexture alone = Bake(near, photos, 512);
+  const auto texels_of_near = [&](const SurfaceTexture& of) {
+    double area = 0;
+    for (size_t f = 0; f < near.triangles.size(); ++f) {
+      std::array<Eigen::Vector2d, 3> corners;
+      for (int k = 0; k < 3; ++k) {
+        corners[k] = 512 * of.coordinates[of.triangles[f][k]].cast<double>();
+      }
+      const Eigen::Vector2d ab = corners[1] - corners[0], ac = corners[2] - corners[0];
+      area += 0.5 * std::abs(ab.x() * ac.y() - ab.y() * ac.x());
+    }
+    return area;
+  };
+  EXPECT_GT(texels_of_near(texture), 0.5 * texels_of_near(alone));
+}
+
 TEST(TextureBaker, HeldOutPhotosGiveNoTexel) {
   std::vector<SpherePhotos::Shot> shots = AllAround();
   const ObjectSurface surface = Sphere();

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <set>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -32,6 +35,37 @@ TEST(TriangleRaster, SharedSidesLeaveNoGaps) {
   const TriangleRaster raster = DrawTriangles(vertices, triangles, 32, 32);
   for (int y = 3; y < 29; ++y) {
     for (int x = 3; x < 28; ++x) EXPECT_NE(raster.triangle[y * 32 + x], kNoTriangle);
+  }
+}
+
+// Slivers, and triangles that reach far beyond the image.
+TEST(TriangleRaster, CoversThePixelsThatTheSidesEnclose) {
+  constexpr int kWidth = 40, kFirstRow = 5, kEndRow = 27;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(-1, 1);
+  for (int round = 0; round < 2000; ++round) {
+    const double size = std::pow(10.0, 1 + round % 6);
+    std::array<Eigen::Vector2d, 3> corners;
+    for (Eigen::Vector2d& corner : corners) {
+      corner = {20 + size * share(random), 15 + size * share(random)};
+    }
+    if (round % 5 == 0) corners[1].y() = corners[0].y();
+    if (round % 3 == 0) {
+      corners[2] = corners[0] + 1.001 * (corners[1] - corners[0]) + Eigen::Vector2d(0.7, 0.3);
+    }
+    std::set<std::pair<int, int>> covered, enclosed;
+    ForEachCoveredPixel(
+        corners, kWidth, kFirstRow, kEndRow, [&](int x, int y, const Eigen::Vector3d& weights) {
+          EXPECT_TRUE(covered.emplace(x, y).second);
+          EXPECT_NEAR(weights.sum(), 1, 1e-9);
+        });
+    for (int y = kFirstRow; y < kEndRow; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Eigen::Vector2d place(x + 0.5, y + 0.5);
+        if (CornerWeights(corners, place).minCoeff() >= 0) enclosed.emplace(x, y);
+      }
+    }
+    EXPECT_EQ(covered, enclosed) << "round " << round;
   }
 }
 

@@ -62,7 +62,7 @@ double OverlapShare(const UvCharts& charts) {
       if (charts.chart_of[f] != c) continue;
       std::array<Eigen::Vector2d, 3> corners;
       for (int k = 0; k < 3; ++k) corners[k] = scale * charts.points[charts.triangles[f][k]];
-      ForEachCoveredPixel(corners, kSize, kSize, [&](int x, int y, const Eigen::Vector3d&) {
+      ForEachCoveredPixel(corners, kSize, 0, kSize, [&](int x, int y, const Eigen::Vector3d&) {
         ++layers[y * kSize + x];
       });
     }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/plugin/photo/changed_photos.h"
+#include "tests/plugin/photometric/tabletop_photos.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,22 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-const fs::path kTabletop = fs::path(SEMFOAM_TEST_DATA) / "tabletop";
-
-SceneOptions OptionsFor(const fs::path& workspace) {
-  SceneOptions options;
-  options.image_path = workspace / "images";
-  options.input_path = workspace / "sparse/0";
-  options.test_every = 8;
-  options.use_masks = false;
-  return options;
-}
-
-const TrainingScene& Tabletop() {
-  static const TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
-  return scene;
-}
 
 // A foam that shows the tabletop as its unchanged photos do.
 std::vector<RenderedRay> RenderOriginal(const std::vector<ViewPixel>& pixels) {
@@ -60,8 +45,8 @@ std::vector<ComparedView> Compare(const TrainingScene& scene,
 // The tabletop photographed in other light.
 struct Changed {
   explicit Changed(const CameraHabits& habits)
-      : gains(WriteChangedWorkspace(kTabletop, folder / "w", habits)),
-        scene(PlanScene(OptionsFor(folder / "w"))) {}
+      : gains(WriteChangedWorkspace(TabletopPath(), folder / "w", habits)),
+        scene(PlanScene(PhotosOf(folder / "w"))) {}
 
   // Root of the mean square of the difference to the unchanged photos' display values, over the
   // training photos, after the factor that is best for each channel of all photos.
@@ -149,7 +134,7 @@ TEST(FitLightField, KnowsNothingWithoutPixels) {
 }
 
 TEST(LightRefiner, LeavesUnchangedPhotosAlone) {
-  TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
+  TrainingScene scene(PlanScene(PhotosOf(TabletopPath())));
   LightRefiner refiner(&scene, {}, EffectSwitch::kAuto);
   // A foam that has not learned the details: noise, the same for every seed.
   const auto blurred = [](const std::vector<ViewPixel>& pixels) {
@@ -208,7 +193,7 @@ TEST(LightRefiner, ObeysItsSwitch) {
   EXPECT_FALSE(off.IsLooking());
   off.Refine(Compare(changed.scene, RenderOriginal));
   EXPECT_FALSE(off.IsOn());
-  TrainingScene same(PlanScene(OptionsFor(kTabletop)));
+  TrainingScene same(PlanScene(PhotosOf(TabletopPath())));
   LightRefiner on(&same, {}, EffectSwitch::kOn);
   on.Refine(Compare(same, RenderOriginal));
   EXPECT_TRUE(on.IsOn());

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/plugin/photo/changed_photos.h"
+#include "tests/plugin/photometric/tabletop_photos.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,22 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-const fs::path kTabletop = fs::path(SEMFOAM_TEST_DATA) / "tabletop";
-
-SceneOptions OptionsFor(const fs::path& workspace) {
-  SceneOptions options;
-  options.image_path = workspace / "images";
-  options.input_path = workspace / "sparse/0";
-  options.test_every = 8;
-  options.use_masks = false;
-  return options;
-}
-
-const TrainingScene& Tabletop() {
-  static const TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
-  return scene;
-}
 
 // A place around which the cameras stand.
 Eigen::Vector3f Middle() {
@@ -88,8 +73,9 @@ class PassedByTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TempFolder;
-    WriteChangedWorkspace(kTabletop, *folder_ / "w", {.passed_by = {5, 16, 30, 43}, .seed = 1});
-    scene_ = new TrainingScene(PlanScene(OptionsFor(*folder_ / "w")));
+    WriteChangedWorkspace(
+        TabletopPath(), *folder_ / "w", {.passed_by = {5, 16, 30, 43}, .seed = 1});
+    scene_ = new TrainingScene(PlanScene(PhotosOf(*folder_ / "w")));
   }
   static void TearDownTestSuite() {
     delete scene_;
@@ -213,7 +199,7 @@ TEST_F(PassedByTest, IsTheSameOnAnyThreadsAndFromACheckpoint) {
 // Changes what is rendered of the unchanged photos, pixel by pixel, and returns in how many photos
 // something is found.
 int NumFound(const std::function<void(const ViewPixel&, RenderedRay*)>& change) {
-  TrainingScene scene(PlanScene(OptionsFor(kTabletop)));
+  TrainingScene scene(PlanScene(PhotosOf(TabletopPath())));
   TransientFinder finder(&scene, true);
   finder.Find(Compare(scene,
                       [&](const std::vector<ViewPixel>& pixels) {

@@ -168,9 +168,10 @@ void Browser::WaitUntil(const std::string& condition) {
   }
 }
 
-void Browser::Open(const fs::path& file, const std::string& condition) {
+void Browser::Open(const fs::path& file, const std::string& condition,
+                   const std::string& fragment) {
   address_ = AddressOf(file);
-  Call("Page.navigate", {{"url", address_}});
+  Call("Page.navigate", {{"url", address_ + (fragment.empty() ? "" : "#" + fragment)}});
   WaitUntil("location.protocol === 'file:' && " + condition);
 }
 

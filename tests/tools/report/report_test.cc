@@ -5,6 +5,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/image/metrics.h"
 #include "foam/model/model.h"
+#include "foam/util/array_rows.h"
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_models.h"
 #include "plugin/colmap/camera_rays.h"
@@ -16,6 +17,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -80,10 +82,10 @@ RenderedView Rendered(const Model& model, const ViewRenderer& renderer, const Ph
   return RenderCamera(renderer, camera, PoseOf(photo), model.world_from_normalized, 1);
 }
 
-// Expects that the page draws three views as the renderer does.
-void ExpectSamePictures(const Model& model, Browser* browser) {
+// Expects that the page draws views of these cameras as the renderer does.
+void ExpectSamePictures(const Model& model, const std::vector<size_t>& cameras, Browser* browser) {
   const ViewRenderer renderer(model.foam);
-  for (const size_t camera : {size_t{0}, model.photos.size() / 2, model.photos.size() - 1}) {
+  for (const size_t camera : cameras) {
     const RenderedView rendered = Rendered(model, renderer, model.photos[camera]);
     const Drawn drawn = Draw(browser, camera);
     EXPECT_GE(Psnr(drawn.colors, ColorImage(rendered)), 45) << camera;
@@ -94,6 +96,20 @@ void ExpectSamePictures(const Model& model, Browser* browser) {
     EXPECT_GE(static_cast<double>(equal) / static_cast<double>(drawn.labels.size()), 0.995)
         << camera;
   }
+}
+
+// The same of three cameras.
+void ExpectSamePictures(const Model& model, Browser* browser) {
+  ExpectSamePictures(model, {0, model.photos.size() / 2, model.photos.size() - 1}, browser);
+}
+
+Model WithoutSemantics(Model model) {
+  model.foam.num_classes = 0;
+  model.foam.identity.clear();
+  model.foam.classifier_weight.clear();
+  model.foam.classifier_bias.clear();
+  model.labels.clear();
+  return model;
 }
 
 class ReportTest : public testing::Test {
@@ -273,6 +289,25 @@ TEST_F(ReportPageTest, HidesAndIsolates) {
   EXPECT_THAT(link, HasSubstr("only=" + text));
   browser.Evaluate("semfoam.viewer.showAll(), semfoam.viewer.follow(" + json(link).dump() + ")");
   EXPECT_EQ(labels_in_view(), alone);
+}
+
+TEST_F(ReportPageTest, MeasuresItsSpeedBesideAScalarWalk) {
+  Browser browser;
+  browser.Open(
+      Report(Trained()), "window.semfoam && (semfoam.benchmark || semfoam.error)", "benchmark");
+  const json measured = browser.Evaluate("semfoam.benchmark");
+  EXPECT_EQ(
+      json::parse(
+          browser.Evaluate("document.getElementById('benchmark').textContent").get<std::string>()),
+      measured);
+  EXPECT_GT(measured.at("frames_per_second"), 0);
+  EXPECT_GT(measured.at("scalar_frames_per_second"), 0);
+  // As many cells as the renderer's rays meet, and the faces of a Voronoi cell.
+  EXPECT_GT(measured.at("cells_per_ray"), 3);
+  const double faces =
+      measured.at("faces_per_ray").get<double>() / measured.at("cells_per_ray").get<double>();
+  EXPECT_GT(faces, 10);
+  EXPECT_LT(faces, 25);
 }
 
 TEST_F(ReportPageTest, MovesObjectsApart) {
@@ -514,12 +549,7 @@ TEST_F(ReportPageTest, StandsHostileNames) {
 TEST_F(ReportPageTest, ShowsFoamsOfEveryKind) {
   const Model trained = ReadModel(Trained());
   {
-    Model plain = trained;
-    plain.foam.num_classes = 0;
-    plain.foam.identity.clear();
-    plain.foam.classifier_weight.clear();
-    plain.foam.classifier_bias.clear();
-    plain.labels.clear();
+    const Model plain = WithoutSemantics(trained);
     Browser browser;
     Open(&browser, Report("plain", plain));
     ExpectSamePictures(plain, &browser);
@@ -547,6 +577,18 @@ TEST_F(ReportPageTest, ShowsFoamsOfEveryKind) {
     ExpectQuiet(browser);
   }
   {
+    Model one = trained;
+    one.foam.num_classes = 1;
+    one.foam.classifier_weight.resize(kIdentityDim);
+    one.foam.classifier_bias.resize(1);
+    one.labels.resize(1);
+    Browser browser;
+    Open(&browser, Report("one", one));
+    ExpectSamePictures(one, &browser);
+    EXPECT_EQ(browser.Evaluate("document.querySelectorAll('#objects tbody tr').length"), 1);
+    ExpectQuiet(browser);
+  }
+  {
     // 300 classes: the trained ones again and again, less likely each time.
     Model many = trained;
     Foam& foam = many.foam;
@@ -565,6 +607,35 @@ TEST_F(ReportPageTest, ShowsFoamsOfEveryKind) {
     ExpectSamePictures(many, &browser);
     ExpectQuiet(browser);
   }
+}
+
+// The most cells that a page shows unless told otherwise.
+TEST_F(ReportPageTest, LoadsHalfAMillionCells) {
+  constexpr size_t kNumCells = 500'000;
+  Model large = WithoutSemantics(ReadModel(Trained()));
+  const size_t before = large.foam.NumSites();
+  std::vector<uint32_t> origin(kNumCells);
+  for (size_t i = 0; i < kNumCells; ++i) origin[i] = static_cast<uint32_t>(i % before);
+  Foam& foam = large.foam;
+  Gather(origin, 1, &foam.positions);
+  Gather(origin, 1, &foam.raw_density);
+  Gather(origin, foam.ShStride(), &foam.sh);
+  Gather(origin, kColorGradientDim, &foam.color_gradient);
+  Gather(origin, 1, &large.statistics.contribution);
+  Gather(origin, 1, &large.statistics.mean_color);
+  Gather(origin, 1, &large.statistics.passed);
+  Gather(origin, 1, &large.statistics.stopped);
+  std::mt19937 random(0);
+  std::uniform_real_distribution<float> offset(-0.03f, 0.03f);
+  for (size_t i = before; i < kNumCells; ++i) {
+    foam.positions[i] += Eigen::Vector3f(offset(random), offset(random), offset(random));
+  }
+  Browser browser;
+  const fs::path report = Report("large", large);
+  EXPECT_THAT(ReadFile(report), HasSubstr("\"num_sites\":500000"));
+  Open(&browser, report);
+  ExpectSamePictures(large, {large.photos.size() / 2}, &browser);
+  ExpectQuiet(browser);
 }
 
 TEST_F(ReportPageTest, SaysSoWithoutWebGl) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photometric/pose_refinement.h"
 
-#include "foam/util/parallel.h"
 #include "plugin/photometric/camera_placement.h"
 #include "plugin/photometric/track_adjustment.h"
+#include "plugin/util/files.h"
 
 #include <algorithm>
 #include <array>
@@ -114,16 +114,13 @@ std::vector<AlignedPixel> PoseRefiner::PixelsOf(const ComparedView& compared) co
 void PoseRefiner::Decide(const std::vector<ComparedView>& views) {
   // Errors on held-back pixels, under a gain alone and aligned.
   std::vector<std::array<double, 2>> errors(views.size());
-  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const CameraPlacement start =
-          PlacementOf(poses_[views[i].view], scene_->WorldFromNormalized());
-      const std::vector<AlignedPixel> pixels = PixelsOf(views[i]);
-      for (int half = 0; half < 2; ++half) {
-        for (int moves = 0; moves < 2; ++moves) {
-          errors[i][moves] +=
-              AlignmentError(pixels, AlignPhoto(pixels, start, half, moves != 0), 1 - half);
-        }
+  ForEachFile(std::ssize(views), scene_->MostOpenViews(), [&](int64_t i) {
+    const CameraPlacement start = PlacementOf(poses_[views[i].view], scene_->WorldFromNormalized());
+    const std::vector<AlignedPixel> pixels = PixelsOf(views[i]);
+    for (int half = 0; half < 2; ++half) {
+      for (int moves = 0; moves < 2; ++moves) {
+        errors[i][moves] +=
+            AlignmentError(pixels, AlignPhoto(pixels, start, half, moves != 0), 1 - half);
       }
     }
   });
@@ -144,13 +141,11 @@ void PoseRefiner::Refine(const std::vector<ComparedView>& views) {
   if (!decided_) Decide(views);
   if (!by_pixels_) return;
   std::vector<CameraPlacement> first(views.size()), aligned(views.size());
-  ParallelForBlocks(num_views, 1, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const int view = views[i].view;
-      first[i] = PlacementOf(first_[view], frame);
-      aligned[i] =
-          AlignPhoto(PixelsOf(views[i]), PlacementOf(poses_[view], frame), -1, true).placement;
-    }
+  ForEachFile(num_views, scene_->MostOpenViews(), [&](int64_t i) {
+    const int view = views[i].view;
+    first[i] = PlacementOf(first_[view], frame);
+    aligned[i] =
+        AlignPhoto(PixelsOf(views[i]), PlacementOf(poses_[view], frame), -1, true).placement;
   });
   RemoveDrift(first, &aligned);
   for (int64_t i = 0; i < num_views; ++i) poses_[views[i].view] = PoseOf(aligned[i], frame);

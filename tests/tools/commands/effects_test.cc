@@ -137,6 +137,8 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
                                          "off",
                                          "--Effects.transients",
                                          "off",
+                                         "--Effects.poses",
+                                         "off",
                                          "--Effects.vignetting",
                                          "off",
                                          "--Effects.distortion",

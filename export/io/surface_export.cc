@@ -118,9 +118,10 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   bool is_sheet = false;
   if (options.method == SurfaceMethod::kSmooth) {
     const std::vector<ContactPlane> contacts = ContactPlanes(scene, object);
-    object.cells = CutBoundary(scene, contacts, CellsUpToContacts(scene, contacts, object.cells));
+    object.cells =
+        CutBoundary(scene, contacts, CellsUpToContacts(scene, contacts, object.cells), box);
     CleanCells clean = FillPitsAndTunnels(scene, object.cells);
-    object.cells = CellsUpToContacts(scene, contacts, clean.cells);
+    object.cells = CellsInBox(scene, CellsUpToContacts(scene, contacts, clean.cells), box);
     if (object.cells.empty()) return made;
     more = Counted(clean.pits, "pit", "filled") + Counted(clean.tunnels, "thin tunnel", "closed");
     const ObjectSurface cells = ExtractSurface(scene, object);

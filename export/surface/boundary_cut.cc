@@ -41,9 +41,11 @@ class BoundaryCutter {
  public:
   BoundaryCutter(const ExportableScene& scene,
                  const std::vector<ContactPlane>& contacts,
-                 const std::vector<uint32_t>& cells)
+                 const std::vector<uint32_t>& cells,
+                 const Eigen::AlignedBox3d& box)
       : scene_(scene),
         contacts_(contacts),
+        box_(box),
         nodes_(cells),
         is_inside_(scene.delaunay.num_cells, 0),
         node_of_(scene.delaunay.num_cells, kNoNode) {
@@ -94,12 +96,16 @@ class BoundaryCutter {
   }
 
   bool MayJoin(uint32_t cell, int32_t self) const {
+    if (IsBeyond(cell)) return false;
     const int32_t owner = scene_.object_of_cell[cell];
-    if (scene_.crossed[cell] && (owner >= 0 || scene_.radius[cell] > max_radius_)) {
-      return owner == self;
-    }
-    const double lengths = LengthsToContact(cell);
-    return lengths >= 0 && (owner < 0 || owner == self || lengths < kTakenLengths);
+    if (owner == self) return true;
+    if (scene_.crossed[cell]) return owner < 0 && scene_.radius[cell] <= max_radius_;
+    return owner < 0 || LengthsToContact(cell) < kTakenLengths;
+  }
+
+  // Whether a cell is out of the box or beyond a contact.
+  bool IsBeyond(uint32_t cell) const {
+    return !box_.contains(scene_.cell_positions[cell].cast<double>()) || LengthsToContact(cell) < 0;
   }
 
   // The least distance of a site from a contact's plane, in its lengths; negative beyond it.
@@ -129,7 +135,7 @@ class BoundaryCutter {
       if (node_of_[next] != kNoNode) {
         const int64_t cost = InUnits(scene_.face_areas[e]);
         if (cell < next) cut->AddEdge(node, node_of_[next], cost, cost);
-      } else if (!(LengthsToContact(next) < 0)) {
+      } else if (!IsBeyond(next)) {
         to_outside += scene_.face_areas[e];
       }
     }
@@ -160,6 +166,7 @@ class BoundaryCutter {
 
   const ExportableScene& scene_;
   const std::vector<ContactPlane>& contacts_;
+  const Eigen::AlignedBox3d box_;
   // The object's cells first.
   std::vector<uint32_t> nodes_;
   std::vector<uint8_t> is_inside_;
@@ -172,10 +179,11 @@ class BoundaryCutter {
 
 std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const std::vector<ContactPlane>& contacts,
-                                  const std::vector<uint32_t>& cells) {
+                                  const std::vector<uint32_t>& cells,
+                                  const Eigen::AlignedBox3d& box) {
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   if (scene.passed.empty() || cells.empty()) return cells;
-  return BoundaryCutter(scene, contacts, cells).Cut();
+  return BoundaryCutter(scene, contacts, cells, box).Cut();
 }
 
 }  // namespace semfoam

@@ -3,9 +3,12 @@
 
 #include "export/scene/exportable_scene.h"
 #include "export/surface/contact_planes.h"
+#include "export/surface/surface_box.h"
 
 #include <cstdint>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 namespace semfoam {
 
@@ -22,10 +25,14 @@ namespace semfoam {
 // hidden cells of the supporting object may be taken, and faces towards cells beyond a plane count
 // nothing: the boundary meets it at a right angle. Else no cell of another object is added.
 //
+// Cells whose sites are out of the `box` (normalised frame), at which the surface is cut, are never
+// added, and faces towards them count nothing.
+//
 // Without figures of the rays (ExportableScene::passed) the cells are returned as they are. The
 // same on every machine, because costs are counted in whole numbers.
 std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const std::vector<ContactPlane>& contacts,
-                                  const std::vector<uint32_t>& cells);
+                                  const std::vector<uint32_t>& cells,
+                                  const Eigen::AlignedBox3d& box = WholeSpace());
 
 }  // namespace semfoam

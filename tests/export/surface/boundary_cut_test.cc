@@ -108,6 +108,22 @@ TEST(BoundaryCut, WithoutFiguresOfTheRaysNothingChanges) {
   EXPECT_EQ(CutBoundary(scene, {}, scene.objects.at(0).cells), scene.objects[0].cells);
 }
 
+TEST(BoundaryCut, NoCellOutOfTheBoxIsAdded) {
+  const ExportableScene scene = Scene(
+      1,
+      [](const Eigen::Vector3f& p) { return InCube(p) ? 0 : kAir; },
+      [](const Eigen::Vector3f& p) {
+        return InCube(p) ? std::pair(0.f, 500.f) : std::pair(500.f, 0.f);
+      });
+  Eigen::AlignedBox3d box = WholeSpace();
+  // Through a layer of sites, which are off by up to a tenth of their spacing.
+  box.max().x() = 0.25;
+  const std::vector<uint32_t> within = CellsInBox(scene, scene.objects.at(0).cells, box);
+  ASSERT_LT(within.size(), scene.objects[0].cells.size());
+  EXPECT_EQ(CutBoundary(scene, {}, within, box), within);
+  EXPECT_GT(CutBoundary(scene, {}, within).size(), within.size());
+}
+
 // The body of class 0 stands on the support of class 1, whose surface is at z = -0.3.
 TEST(BoundaryCut, HiddenCellsOfTheSupportBecomeTheBodysAboveTheContact) {
   const auto is_taken = [](const Eigen::Vector3f& p) { return IsAt(p, 0.05f, 0.05f, -0.25f); };

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <glog/logging.h>
@@ -34,6 +35,9 @@ constexpr int kSteps = 3;
 constexpr double kTakenLengths = 4;
 // Cells that photos look through are left alone if they are so many times as large as the object's.
 constexpr double kMaxRadii = 6;
+
+// Share of its cells that an object keeps.
+constexpr double kLeastKept = 0.5;
 
 constexpr uint32_t kNoNode = std::numeric_limits<uint32_t>::max();
 
@@ -183,7 +187,13 @@ std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const Eigen::AlignedBox3d& box) {
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   if (scene.passed.empty() || cells.empty()) return cells;
-  return BoundaryCutter(scene, contacts, cells, box).Cut();
+  std::vector<uint32_t> cut = BoundaryCutter(scene, contacts, cells, box).Cut();
+  std::vector<uint32_t> kept;
+  std::set_intersection(
+      cut.begin(), cut.end(), cells.begin(), cells.end(), std::back_inserter(kept));
+  const bool loses_itself =
+      static_cast<double>(kept.size()) < kLeastKept * static_cast<double>(cells.size());
+  return loses_itself ? cells : cut;
 }
 
 }  // namespace semfoam

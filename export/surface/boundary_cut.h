@@ -28,8 +28,9 @@ namespace semfoam {
 // Cells whose sites are out of the `box` (normalised frame), at which the surface is cut, are never
 // added, and faces towards them count nothing.
 //
-// Without figures of the rays (ExportableScene::passed) the cells are returned as they are. The
-// same on every machine, because costs are counted in whole numbers.
+// Without figures of the rays (ExportableScene::passed) the cells are returned as they are, and so
+// is an object that would lose half of its cells: a few cells, thin on what they lie on, have more
+// boundary than evidence. The same on every machine, because costs are counted in whole numbers.
 std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const std::vector<ContactPlane>& contacts,
                                   const std::vector<uint32_t>& cells,

@@ -100,6 +100,19 @@ TEST(BoundaryCut, LeavesOfOneCellStay) {
   EXPECT_EQ(CutBoundary(scene, {}, scene.objects.at(0).cells), CellsWhere(scene, in_leaf));
 }
 
+TEST(BoundaryCut, ThinObjectsOfLittleEvidenceDoNotVanish) {
+  const auto in_leaf = [](const Eigen::Vector3f& p) {
+    return p.z() > 0 && p.z() < kSpacing && p.head<2>().cwiseAbs().maxCoeff() < 0.4f;
+  };
+  const ExportableScene scene = Scene(
+      1,
+      [&](const Eigen::Vector3f& p) { return in_leaf(p) ? 0 : kAir; },
+      [&](const Eigen::Vector3f& p) {
+        return in_leaf(p) ? std::pair(0.f, 0.5f) : std::pair(500.f, 0.f);
+      });
+  EXPECT_EQ(CutBoundary(scene, {}, scene.objects.at(0).cells), CellsWhere(scene, in_leaf));
+}
+
 TEST(BoundaryCut, WithoutFiguresOfTheRaysNothingChanges) {
   const ExportableScene scene =
       MakeExportableScene(MakeModel(RandomSites(800, 3), 1, [](const Eigen::Vector3f& p) {

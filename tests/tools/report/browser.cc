@@ -168,7 +168,8 @@ void Browser::WaitUntil(const std::string& condition) {
   }
 }
 
-void Browser::Open(const fs::path& file, const std::string& condition,
+void Browser::Open(const fs::path& file,
+                   const std::string& condition,
                    const std::string& fragment) {
   address_ = AddressOf(file);
   Call("Page.navigate", {{"url", address_ + (fragment.empty() ? "" : "#" + fragment)}});

@@ -26,7 +26,8 @@ class Browser {
 
   // Opens a file at a fragment (what follows # in its address), and waits until `condition`, a
   // JavaScript expression, is true. Throws std::runtime_error after two minutes.
-  void Open(const std::filesystem::path& file, const std::string& condition,
+  void Open(const std::filesystem::path& file,
+            const std::string& condition,
             const std::string& fragment = "");
   // Returns the value of a JavaScript expression (of a promise: what it becomes). Throws
   // std::runtime_error where the expression throws.

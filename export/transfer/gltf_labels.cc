@@ -4,6 +4,7 @@
 #include "export/io/byte_writer.h"
 #include "export/scene/names.h"
 #include "export/transfer/mesh_parts.h"
+#include "export/transfer/value_at.h"
 #include "foam/util/base64.h"
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
@@ -40,14 +40,6 @@ constexpr int kElementArrayBuffer = 34963;
 constexpr int64_t kMaxCount = int64_t{1} << 52;
 // Deeper trees of nodes are taken for damage.
 constexpr int kMaxDepth = 1000;
-
-template <typename T>
-T ValueAt(std::string_view bytes, size_t at) {
-  T value;
-  CHECK_LE(at + sizeof(value), bytes.size());
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
-}
 
 std::string FromUri(std::string_view uri) {
   std::string text;

@@ -2,15 +2,13 @@
 #include "export/transfer/las_labels.h"
 
 #include "export/io/byte_writer.h"
+#include "export/transfer/value_at.h"
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <string>
-
-#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -27,14 +25,6 @@ constexpr size_t kOldHeader = 227, kHeader = 375;
 constexpr std::array<size_t, 11> kRecordBytes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
 // LASzip sets these bits of the format.
 constexpr int kCompressed = 0xc0;
-
-template <typename T>
-T ValueAt(std::string_view bytes, size_t at) {
-  T value;
-  CHECK_LE(at + sizeof(value), bytes.size());
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
-}
 
 Eigen::Vector3d VectorAt(std::string_view bytes, size_t at) {
   return {

@@ -4,6 +4,7 @@
 #include "export/io/byte_writer.h"
 #include "export/transfer/mesh_parts.h"
 #include "export/transfer/ply_labels.h"
+#include "export/transfer/value_at.h"
 #include "foam/util/error.h"
 #include "foam/util/input_file.h"
 
@@ -12,7 +13,6 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
-#include <cstring>
 #include <unordered_map>
 #include <utility>
 
@@ -29,14 +29,6 @@ constexpr std::string_view kBlanks = " \t\r\n\v\f";
 // Of a binary STL: what stands before the count, and the size of a facet (normal, three corners,
 // two bytes that nobody defines).
 constexpr size_t kHeader = 80, kFirstFacet = 84, kFacet = 50, kAttribute = 48;
-
-template <typename T>
-T ValueAt(std::string_view bytes, size_t at) {
-  T value;
-  CHECK_LE(at + sizeof(value), bytes.size());
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
-}
 
 bool IsBinary(std::string_view head, uint64_t size) {
   return size >= kFirstFacet && head.size() >= kFirstFacet &&

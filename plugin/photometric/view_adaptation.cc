@@ -4,6 +4,18 @@
 #include <utility>
 
 namespace semfoam {
+namespace {
+
+// Rays of the training for each that an adaptation renders.
+constexpr int64_t kRaysPerPixel = 100;
+// With fewer, the adaptations would take a good part of the time.
+constexpr int64_t kLeastRaysPerPixel = 10;
+
+constexpr char kTooShort[] =
+    "The training is too short for so many photos to hold these against the foam: light, things "
+    "that pass by and poses are left as they are";
+
+}  // namespace
 
 ViewAdaptation::ViewAdaptation(TrainingScene* scene,
                                const EffectsOptions& options,
@@ -19,7 +31,12 @@ ViewAdaptation::ViewAdaptation(TrainingScene* scene,
 std::vector<std::string> ViewAdaptation::Adapt(const TrainingHooks::RenderPixels& render) {
   std::vector<std::string> lines;
   if (!light_.IsLooking() && !transients_.IsEnabled() && !poses_.IsLooking()) return lines;
-  const std::vector<ComparedView> views = CompareViews(*scene_, num_rays_, render);
+  if (FewestComparedRays(*scene_) > num_rays_ / kLeastRaysPerPixel) {
+    if (!said_too_short_) lines.emplace_back(kTooShort);
+    said_too_short_ = true;
+    return lines;
+  }
+  const std::vector<ComparedView> views = CompareViews(*scene_, num_rays_ / kRaysPerPixel, render);
   const bool was_decided = light_.IsDecided();
   light_.Refine(views);
   if (!was_decided && light_.IsDecided()) lines.push_back(light_.Report());

@@ -19,7 +19,9 @@ namespace semfoam {
 class ViewAdaptation {
  public:
   // `lights` are the scene's so far [views], or empty; `poses` has looked at its tracks. An
-  // adaptation looks at about `num_rays` pixels of all photos. `scene` must outlive this object.
+  // adaptation renders about one ray for a hundred of the `num_rays` of the training. Where the
+  // least that it must render is more than a tenth of these, since the training is short and the
+  // photos are many, there is none, and the first Adapt says so. `scene` must outlive this object.
   ViewAdaptation(TrainingScene* scene,
                  const EffectsOptions& options,
                  std::vector<PhotoLight> lights,
@@ -47,6 +49,7 @@ class ViewAdaptation {
  private:
   TrainingScene* const scene_;
   const int64_t num_rays_;
+  bool said_too_short_ = false;
   LightRefiner light_;
   TransientFinder transients_;
   PoseRefiner poses_;

@@ -18,6 +18,10 @@ int GridSize(int size, int stride) { return (size - stride / 2 + stride - 1) / s
 
 }  // namespace
 
+int64_t FewestComparedRays(const TrainingScene& scene) {
+  return kFewestPixels * std::ssize(SelectViews(scene, false));
+}
+
 std::vector<ComparedView> CompareViews(const TrainingScene& scene,
                                        int64_t num_rays,
                                        const TrainingHooks::RenderPixels& render) {

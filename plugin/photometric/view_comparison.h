@@ -27,6 +27,9 @@ struct ComparedView {
   int Y(size_t i) const { return static_cast<int>(i) / columns * stride + stride / 2; }
 };
 
+// Returns the least number of rays that CompareViews renders: 300 for each training photo.
+int64_t FewestComparedRays(const TrainingScene& scene);
+
 // Compares every training photo of the scene with its render, on about `num_rays` pixels in all,
 // but 300 to 4800 of each. Decodes photos again that are not in memory. Held-out photos are not
 // looked at.

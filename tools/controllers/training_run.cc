@@ -45,9 +45,6 @@ namespace {
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
 
-// An adaptation to the photos renders one ray for so many rays of the training.
-constexpr int64_t kAdaptationShare = 100;
-
 std::string Seconds(double seconds) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.1f s", seconds);
@@ -659,11 +656,8 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << report;
   }
 
-  ViewAdaptation adaptation(&scene,
-                            run->effects,
-                            effects.lights,
-                            std::move(poses),
-                            run->training.num_rays / kAdaptationShare);
+  ViewAdaptation adaptation(
+      &scene, run->effects, effects.lights, std::move(poses), run->training.num_rays);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
   TrainingSummary summary;

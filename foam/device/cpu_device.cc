@@ -125,7 +125,23 @@ class CpuTrainingDevice final : public TrainingDevice {
               step.cutoff_tau,
               step.rays,
               &batch_);
+    // Training takes the two variations in turns, so that one array serves both.
+    const bool takes_colors = step.color_tv_weight > 0;
+    if ((surface_colors_.capacity() > tv_gradient_.capacity()) != takes_colors) {
+      surface_colors_.swap(tv_gradient_);
+    }
     tv_gradient_.clear();
+    ColorGraph color_graph;
+    if (takes_colors) {
+      const Delaunay& delaunay = state_.topology.delaunay();
+      CollectSurfaceColors(state_.foam, density_, state_.topology.step_lengths(), &surface_colors_);
+      color_graph = {delaunay.offsets.data(),
+                     delaunay.neighbors.data(),
+                     state_.topology.tv_weights().data(),
+                     delaunay.num_sites,
+                     surface_colors_.data(),
+                     static_cast<float>(kIdentityDim * step.color_tv_weight)};
+    }
     if (step.tv_weight > 0) {
       result.tv_loss = TotalVariation(state_.topology.delaunay(),
                                       state_.topology.tv_weights(),
@@ -135,6 +151,7 @@ class CpuTrainingDevice final : public TrainingDevice {
     }
     result.skipped_updates = state_.optimizer->Step(&batch_,
                                                     tv_gradient_,
+                                                    color_graph,
                                                     state_.topology.geometry().positions,
                                                     state_.topology.is_clear(),
                                                     state_.topology.step_lengths(),
@@ -168,8 +185,9 @@ class CpuTrainingDevice final : public TrainingDevice {
   ClassifierView<float> Classifier() const { return ClassifierOf(state_.foam); }
 
   TrainingState& state_;
-  std::vector<float> density_;      // [num_cells] activated
-  std::vector<float> tv_gradient_;  // [N][kIdentityDim]; empty in steps without the regulariser
+  std::vector<float> density_;         // [num_cells] activated
+  std::vector<float> tv_gradient_;     // [N][kIdentityDim]; empty in steps without the regulariser
+  std::vector<float> surface_colors_;  // [N][kSurfaceColorDim] of the last step that took them
   BatchResult batch_;
 };
 

@@ -78,6 +78,25 @@ StepLengths StepLengthsOf(float radius, bool is_open) {
   return {std::min(length, kLargestMove), length * std::max(1.f, excess)};
 }
 
+void CollectSurfaceColors(const Foam& foam,
+                          const std::vector<float>& density,
+                          const std::vector<StepLengths>& step_lengths,
+                          std::vector<float>* rows) {
+  CHECK_GE(density.size(), foam.NumSites());
+  CHECK_EQ(step_lengths.size(), foam.NumSites());
+  rows->resize(foam.NumSites() * kSurfaceColorDim);
+  ParallelForBlocks(foam.NumSites(), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      WriteSurfaceColor(
+          foam.positions[i],
+          CellOpacity(density[i], step_lengths[i].position),
+          &foam.sh[i * foam.ShStride()],
+          foam.HasColorGradients() ? &foam.color_gradient[i * kColorGradientDim] : nullptr,
+          &(*rows)[i * kSurfaceColorDim]);
+    }
+  });
+}
+
 const std::vector<AdamCorrection>& AdamCorrections() {
   static const std::vector<AdamCorrection> corrections = [] {
     std::vector<AdamCorrection> table(2048);
@@ -107,6 +126,7 @@ FoamOptimizer::FoamOptimizer(const Foam& foam, const std::vector<uint8_t>& is_fr
 
 int64_t FoamOptimizer::Step(BatchResult* batch,
                             const std::vector<float>& tv_gradient,
+                            const ColorGraph& color_graph,
                             const std::vector<Eigen::Vector3f>& sites,
                             const std::vector<uint8_t>& is_clear,
                             const std::vector<StepLengths>& step_lengths,
@@ -143,6 +163,14 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
           row_.HasColorGradient() ? &foam->color_gradient[i * kColorGradientDim] : nullptr,
           gradient.data());
       gradient[row_.density] *= DensityDerivative(foam->raw_density[i]);
+      if (color_graph.offsets != nullptr && !records.empty()) {
+        float slopes[kColorVariationDim] = {};
+        AddColorVariation(color_graph, static_cast<uint32_t>(i), slopes);
+        if (row_.HasColorGradient()) {
+          AddTo(slopes, kColorGradientDim, &gradient[row_.color_gradient]);
+        }
+        AddTo(slopes + kColorGradientDim, 3, &gradient[row_.sh]);
+      }
       if (has_tv) {
         for (int a = 0; a < kIdentityDim; ++a) gradient[a] += tv_gradient[i * kIdentityDim + a];
       }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/model/foam.h"
+#include "foam/render/color_variation.h"
 #include "foam/render/ray_batch.h"
 #include "foam/render/update_loops.h"
 #include "foam/util/host_device.h"
@@ -87,6 +88,13 @@ SEMFOAM_HOST_DEVICE inline float ClampedRawDensity(float raw, bool is_clear) {
   return raw < kLowestRawDensity ? kLowestRawDensity : raw;
 }
 
+// Writes the rows that ColorGraph compares to `rows` [N][kSurfaceColorDim]. `density` [N or more]
+// is activated; a cell's radius is its StepLengths::position.
+void CollectSurfaceColors(const Foam& foam,
+                          const std::vector<float>& density,
+                          const std::vector<StepLengths>& step_lengths,
+                          std::vector<float>* rows);
+
 // Returns the bias corrections of Adam's moments, by step; the last one, which is 1, is used for
 // all later steps.
 const std::vector<AdamCorrection>& AdamCorrections();
@@ -101,12 +109,14 @@ class FoamOptimizer {
   explicit FoamOptimizer(const Foam& foam, const std::vector<uint8_t>& is_frozen = {});
 
   // Takes one step with the batch's gradients, which it groups by cell. `tv_gradient` is
-  // [N][kIdentityDim], or empty. `sites` [N or more] are the positions that the rays met. Cells
-  // with `is_clear` [N] keep their density. Updates `density` [N or more], the activated densities.
-  // A cell with a gradient that is not finite keeps its parameters; returns the number of such
-  // cells.
+  // [N][kIdentityDim], or empty. Cells that rays have crossed also get the gradient of the colours'
+  // variation over `color_graph`, where there is one. `sites` [N or more] are the positions that
+  // the rays met. Cells with `is_clear` [N] keep their density. Updates `density` [N or more], the
+  // activated densities. A cell with a gradient that is not finite keeps its parameters; returns
+  // the number of such cells.
   int64_t Step(BatchResult* batch,
                const std::vector<float>& tv_gradient,
+               const ColorGraph& color_graph,
                const std::vector<Eigen::Vector3f>& sites,
                const std::vector<uint8_t>& is_clear,
                const std::vector<StepLengths>& step_lengths,

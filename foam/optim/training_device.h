@@ -55,6 +55,9 @@ struct TrainingStep {
   float cutoff_tau = 0;
   // Weight of the total variation of the identities; 0: skip it in this iteration.
   double tv_weight = 0;
+  // Weight of the variation of the colours (foam/render/color_variation.h); 0: skip it in this
+  // iteration.
+  double color_tv_weight = 0;
   // Learning rates of all kinds of parameters.
   LearningRates rates;
 };

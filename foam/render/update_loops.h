@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/render/color_variation.h"
 #include "foam/render/ray_batch.h"
 
 #include <cstdint>
@@ -65,6 +66,10 @@ double TotalVariationOfCells(const uint32_t* offsets,
                              uint32_t begin,
                              uint32_t end,
                              float* gradient);
+
+// Adds the derivatives of the colours' variation (color_variation.h) by the parameters of a cell,
+// over all its edges and times graph.scale, to `gradient` [kColorVariationDim].
+void AddColorVariation(const ColorGraph& graph, uint32_t cell, float* gradient);
 
 // Computes the planes of cells [begin, end), from all cells' positions: fills all rows of `blocks`
 // (those of cell i: first_block[i], ...) but the neighbours, which are read, and writes the squared

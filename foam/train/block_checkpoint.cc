@@ -185,8 +185,10 @@ bool CanBeSplit(const CheckpointContents& contents) {
 TrainingOptions OptionsOfBlock(const TrainingOptions& options, int64_t block_sites) {
   TrainingOptions block = options;
   block.final_sites = static_cast<int>(std::max<int64_t>(block_sites, 64));
-  // The total variation is a mean over all cells.
-  block.tv_weight *= double(block.final_sites) / options.final_sites;
+  // The variations are means over all cells.
+  const double share = double(block.final_sites) / options.final_sites;
+  block.tv_weight *= share;
+  block.color_tv_weight *= share;
   block.classifier_rate = 0;
   return block;
 }

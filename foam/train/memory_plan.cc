@@ -2,6 +2,7 @@
 #include "foam/train/memory_plan.h"
 
 #include "foam/data/pixel_range.h"
+#include "foam/render/color_variation.h"
 #include "foam/render/ray_batch.h"
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
@@ -98,10 +99,10 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   // accumulates, the activated density, the step lengths, whether it must stay clear, where it was
   // triangulated.
   const int64_t parameter_bytes = 3 * 4 * parameters + 4 + 8 + 4 + 8 + 1 + 12;
-  // The gradient of the total variation stays. The new topology comes when CGAL's triangulation is
-  // gone, which is larger.
-  const double topology_bytes =
-      kTriangulationBytesPerSite + kOldTopologyBytesPerSite + 4 * identity;
+  // The gradient of the total variation, or the colours in its place, stay. The new topology comes
+  // when CGAL's triangulation is gone, which is larger.
+  const double topology_bytes = kTriangulationBytesPerSite + kOldTopologyBytesPerSite +
+                                (options.color_tv_weight > 0 ? 4 * kSurfaceColorDim : 4 * identity);
   const auto of_sites = [&](double bytes) {
     return static_cast<int64_t>(std::ceil(kAllocatorFactor * bytes * plan.sites));
   };

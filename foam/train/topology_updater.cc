@@ -172,7 +172,7 @@ void TopologyUpdater::Begin(int64_t iteration, Rearrangement plan) {
 
 void TopologyUpdater::StartThread() {
   const std::vector<Eigen::Vector3f>& sites = pending_->plan.positions;
-  const bool with_areas = state_->foam.HasSemantics();
+  const bool with_areas = NeedsAreas();
   // A run that may use one thread alone triangulates when the result is due, with the same bytes.
   const auto policy = NumThreads() > 1 ? std::launch::async : std::launch::deferred;
   pending_->topology = std::async(policy, [this, &sites, with_areas] {
@@ -200,7 +200,7 @@ void TopologyUpdater::TakeOver() {
 void TopologyUpdater::Triangulate(int64_t iteration) {
   const auto begin = std::chrono::steady_clock::now();
   device_->DownloadSites();
-  state_->topology.Triangulate(state_->foam.positions, free_space_, state_->foam.HasSemantics());
+  state_->topology.Triangulate(state_->foam.positions, free_space_, NeedsAreas());
   HandOver(iteration);
   seconds_triangulating_ += SecondsSince(begin);
 }
@@ -259,7 +259,7 @@ TopologyUpdater::SavedSites TopologyUpdater::Read(const Checkpoint& checkpoint, 
 }
 
 void TopologyUpdater::Restore(const SavedSites& sites) {
-  state_->topology.Triangulate(sites.triangulated, free_space_, state_->foam.HasSemantics());
+  state_->topology.Triangulate(sites.triangulated, free_space_, NeedsAreas());
   state_->topology.RefreshPlanes(sites.planes);
   device_->Upload();
   device_->UploadTopology();

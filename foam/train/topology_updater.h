@@ -106,6 +106,7 @@ class TopologyUpdater {
   struct PendingTriangulation;
 
   int TriangulationLag(size_t num_sites) const;
+  bool NeedsAreas() const { return options_.NeedsAreas(state_->foam.num_classes); }
   bool PositionsMove(int64_t iteration) const { return schedule_.PositionsMove(iteration); }
   bool TopologyIsStale(int64_t iteration) const;
   bool DensificationIsDue(int64_t iteration) const;

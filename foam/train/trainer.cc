@@ -21,8 +21,8 @@
 namespace semfoam {
 namespace {
 
-// The regulariser touches every cell, the rays only some: it takes one step in so many, with so
-// many times the weight.
+// The variations touch every cell, the rays only some: each takes one step in so many, with so many
+// times the weight; that of the colours half-way between those of the identities.
 constexpr int64_t kTvInterval = 4;
 
 InitializationOptions InitializationOf(const TrainingOptions& options, int num_classes) {
@@ -122,19 +122,22 @@ void Trainer::Iterate() {
   const double share =
       TrainsBlock() ? double(rays_.size()) / (kTileRays * NumTiles(options_.rays_per_iteration))
                     : 1;
-  const RayLossWeights weights{
-      share,
-      share * options_.opacity_weight,
-      share * options_.quantile_weight * std::min(2 * schedule_.RunFraction(iteration), 1.0),
-      share * options_.identity_weight,
-      options_.identity_to_density};
+  // Terms on where and how surfaces are come in as these form.
+  const double settled = std::min(2 * schedule_.RunFraction(iteration), 1.0);
+  const RayLossWeights weights{share,
+                               share * options_.opacity_weight,
+                               share * options_.quantile_weight * settled,
+                               share * options_.identity_weight,
+                               options_.identity_to_density};
   const bool has_tv =
       state_.foam.HasSemantics() && options_.tv_weight > 0 && iteration % kTvInterval == 0;
+  const bool has_color_tv = iteration % kTvInterval == kTvInterval / 2;
   const TrainingStepResult result =
       device_->Step({rays_,
                      weights,
                      static_cast<float>(-std::log(options_.transmittance_cutoff)),
                      has_tv ? options_.tv_weight * kTvInterval : 0,
+                     has_color_tv ? settled * options_.color_tv_weight * kTvInterval : 0,
                      schedule_.Rates(iteration)});
   guard_.Watch(iteration, rays_, result.batch, result.tv_loss, result.skipped_updates);
   topology_.Observe(result.batch);

@@ -47,6 +47,7 @@ std::string TrainingOptions::Check() const {
   bounded("identity_weight", identity_weight);
   fraction("identity_to_density", identity_to_density);
   bounded("tv_weight", tv_weight);
+  bounded("color_tv_weight", color_tv_weight);
   bounded("position_rate", position_rate);
   bounded("density_rate", density_rate);
   bounded("color_rate", color_rate);

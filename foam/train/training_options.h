@@ -33,14 +33,15 @@ struct TrainingOptions {
   // Transmittance at which rays stop, > 0 and < 1.
   double transmittance_cutoff = kTransmittanceCutoff;
 
-  // Weights of the loss terms (foam/render/ray_loss.h, foam/render/total_variation.h), >= 0. The
-  // colour term has weight 1.
+  // Weights of the loss terms (foam/render/ray_loss.h, foam/render/total_variation.h,
+  // foam/render/color_variation.h), >= 0. The colour term has weight 1.
   double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
   double identity_weight = 1;
   // Share of the identity loss's gradient that flows into densities and positions, 0..1.
   double identity_to_density = 0;
   double tv_weight = 2;
+  double color_tv_weight = 0.05;
 
   // Learning rates at the start, each of which falls along a cosine to `final_rate` times that.
   //
@@ -74,6 +75,10 @@ struct TrainingOptions {
   double seconds = 0;
 
   bool HasColorGradients() const { return color_gradient_rate > 0; }
+  // Whether the topology needs the areas of the faces; `num_classes` 0: no semantics.
+  bool NeedsAreas(int num_classes) const {
+    return color_tv_weight > 0 || (num_classes > 0 && tv_weight > 0);
+  }
 
   // Returns an empty string if all options are in range; else one sentence with the name of the
   // first that is not, at the beginning, and its range.
@@ -95,6 +100,7 @@ struct TrainingOptions {
     archive->Number("identity_weight", &identity_weight);
     archive->Number("identity_to_density", &identity_to_density);
     archive->Number("tv_weight", &tv_weight);
+    archive->Number("color_tv_weight", &color_tv_weight);
     archive->Number("position_rate", &position_rate);
     archive->Number("density_rate", &density_rate);
     archive->Number("color_rate", &color_rate);

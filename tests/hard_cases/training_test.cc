@@ -192,6 +192,7 @@ constexpr Excess kExcesses[] = {
     {"identity_rate", &TrainingOptions::identity_rate},
     {"classifier_rate", &TrainingOptions::classifier_rate},
     {"tv_weight", &TrainingOptions::tv_weight},
+    {"color_tv_weight", &TrainingOptions::color_tv_weight},
     {"opacity_weight", &TrainingOptions::opacity_weight},
     {"quantile_weight", &TrainingOptions::quantile_weight},
     {"identity_weight", &TrainingOptions::identity_weight},

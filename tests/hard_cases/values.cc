@@ -4,7 +4,9 @@
 // without area, and sites that have moved far from where they were triangulated.
 #include "foam/geometry/voronoi.h"
 #include "foam/model/activation.h"
+#include "foam/render/color_variation.h"
 #include "foam/render/total_variation.h"
+#include "foam/render/update_loops.h"
 
 #include <algorithm>
 #include <cmath>
@@ -266,6 +268,50 @@ HardCaseResult EqualIdentities(const CheckOptions&) {
   return result;
 }
 
+// Variation of the colours where cells are of one colour, empty or of colours beyond all bounds.
+HardCaseResult HardColors(const CheckOptions&) {
+  HardCaseResult result;
+  const WalkableCells cells(RandomSites(300, 47));
+  const Delaunay& delaunay = cells.delaunay;
+  const std::vector<float> weights = TotalVariationWeights(
+      delaunay, FaceAreas(cells.positions, delaunay, VoronoiVertices(cells.positions, delaunay)));
+  std::vector<float> gradient;
+  const auto vanishes = [&](float density, float even, float odd, float slope) {
+    std::vector<float> rows(size_t{delaunay.num_sites} * kSurfaceColorDim);
+    const std::vector<float> color_gradient(kColorGradientDim, slope);
+    for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
+      const float value = i % 2 == 0 ? even : odd;
+      const float sh[3] = {value, value, -value};
+      WriteSurfaceColor(cells.positions[i],
+                        CellOpacity(density, 0.05f),
+                        sh,
+                        color_gradient.data(),
+                        &rows[size_t{i} * kSurfaceColorDim]);
+    }
+    const ColorGraph graph = {delaunay.offsets.data(),
+                              delaunay.neighbors.data(),
+                              weights.data(),
+                              delaunay.num_sites,
+                              rows.data(),
+                              1.f};
+    gradient.assign(size_t{delaunay.num_sites} * kColorVariationDim, 0.f);
+    for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
+      AddColorVariation(graph, i, &gradient[size_t{i} * kColorVariationDim]);
+    }
+    return std::all_of(gradient.begin(), gradient.end(), [](float g) { return g == 0; });
+  };
+  result.Expect(vanishes(50, 0.7f, 0.7f, 0), "cells of one colour have a variation.");
+  result.Expect(vanishes(0.1f, 0, 1, 1), "empty cells have a variation.");
+  result.Expect(vanishes(0, 0, 1, 1), "cells without matter have a variation.");
+  // Densities that no exponential holds, and colours a million times as bright as white: the slope
+  // is that of the knee.
+  result.Expect(!vanishes(1e30f, 1e6f, -1e6f, 1e6f), "huge colours have no variation.");
+  float largest = 0;
+  for (const float g : gradient) largest = std::max(largest, std::abs(g));
+  result.Expect(largest > 0 && largest < 1, "their largest derivative is ", largest, ".");
+  return result;
+}
+
 // What hangs on the areas of the faces.
 struct FaceMeasures {
   explicit FaceMeasures(const WalkableCells& cells)
@@ -384,6 +430,9 @@ std::vector<HardCase> ValuesCases() {
       {"equal_identities_on_both_sides",
        "the variation and its gradient are exactly 0 at the kink, signs count beside it",
        EqualIdentities},
+      {"hard_colors_of_neighbors",
+       "variation of the colours of cells of one colour, empty cells and colours beyond all bounds",
+       HardColors},
       {"a_cell_whose_every_face_is_degenerate",
        "areas, volumes, radii and weights are finite; a duplicate has none",
        DegenerateFaces},

@@ -20,8 +20,11 @@
 namespace semfoam {
 namespace {
 
-// The regulariser joins, and the planes follow, every so many updates, as in training.
+// The variations join, and the planes follow, every so many updates, as in training.
 constexpr int kRoundUpdates = 4;
+
+// The radius of all cells, by which the variation of the colours takes nearly all for opaque.
+constexpr float kRadius = 0.05f;
 
 // All that an update reads and writes, its foam included. Sites learn at rate 0: they stay where
 // their topology holds, and the work is the same.
@@ -32,7 +35,7 @@ class Updater {
         foam_(scene.foam),
         optimizer_(foam_),
         is_clear_(foam_.NumSites(), 0),
-        step_lengths_(foam_.NumSites(), {0, 1}) {
+        step_lengths_(foam_.NumSites(), {kRadius, 1}) {
     SetTopology(delaunay_, &geometry_);
     density_ = CellDensities(foam_);
     const std::vector<Eigen::Vector3f> cells = WithGuardSites(foam_.positions);
@@ -58,9 +61,17 @@ class Updater {
   int64_t Round() {
     int64_t not_finite = 0;
     TotalVariation(delaunay_, tv_weights_, foam_.identity, float{kRoundUpdates}, &tv_gradient_);
+    CollectSurfaceColors(foam_, density_, step_lengths_, &surface_colors_);
+    ColorGraph color_graph = {delaunay_.offsets.data(),
+                              delaunay_.neighbors.data(),
+                              tv_weights_.data(),
+                              delaunay_.num_sites,
+                              surface_colors_.data(),
+                              float{kRoundUpdates}};
     for (BatchResult& batch : batches_) {
       not_finite += optimizer_.Step(&batch,
                                     tv_gradient_,
+                                    color_graph,
                                     geometry_.positions,
                                     is_clear_,
                                     step_lengths_,
@@ -69,6 +80,7 @@ class Updater {
                                     &density_,
                                     &statistics_);
       tv_gradient_.clear();
+      color_graph = {};
     }
     Refresh(WithGuardSites(foam_.positions), &geometry_);
     return not_finite;
@@ -79,7 +91,7 @@ class Updater {
   double BytesPerSite() const {
     return (3.0 * ParameterBytes() * foam_.NumSites() + BytesOf(statistics_.squared_error) +
             BytesOf(statistics_.contribution) + BytesOf(tv_weights_) + TvGradientBytes() +
-            BytesOf(density_) + WalkBytes(geometry_)) /
+            BytesOf(surface_colors_) + BytesOf(density_) + WalkBytes(geometry_)) /
            foam_.NumSites();
   }
 
@@ -102,11 +114,11 @@ class Updater {
     const double group = 4 * records * sizeof(GradientRecord);
     // Parameters and their moments are read and written; so is the density that follows.
     const double adam = (6 * ParameterBytes() + sizeof(float)) * cells + rays * sizeof(RayOutput);
-    // Weights, neighbours and identities in, the gradient out and in again; then Adam on every
-    // cell's identity.
-    const double tv = BytesOf(tv_weights_) + BytesOf(delaunay_.neighbors) +
-                      BytesOf(foam_.identity) + 2 * TvGradientBytes() +
-                      6 * sizeof(float) * kIdentityDim * (sites - cells);
+    // Weights and neighbours in, twice, identities in, the gradient and the colours out and in
+    // again; then Adam on every cell's identity.
+    const double tv = 2 * (BytesOf(tv_weights_) + BytesOf(delaunay_.neighbors)) +
+                      BytesOf(foam_.identity) + 2 * BytesOf(surface_colors_) +
+                      2 * TvGradientBytes() + 6 * sizeof(float) * kIdentityDim * (sites - cells);
     // Sites in, planes out.
     const double follow = BytesOf(foam_.positions) + WalkBytes(geometry_);
     return group + adam + (tv + follow) / kRoundUpdates;
@@ -124,6 +136,7 @@ class Updater {
   const std::vector<StepLengths> step_lengths_;
   std::vector<float> tv_weights_;
   std::vector<float> tv_gradient_;
+  std::vector<float> surface_colors_;
   DensificationStatistics statistics_;
   std::array<BatchResult, kRoundUpdates> batches_;
   WalkGeometry<float> geometry_;

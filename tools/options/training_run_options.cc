@@ -47,6 +47,9 @@ void AddTrainingOptions(OptionManager* options, Quality* quality, TrainingOption
       "share of the gradient of the labels' cross-entropy that flows into density and positions, "
       "0 to 1; 0 = the paper's way");
   add("tv_weight", &training->tv_weight, "weight of the identities' total variation");
+  add("color_tv_weight",
+      &training->color_tv_weight,
+      "weight of the colours' variation between cells that touch; 0: none");
   add("position_rate",
       &training->position_rate,
       "learning rate of the sites, in radii of their cells");

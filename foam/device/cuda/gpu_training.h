@@ -141,7 +141,8 @@ class GpuTraining : public TrainingDevice {
     batch_.SortContributions(machine_, num_sites_, num_contributions);
     const VariationGraph graph = Graph(step.tv_weight);
     if (graph.offsets != nullptr) result.tv_loss = TotalVariation(graph);
-    result.skipped_updates = UpdateSites(step.rates, graph);
+    result.skipped_updates =
+        UpdateSites(step.rates, graph, CollectSurfaceColors(step.color_tv_weight));
     if (state_->foam.HasSemantics()) result.skipped_updates += UpdateClassifier(step);
     return result;
   }
@@ -204,6 +205,27 @@ class GpuTraining : public TrainingDevice {
     return Sum(variation_) / 2;  // every edge was met from both sides
   }
 
+  ColorGraph CollectSurfaceColors(double weight) {
+    if (weight == 0) return {};
+    CHECK(has_graph_);
+    surface_colors_.Resize(size_t{num_sites_} * kSurfaceColorDim);
+    machine_.ForEach(
+        num_sites_,
+        CollectSurfaceColor{sites_.positions.data(),
+                            scene_.density.data(),
+                            step_lengths_.data(),
+                            scene_.sh.data(),
+                            state_->foam.ShStride(),
+                            Row().HasColorGradient() ? scene_.color_gradient.data() : nullptr,
+                            surface_colors_.data()});
+    return {offsets_.data(),
+            neighbors_.data(),
+            tv_weights_.data(),
+            num_sites_,
+            surface_colors_.data(),
+            static_cast<float>(kIdentityDim * weight)};
+  }
+
   template <typename T>
   double Sum(const Array<T>& values) {
     sums_.Resize((values.size() + kValuesPerSum - 1) / kValuesPerSum);
@@ -215,7 +237,9 @@ class GpuTraining : public TrainingDevice {
   }
 
   // Returns the number of cells whose gradient was not finite.
-  int64_t UpdateSites(const LearningRates& rates, const VariationGraph& graph) {
+  int64_t UpdateSites(const LearningRates& rates,
+                      const VariationGraph& graph,
+                      const ColorGraph& color_graph) {
     const ParameterRow row = Row();
     const CellContributions contributions = batch_.Contributions();
     const bool has_variation = graph.offsets != nullptr;
@@ -231,6 +255,7 @@ class GpuTraining : public TrainingDevice {
                                      {scene_.positions.data(), color_gradient},
                                      row,
                                      graph,
+                                     color_graph,
                                      num_sites_,
                                      sites_.raw_density.data(),
                                      state_->foam.HasSemantics() ? scene_.identity.data() : nullptr,
@@ -340,6 +365,7 @@ class GpuTraining : public TrainingDevice {
   Array<float> squared_error_, contribution_;
   Array<float> class_sums_, class_gradient_;
   Array<float> variation_;
+  Array<float> surface_colors_;
   Array<double> sums_;
 
   // Arrays for rendered rays, and for the search of start cells.

@@ -5,6 +5,7 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/activation.h"
 #include "foam/optim/optimizer.h"
+#include "foam/render/color_variation.h"
 #include "foam/render/ray_batch.h"
 #include "foam/render/total_variation.h"
 #include "foam/render/update_loops.h"
@@ -14,7 +15,7 @@
 #include <cmath>
 #include <cstdint>
 
-// FoamOptimizer::Step, TotalVariation and Refresh as kernels. Each kernel documents what one thread
+// FoamOptimizer::Step, the variations and Refresh as kernels. Each kernel documents what one thread
 // does. All arrays are the GPU's.
 
 namespace semfoam {
@@ -30,6 +31,25 @@ struct VariationGraph {
   const uint32_t* neighbors = nullptr;
   const float* weights = nullptr;
   float scale = 0;
+};
+
+// Collects what ColorGraph compares of a cell. Thread: site.
+struct CollectSurfaceColor {
+  const Eigen::Vector3f* positions;
+  const float* density;
+  const StepLengths* step_lengths;
+  const float* sh;
+  int sh_stride;
+  const float* color_gradient;  // null: none
+  float* rows;                  // [num_sites][kSurfaceColorDim]
+
+  SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
+    WriteSurfaceColor(positions[i],
+                      CellOpacity(density[i], step_lengths[i].position),
+                      sh + i * sh_stride,
+                      color_gradient != nullptr ? color_gradient + i * kColorGradientDim : nullptr,
+                      rows + i * kSurfaceColorDim);
+  }
 };
 
 // The contributions of each cell, sorted by cell and in the order of the rays.
@@ -48,12 +68,13 @@ struct CellGradients {
 };
 
 // Computes the gradient of a cell's row of parameters: SumRecords, the derivative of the density's
-// activation, and the total variation. Threads: kRowThreads per site.
+// activation, and the variations. Threads: kRowThreads per site.
 struct SumCellGradient {
   CellContributions contributions;
   CellGradients cells;
   ParameterRow row;
   VariationGraph graph;
+  ColorGraph color_graph;
   uint32_t num_sites;
   const float* raw_density;
   const float* identity;
@@ -107,6 +128,11 @@ struct SumCellGradient {
       if (p >= row.size) break;
       if (p == row.density) sum[m] *= DensityDerivative(raw_density[cell]);
       if (p < row.position && graph.offsets != nullptr) sum[m] += Variation(cell, p);
+      if (p >= row.color_gradient && p < row.sh + 3 && begin != end &&
+          color_graph.offsets != nullptr) {
+        const int index = p < row.sh ? p - row.color_gradient : kColorGradientDim + p - row.sh;
+        sum[m] += ColorVariation(cell, index);
+      }
       if (!(sum[m] * sum[m] < std::numeric_limits<float>::infinity())) Raise(&not_finite[cell]);
       gradients[int64_t{cell} * row.size + p] = sum[m];
     }
@@ -157,6 +183,18 @@ struct SumCellGradient {
       sum += graph.weights[e] * (float(own > other) - float(own < other));
     }
     return graph.scale * sum;
+  }
+  // Returns the derivative of the colours' variation by one of the cell's parameters.
+  SEMFOAM_HOST_DEVICE float ColorVariation(uint32_t cell, int index) const {
+    const float* const own = color_graph.rows + int64_t{cell} * kSurfaceColorDim;
+    float sum[kColorVariationDim] = {};
+    for (uint32_t e = color_graph.offsets[cell]; e < color_graph.offsets[cell + 1]; ++e) {
+      const uint32_t j = color_graph.neighbors[e];
+      if (j >= num_sites) continue;
+      AddColorSlopes(
+          color_graph.weights[e], own, color_graph.rows + int64_t{j} * kSurfaceColorDim, sum);
+    }
+    return color_graph.scale * sum[index];
   }
 };
 

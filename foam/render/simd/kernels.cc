@@ -146,6 +146,12 @@ double TotalVariationOfCells(const uint32_t* offsets,
       offsets, neighbors, weights, num_sites, identity, scale, begin, end, gradient);
 }
 
+HWY_EXPORT(AddColorVariation);
+
+void AddColorVariation(const ColorGraph& graph, uint32_t cell, float* gradient) {
+  HWY_DYNAMIC_DISPATCH(AddColorVariation)(graph, cell, gradient);
+}
+
 HWY_EXPORT(PlanesFromSites);
 
 void PlanesFromSites(const Eigen::Vector3f* positions,

@@ -202,6 +202,55 @@ double TotalVariationOfCells(const uint32_t* offsets,
   return total;
 }
 
+void AddColorVariation(const ColorGraph& graph, uint32_t cell, float* gradient) {
+  // A lane is a channel; the fourth one is of the number after them in the row, and goes unused.
+  const hn::CappedTag<float, 4> f;
+  constexpr size_t kStep = hn::MaxLanes(f);
+  constexpr size_t kParts = 4 / kStep;
+  using Part = hn::Vec<decltype(f)>;
+  const Part one = hn::Set(f, 1.f), minus_one = hn::Set(f, -1.f);
+  const Part per_knee = hn::Set(f, static_cast<float>(1 / kColorKnee));
+  const float* const own = graph.rows + size_t{cell} * kSurfaceColorDim;
+  if (own[kOpacityAt] == 0) return;
+  Part by_color[kParts], by_axis[3][kParts];
+  for (size_t p = 0; p < kParts; ++p) {
+    by_color[p] = by_axis[0][p] = by_axis[1][p] = by_axis[2][p] = hn::Zero(f);
+  }
+  for (uint32_t e = graph.offsets[cell]; e < graph.offsets[cell + 1]; ++e) {
+    const uint32_t j = graph.neighbors[e];
+    if (j >= graph.num_sites) continue;
+    const float* const other = graph.rows + size_t{j} * kSurfaceColorDim;
+    if (other[kOpacityAt] == 0) continue;
+    const Part weight = hn::Set(f, graph.weights[e] * own[kOpacityAt] * other[kOpacityAt]);
+    Part half[3];
+    for (int a = 0; a < 3; ++a) {
+      half[a] = hn::Set(f, 0.5f * (other[kSiteAt + a] - own[kSiteAt + a]));
+    }
+    for (size_t p = 0; p < kParts; ++p) {
+      const size_t at = p * kStep;
+      const auto channels = [&](const float* row, int begin)
+                                HWY_ATTR { return hn::LoadU(f, row + begin + at); };
+      Part difference = hn::Sub(channels(own, kColorAt), channels(other, kColorAt));
+      for (int a = 0; a < 3; ++a) {
+        difference =
+            hn::MulAdd(half[a], hn::Add(channels(own, 3 * a), channels(other, 3 * a)), difference);
+      }
+      const Part slope = hn::Mul(weight, hn::Clamp(hn::Mul(difference, per_knee), minus_one, one));
+      by_color[p] = hn::Add(by_color[p], slope);
+      for (int a = 0; a < 3; ++a) by_axis[a][p] = hn::MulAdd(half[a], slope, by_axis[a][p]);
+    }
+  }
+  alignas(16) float color[4], axis[3][4];
+  for (size_t p = 0; p < kParts; ++p) {
+    hn::Store(by_color[p], f, color + p * kStep);
+    for (int a = 0; a < 3; ++a) hn::Store(by_axis[a][p], f, axis[a] + p * kStep);
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (int a = 0; a < 3; ++a) gradient[3 * a + c] += graph.scale * axis[a][c];
+    gradient[kColorGradientDim + c] += graph.scale * static_cast<float>(kShDc) * color[c];
+  }
+}
+
 void PlanesFromSites(const Eigen::Vector3f* positions,
                      const uint32_t* first_block,
                      int64_t begin,

@@ -209,7 +209,7 @@ TEST_F(DeviceCpuTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
   rates.density = rates.sh_dc = rates.sh_rest = rates.identity = rates.classifier = 0.01f;
   const Foam before = state_.foam;
   const auto planes = state_.topology.geometry().positions;
-  const TrainingStepResult result = device_->Step({rays, RayLossWeights{}, 6.9f, 1.0, rates});
+  const TrainingStepResult result = device_->Step({rays, RayLossWeights{}, 6.9f, 1.0, 1.0, rates});
   EXPECT_GT(result.batch.num_segments, std::ssize(rays));
   EXPECT_GT(result.batch.mean_loss.color, 0);
   EXPECT_GT(result.batch.mean_loss.identity, 0);
@@ -228,7 +228,7 @@ TEST_F(DeviceCpuTest, StepsParametersAndLeavesPlanesUntilTheyFollow) {
     ASSERT_EQ(state_.topology.geometry().positions[i], state_.foam.positions[i]);
   }
   // Without a weight the total variation is left alone.
-  EXPECT_EQ(device_->Step({rays, RayLossWeights{}, 6.9f, 0, rates}).tv_loss, 0);
+  EXPECT_EQ(device_->Step({rays, RayLossWeights{}, 6.9f, 0, 0, rates}).tv_loss, 0);
 }
 
 TEST_F(DeviceCpuTest, PixelsWithoutARayStayEmpty) {

@@ -49,6 +49,7 @@ struct Scene {
   double identity_to_density = 0.3;
   double tv_weight = 0.1;
   bool color_gradients = true;
+  double color_tv_weight = 0.1;
 };
 
 // A foam in the middle of a training: random parameters, moments of earlier steps.
@@ -73,7 +74,8 @@ inline std::unique_ptr<TrainingState> MakeState(const std::vector<Eigen::Vector3
   foam.classifier_bias = values.bias;
   state->optimizer = std::make_unique<FoamOptimizer>(foam);
   state->densification.Reset(sites.size());
-  state->topology.Triangulate(sites, FreeSpace(), scene.num_classes > 0);
+  state->topology.Triangulate(
+      sites, FreeSpace(), scene.num_classes > 0 || scene.color_tv_weight > 0);
   return state;
 }
 
@@ -104,6 +106,7 @@ inline TrainingStep StepFor(const std::vector<BatchRay>& rays, const Scene& scen
           weights,
           6.9f,
           semantics ? scene.tv_weight : 0,
+          scene.color_tv_weight,
           {1e-3f, 2e-3f, 3e-3f, 4e-3f, 5e-3f, 6e-3f, 7e-3f}};
 }
 

@@ -136,6 +136,7 @@ TEST_P(GpuStep, MovesTheFoamAsTheCoresDo) {
       const std::vector<BatchRay> rays = RandomRays(*on_cpu, 300 + 100 * k);
       Scene with_or_without = scene();
       with_or_without.tv_weight *= k != 1;
+      with_or_without.color_tv_weight *= k != 1;
       device->Step(StepFor(rays, with_or_without));
       device->RefreshPlanes();
     }
@@ -164,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                                           testing::Values(Scene{},
                                                           Scene{0, 5, 0, 0.1},
                                                           Scene{3, 0, 0, 0},
-                                                          Scene{1, 1, 1, 0},
+                                                          Scene{1, 1, 1, 0, true, 0},
                                                           Scene{2, 5, 0.3, 0.1, false},
                                                           Scene{2, 700, 0, 0.1})));
 class GpuBasics : public GpuTest {};

@@ -4,9 +4,11 @@
 // code along the recorded sequence of cells (1e-9 relative, in double), and central differences of
 // the whole walk where the sequence does not change.
 #include "foam/geometry/voronoi.h"
+#include "foam/render/color_variation.h"
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_record.h"
 #include "foam/render/total_variation.h"
+#include "foam/render/update_loops.h"
 
 #include <algorithm>
 #include <cmath>
@@ -376,6 +378,132 @@ TEST(Gradient, OfTotalVariationVanishesForEqualFeatures) {
   std::vector<float> gradient;
   EXPECT_EQ(TotalVariation(cells.delaunay, weights, identity, 1.f, &gradient), 0);
   for (const float g : gradient) EXPECT_EQ(g, 0);
+}
+
+// Rows of random colours, some of empty cells, with differences on both sides of the knee.
+template <typename T>
+std::vector<T> RandomSurfaceColors(const std::vector<Eigen::Vector3f>& positions,
+                                   uint32_t num_sites,
+                                   const std::vector<double>& parameters) {
+  std::vector<T> rows;
+  for (uint32_t i = 0; i < num_sites; ++i) {
+    const double* const p = &parameters[size_t{i} * kColorVariationDim];
+    for (int k = 0; k < kColorGradientDim; ++k) rows.push_back(T(p[k]));
+    for (int c = 0; c < 3; ++c) rows.push_back(T(0.5 + kShDc * p[kColorGradientDim + c]));
+    for (int a = 0; a < 3; ++a) rows.push_back(T(double(positions[i][a])));
+    rows.push_back(T(i % 5 == 0 ? 0 : 0.1 + 0.9 * (i % 7) / 7.0));
+  }
+  return rows;
+}
+
+// Calls body(i, weight, row of i, row of j) for the edges between real cells, from both sides.
+template <typename T, typename Body>
+void ForColorEdges(const Delaunay& delaunay,
+                   const std::vector<double>& weights,
+                   const std::vector<T>& rows,
+                   Body&& body) {
+  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
+    for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
+      const uint32_t j = delaunay.neighbors[e];
+      if (j >= delaunay.num_sites) continue;
+      body(i, T(weights[e]), &rows[i * kSurfaceColorDim], &rows[j * kSurfaceColorDim]);
+    }
+  }
+}
+
+std::vector<float> ColorVariationInFloats(const Delaunay& delaunay,
+                                          const std::vector<float>& weights,
+                                          const std::vector<float>& rows) {
+  const ColorGraph graph = {delaunay.offsets.data(),
+                            delaunay.neighbors.data(),
+                            weights.data(),
+                            delaunay.num_sites,
+                            rows.data(),
+                            1.f};
+  std::vector<float> gradient(size_t{delaunay.num_sites} * kColorVariationDim, 0.f);
+  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
+    AddColorVariation(graph, i, &gradient[size_t{i} * kColorVariationDim]);
+  }
+  return gradient;
+}
+
+TEST(Gradient, OfColorVariation) {
+  constexpr uint32_t kSites = 80;
+  WalkableCells cells(RandomSites(kSites, 15));
+  const Delaunay& delaunay = cells.delaunay;
+  const std::vector<float> float_weights = TotalVariationWeights(
+      delaunay, FaceAreas(cells.positions, delaunay, VoronoiVertices(cells.positions, delaunay)));
+  const std::vector<double> weights(float_weights.begin(), float_weights.end());
+  CounterRandom random(15, 0x57, 0);
+  std::vector<double> parameters(kSites * kColorVariationDim);
+  for (double& p : parameters) p = 0.04 * random.Normal();
+
+  std::vector<double> gradient(parameters.size(), 0.0);
+  ForColorEdges(delaunay,
+                weights,
+                RandomSurfaceColors<double>(cells.positions, kSites, parameters),
+                [&](uint32_t i, double weight, const double* a, const double* b) {
+                  AddColorSlopes(weight, a, b, &gradient[i * kColorVariationDim]);
+                });
+  const auto variation = [&](const auto& rows) {
+    using T = typename std::decay_t<decltype(rows)>::value_type;
+    T sum = T(0);
+    ForColorEdges(delaunay, weights, rows, [&](uint32_t, const T& weight, const T* a, const T* b) {
+      sum += T(0.5) * ColorEdgeVariation(weight, a, b);
+    });
+    return sum;
+  };
+  auto jets = RandomSurfaceColors<Jet>(cells.positions, kSites, parameters);
+  size_t moved = 0;
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    const size_t p = k % kColorVariationDim;
+    Jet& value = jets[k / kColorVariationDim * kSurfaceColorDim + p];
+    value.v[0] = p < kColorGradientDim ? 1 : kShDc;
+    const double oracle = variation(jets).v[0];
+    value.v[0] = 0;
+    ASSERT_NEAR(gradient[k], oracle, 1e-9 * std::max(std::abs(oracle), 1e-6)) << k;
+    moved += gradient[k] != 0;
+    std::vector<double> changed = parameters;
+    changed[k] += 1e-7;
+    const double above = variation(RandomSurfaceColors<double>(cells.positions, kSites, changed));
+    changed[k] -= 2e-7;
+    const double below = variation(RandomSurfaceColors<double>(cells.positions, kSites, changed));
+    ASSERT_NEAR(gradient[k], (above - below) / 2e-7, 1e-6) << k;
+  }
+  // All cells but the empty ones.
+  EXPECT_GT(moved, parameters.size() * 3 / 4);
+
+  // Vector instructions in floats.
+  const std::vector<float> in_floats = ColorVariationInFloats(
+      delaunay, float_weights, RandomSurfaceColors<float>(cells.positions, kSites, parameters));
+  for (size_t k = 0; k < gradient.size(); ++k) {
+    ASSERT_NEAR(in_floats[k], gradient[k], 1e-5 * std::max(std::abs(gradient[k]), 1e-3)) << k;
+  }
+}
+
+// A linear colour over all cells has no variation: each cell goes on where the other one ends.
+TEST(Gradient, OfColorVariationVanishesForALinearColor) {
+  constexpr uint32_t kSites = 60;
+  WalkableCells cells(RandomSites(kSites, 16));
+  const auto areas =
+      FaceAreas(cells.positions, cells.delaunay, VoronoiVertices(cells.positions, cells.delaunay));
+  const std::vector<float> weights = TotalVariationWeights(cells.delaunay, areas);
+  std::vector<double> parameters(kSites * kColorVariationDim);
+  for (uint32_t i = 0; i < kSites; ++i) {
+    for (int c = 0; c < 3; ++c) {
+      double value = 0.1 * c;
+      for (int a = 0; a < 3; ++a) {
+        const double slope = 0.05 * (a - c);
+        parameters[i * kColorVariationDim + 3 * a + c] = slope;
+        value += slope * double(cells.positions[i][a]);
+      }
+      parameters[i * kColorVariationDim + kColorGradientDim + c] = value / kShDc;
+    }
+  }
+  const auto rows = RandomSurfaceColors<float>(cells.positions, kSites, parameters);
+  for (const float g : ColorVariationInFloats(cells.delaunay, weights, rows)) {
+    EXPECT_LT(std::abs(g), 1e-6);
+  }
 }
 
 }  // namespace

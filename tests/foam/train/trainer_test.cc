@@ -3,6 +3,9 @@
 
 #include "foam/geometry/guard_sites.h"
 #include "foam/model/cell_labels.h"
+#include "foam/optim/training_topology.h"
+#include "foam/render/cell_shading.h"
+#include "foam/render/color_variation.h"
 #include "foam/util/error.h"
 #include "foam/util/parallel.h"
 #include "foam/view/view_renderer.h"
@@ -237,6 +240,41 @@ TEST(Trainer, RaisesTheShDegreeOnlyWhereColourChangesWithDirection) {
   };
   EXPECT_EQ(degree(0), 0);
   EXPECT_GE(degree(0.5), 1);
+}
+
+// Mean difference of the colours of neighbouring opaque cells where they touch.
+double ColorRoughness(const Foam& foam) {
+  TrainingTopology topology;
+  topology.Triangulate(foam.positions, FreeSpace(), /*with_areas=*/true);
+  std::vector<float> rows;
+  CollectSurfaceColors(foam, CellDensities(foam), topology.step_lengths(), &rows);
+  const Delaunay& delaunay = topology.delaunay();
+  double sum = 0, weights = 0;
+  for (uint32_t i = 0; i < delaunay.num_sites; ++i) {
+    for (uint32_t e = delaunay.offsets[i]; e < delaunay.offsets[i + 1]; ++e) {
+      const uint32_t j = delaunay.neighbors[e];
+      if (j >= delaunay.num_sites) continue;
+      const float *const a = &rows[i * kSurfaceColorDim], *const b = &rows[j * kSurfaceColorDim];
+      sum += ColorEdgeVariation(topology.tv_weights()[e], a, b);
+      weights += topology.tv_weights()[e] * a[kOpacityAt] * b[kOpacityAt];
+    }
+  }
+  return sum / weights;
+}
+
+TEST(Trainer, NeighboringCellsAgreeInColorWhereTheirVariationCounts) {
+  const SyntheticViews views(8, 32, 24);
+  TrainingOptions options = SmallRun();
+  options.num_rays = 100'000;
+  const auto train = [&](int num_classes, double weight) {
+    options.color_tv_weight = weight;
+    return TrainFoam(views, views.Seeds(500), num_classes, options, nullptr).foam;
+  };
+  for (const int num_classes : {0, 3}) {
+    const double without = ColorRoughness(train(num_classes, 0));
+    EXPECT_GT(without, 0);
+    EXPECT_LT(ColorRoughness(train(num_classes, 1)), 0.8 * without);
+  }
 }
 
 TEST(Trainer, KeepsEveryParameterFiniteAtAbsurdLearningRates) {

@@ -138,7 +138,7 @@ TEST_F(TrainingFolder, StopsAtCheckpointsOfAnotherVersion) {
     const Outcome outcome = RunSemfoam(Trainer(Workspace(), output, {"--resume", "1"}));
     ExpectRefused(outcome,
                   {checkpoints.back().string(),
-                   {"version " + std::to_string(version), "version 2"},
+                   {"version " + std::to_string(version), "version 3"},
                    "format version"});
     EXPECT_THAT(outcome.err, Not(HasSubstr("Loading")));
     EXPECT_TRUE(BytesBelow(output) == before);

@@ -8,6 +8,26 @@
 #include <algorithm>
 
 namespace semfoam {
+namespace {
+
+// Returns whether a good part of the cell lies in free space: of the points most of the way from
+// the site to the planes of its faces, a quarter. Sites have no neighbours within large cells, so
+// that one whose site lies beside a view may hang before the camera all the same.
+bool ReachesInto(const FreeSpace& free_space,
+                 const std::vector<Eigen::Vector3f>& sites,
+                 const Delaunay& delaunay,
+                 uint32_t cell) {
+  constexpr float kHowFar = 0.4f;  // of the way to the neighbour, on which the plane is half-way
+  int inside = 0, count = 0;
+  for (const uint32_t j : delaunay.Neighbors(cell)) {
+    if (j >= delaunay.num_sites) continue;
+    ++count;
+    inside += free_space.Contains(sites[cell] + kHowFar * (sites[j] - sites[cell]));
+  }
+  return inside > 0 && 4 * inside >= count;
+}
+
+}  // namespace
 
 void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
                                    const FreeSpace& free_space,
@@ -37,7 +57,11 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
   SetTopology(delaunay_, &geometry_);
   is_clear_.assign(sites.size(), 0);
   ParallelForBlocks(sites.size(), 1024, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) is_clear_[i] = free_space.Contains(sites[i]);
+    for (int64_t i = begin; i < end; ++i) {
+      is_clear_[i] = free_space.Contains(sites[i]) ||
+                     (radii[i] > kLargeCell &&
+                      ReachesInto(free_space, sites, delaunay_, static_cast<uint32_t>(i)));
+    }
   });
   RefreshPlanes(sites);
 }

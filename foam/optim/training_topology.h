@@ -46,7 +46,11 @@ class TrainingTopology {
   const Delaunay& delaunay() const { return delaunay_; }
   // Returns positions and face planes at the last RefreshPlanes().
   const WalkGeometry<float>& geometry() const { return geometry_; }
-  // Returns [N] whether the cell lies in free space and must stay transparent.
+  // Cells of a larger radius are looked at as bodies, not as their sites, where they must be clear.
+  static constexpr float kLargeCell = 0.02f;
+
+  // Returns [N] whether the cell lies in free space and must stay transparent: its site, or, where
+  // it is large, a good part of it.
   const std::vector<uint8_t>& is_clear() const { return is_clear_; }
   // Returns [N] what a cell's steps are measured in.
   const std::vector<StepLengths>& step_lengths() const { return step_lengths_; }

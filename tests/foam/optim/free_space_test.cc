@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/free_space.h"
 
+#include "foam/optim/training_topology.h"
 #include "foam/util/random_vectors.h"
 
 #include <algorithm>
@@ -148,6 +149,29 @@ TEST(FreeSpace, IsKnownBetweenTheCamerasToo) {
     EXPECT_TRUE(space.Contains(Before(arc, 1, part))) << part;
     EXPECT_TRUE(space.Contains(Before(arc, 2, part)));
     EXPECT_FALSE(space.Contains(Before(arc, 12, part))) << "nobody is there";
+  }
+}
+
+// A site beside the view, whose cell reaches before the camera where it is large.
+TEST(FreeSpace, KeepsLargeCellsClearWhoseBodiesReachIntoIt) {
+  const Arc arc(1, 0);
+  const FreeSpace space(arc, Ball(0.05, 1000));
+  const Eigen::Vector3f beside(0.75f, 0.5f, 0);
+  ASSERT_FALSE(space.Contains(beside));
+  const std::vector<Eigen::Vector3f> around = {{0.8f, -0.9f, 0},
+                                               {0.3f, 0, 0.9f},
+                                               {0.3f, 0, -0.9f},
+                                               {-0.5f, 0.3f, 0},
+                                               {1.5f, 0.5f, 0},
+                                               {0.8f, 1.2f, 0}};
+  for (const float size : {1.f, 0.1f}) {
+    std::vector<Eigen::Vector3f> sites = {beside};
+    for (const Eigen::Vector3f& site : around) sites.push_back(beside + size * (site - beside));
+    TrainingTopology topology;
+    topology.Triangulate(sites, space, /*with_areas=*/false);
+    EXPECT_EQ(topology.is_clear()[0], size == 1) << size;
+    topology.Triangulate(sites, FreeSpace(), /*with_areas=*/false);
+    EXPECT_EQ(topology.is_clear()[0], 0);
   }
 }
 

@@ -4,9 +4,6 @@
 #include <algorithm>
 
 namespace semfoam {
-
-void RunModelAligner(int argc, char** argv);
-
 namespace {
 
 constexpr CommandEntry kCommands[] = {

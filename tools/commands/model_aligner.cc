@@ -4,6 +4,7 @@
 #include "foam/geometry/sim3.h"
 #include "foam/model/model.h"
 #include "foam/util/error.h"
+#include "foam/util/input_file.h"
 #include "foam/util/output_file.h"
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/colmap/model_transform.h"
@@ -28,9 +29,6 @@
 #include <nlohmann/json.hpp>
 
 namespace semfoam {
-
-void RunModelAligner(int argc, char** argv);
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,6 +62,18 @@ void AddOptions(OptionManager* options, AlignerPaths* paths, FrameOptions* frame
                                "ref_images_path",
                                "ref_is_gps",
                                "transform"});
+}
+
+// Throws UserError where frame.json is another program's.
+void RequireOwnFrame(const fs::path& path) {
+  if (!fs::exists(path)) return;
+  const auto json = nlohmann::json::parse(
+      ReadFileBytes(path, "a JSON file"), nullptr, /*allow_exceptions=*/false);
+  if (json.is_object() && json.contains("file_from_colmap")) return;
+  throw UserError(path.string(),
+                  ": was not written by this command and would be lost; choose another ",
+                  Field{"output_path"},
+                  ".");
 }
 
 // Throws UserError where the model's place has files that this command did not write.
@@ -150,6 +160,7 @@ void RunModelAligner(int argc, char** argv) {
   std::optional<Model> model;
   std::optional<Reconstruction> reconstruction;
   fs::path target, input_folder;
+  RequireOwnFrame(paths.Frame());
   if (!paths.foam.empty()) {
     model = ReadNamedModel(paths.foam);
     target = EditedFoamPath(paths.output, {paths.foam});

@@ -83,7 +83,7 @@ TEST(Upward, ViewsToOneSideGiveTheirMean) {
   ASSERT_TRUE(up);
   EXPECT_FALSE(up->by_horizon);
   EXPECT_LT(AngleDegrees(up->up, kUp), 3);
-  EXPECT_NEAR(up->spread_degrees, 10, 4);
+  EXPECT_NEAR(up->spread_degrees, 15, 0.1);
 }
 
 TEST(Upward, PhotosMayNotTell) {

@@ -7,7 +7,7 @@
 #include "plugin/colmap/colmap_model.h"
 
 #include <cmath>
-#include <map>
+#include <cstring>
 #include <sstream>
 
 #include "tests/export/io/read_glb.h"
@@ -317,6 +317,56 @@ TEST_F(LevelTest, FoamAndColmapModelMoveTogetherAndBack) {
     EXPECT_LT(
         (before.images[k].cam_from_world.Center() - after.images[k].cam_from_world.Center()).norm(),
         1e-9);
+  }
+}
+
+TEST_F(LevelTest, MeasuredPositionsAreFittedAsColmapFitsThem) {
+  const std::string sparse = (kTabletop / "sparse/0").string();
+  std::ostringstream text;
+  text.precision(12);
+  for (const Image& image : ReadReconstruction(sparse).images) {
+    const Eigen::Vector3d x = image.cam_from_world.Center();
+    // With some noise.
+    const Eigen::Vector3d noise =
+        0.02 * Eigen::Vector3d(std::sin(image.id), std::cos(3 * image.id), std::sin(7 * image.id));
+    text << image.name << " "
+         << (2.5 * Eigen::Vector3d(x.y(), -x.x(), x.z()) + Eigen::Vector3d(4e5, 5e6, 300) + noise)
+                .transpose()
+         << "\n";
+  }
+  text << "missing.jpg 0 0 0\n";
+  const fs::path positions = folder_ / "positions.txt";
+  WriteFile(positions, text.str());
+  const Outcome ours = RunSemfoam({"model_aligner",
+                                   "--input_path",
+                                   sparse,
+                                   "--output_path",
+                                   (folder_ / "ours").string(),
+                                   "--ref_images_path",
+                                   positions.string()});
+  ASSERT_EQ(ours.exit_code, 0) << ours.err;
+  fs::create_directories(folder_ / "theirs");
+  const Outcome theirs = RunProgram("env",
+                                    {"QT_QPA_PLATFORM=offscreen",
+                                     "colmap",
+                                     "model_aligner",
+                                     "--input_path",
+                                     sparse,
+                                     "--output_path",
+                                     (folder_ / "theirs").string(),
+                                     "--ref_images_path",
+                                     positions.string(),
+                                     "--ref_is_gps",
+                                     "0",
+                                     "--robust_alignment_max_error",
+                                     "1"});
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.err;
+  const Reconstruction a = ReadReconstruction(folder_ / "ours/sparse/0");
+  const Reconstruction b = ReadReconstruction(folder_ / "theirs");
+  ASSERT_EQ(a.images.size(), b.images.size());
+  for (size_t k = 0; k < a.images.size(); ++k) {
+    EXPECT_LT((a.images[k].cam_from_world.Center() - b.images[k].cam_from_world.Center()).norm(),
+              1e-6);
   }
 }
 

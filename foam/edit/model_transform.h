@@ -9,7 +9,8 @@ namespace semfoam {
 // Transforms a model to another COLMAP frame: cells, colours and cameras, so that every camera
 // still sees the same. Without a rotation only the frame and the cameras change. With one the sites
 // turn within the normalised frame, rounded to float, which the sites' order follows (SortSites),
-// and the view-dependent colours (ShRotation) and colour gradients turn with them.
+// and the view-dependent colours (ShRotation) and colour gradients turn with them. The guard sites
+// stay, so the outermost cells end elsewhere, far away.
 void TransformModel(const Sim3& target_from_source, Model* model);
 
 }  // namespace semfoam

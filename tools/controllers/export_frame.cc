@@ -57,7 +57,7 @@ void LogCameras(const LevelReport& report) {
 
 // Logs how well the plane fits, and what the cameras say of it.
 void LogPlane(const ExportTransform& transform, const LevelReport& report) {
-  constexpr double kFlatShare = 0.5;
+  constexpr double kFlatShare = 0.4;
   constexpr double kUprightDegrees = 20;
   const bool is_label = report.by == LevelBy::kLabels;
   const std::string name = is_label ? OneLine(report.labels) : "plane";

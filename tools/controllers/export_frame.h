@@ -8,10 +8,10 @@
 
 namespace semfoam {
 
-// Completes the frame of files (CompleteFrame) by the photos of a model and, to level by a plane, the
-// surface of its cells (LevelSurface): then the model is made a scene for this alone. Logs by how
-// much it was turned, how well the plane or the reference positions fit, and the tilt that remains.
-// Throws as CompleteFrame and LevelSurface do.
+// Completes the frame of files (CompleteFrame) by the photos of a model and, to level by a plane,
+// the surface of its cells (LevelSurface): then the model is made a scene for this alone. Logs by
+// how much it was turned, how well the plane or the reference positions fit, and the tilt that
+// remains. Throws as CompleteFrame and LevelSurface do.
 ExportTransform FindFrame(const Model& model,
                           const FrameChoice& choice,
                           const ComponentOptions& components = {});

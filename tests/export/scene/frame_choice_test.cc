@@ -341,10 +341,12 @@ TEST(LevelSurface, TooLittleToLevelByIsOneSentence) {
     EXPECT_THAT(error.what(), StartsWith("level is 'mug', of which photos show "));
     EXPECT_THAT(error.what(), HasSubstr("a plane needs 10 or more"));
   }
-  EXPECT_THROW(LevelSurface(std::vector<Eigen::Vector3d>(5, {0, 0, 0}), {LevelBy::kPlane, {}, false}),
-               UserError);
-  EXPECT_THROW(LevelSurface(std::vector<Eigen::Vector3d>(50, {0, 0, 0}), {LevelBy::kLabels, "mug", false}),
-               UserError);
+  EXPECT_THROW(
+      LevelSurface(std::vector<Eigen::Vector3d>(5, {0, 0, 0}), {LevelBy::kPlane, {}, false}),
+      UserError);
+  EXPECT_THROW(
+      LevelSurface(std::vector<Eigen::Vector3d>(50, {0, 0, 0}), {LevelBy::kLabels, "mug", false}),
+      UserError);
   EXPECT_THROW(
       LevelSurface(std::vector<Eigen::Vector3d>(50, {1, 2, 3}), {LevelBy::kPlane, {}, false}),
       UserError);

@@ -8,6 +8,7 @@ set(SEMFOAM_INSTALL_INCLUDE ${CMAKE_INSTALL_INCLUDEDIR}/SemanticFoam)
 # What other projects include; the headers that these include are installed with them, and no others.
 set(SEMFOAM_PUBLIC_HEADERS
     # Whole runs, as the program does them
+    tools/controllers/export_frame.h
     tools/controllers/export_objects.h
     tools/controllers/export_surfaces.h
     tools/controllers/export_volumes.h
@@ -19,6 +20,7 @@ set(SEMFOAM_PUBLIC_HEADERS
     tools/evaluation/evaluation.h
     # The foam: train, render, edit, read and write
     foam/device/device.h
+    foam/edit/model_transform.h
     foam/edit/object_editing.h
     foam/edit/object_insertion.h
     foam/model/model.h
@@ -30,6 +32,8 @@ set(SEMFOAM_PUBLIC_HEADERS
     foam/view/view_renderer.h
     # COLMAP models, photos and masks
     plugin/colmap/colmap_model.h
+    plugin/colmap/model_transform.h
+    plugin/colmap/reference_positions.h
     plugin/colmap/untrained_model.h
     plugin/dataset/training_scene.h
     plugin/mask/point_labels.h

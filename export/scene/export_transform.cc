@@ -168,7 +168,8 @@ std::string ExportTransformJson(const ExportTransform& transform) {
                                  {"up_axis", NameOf(kUpAxisNames, transform.up_axis)},
                                  {"unit", NameOf(kLengthUnitNames, transform.unit)},
                                  {"meters_per_unit", transform.MetersPerUnit()}};
-  if (transform.up_axis != UpAxis::kColmap) {
+  // Photos that are no evidence of a plane's tilt leave none.
+  if (transform.up_axis != UpAxis::kColmap && std::isfinite(transform.up_tilt_degrees)) {
     json["up_tilt_degrees"] = std::round(100 * transform.up_tilt_degrees) / 100;
   }
   return json.dump();

@@ -3,28 +3,16 @@
 
 #include "foam/edit/object_editing.h"
 #include "foam/geometry/delaunay.h"
+#include "foam/geometry/sim3.h"
 #include "foam/model/model.h"
 
 #include <cstddef>
 #include <vector>
 
-#include <Eigen/Core>
-
 namespace semfoam {
 
-// The placement of an object: x_scene = scale * rotation * x_object + translation, both in the
-// COLMAP frames of their models.
-struct ObjectPlacement {
-  // > 0.
-  double scale = 1;
-  // Orthonormal with determinant 1.
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-
-  Eigen::Vector3d Apply(const Eigen::Vector3d& x) const {
-    return scale * (rotation * x) + translation;
-  }
-};
+// The placement of an object: from the COLMAP frame of its model to that of the scene's.
+using ObjectPlacement = Sim3;
 
 // Transforms objects into the scene's normalised frame: moves the positions, rotates the colours
 // (ShRotation), scales the densities so that the optical depth across a cell stays, and gives them

@@ -2,6 +2,7 @@
 #include "tools/commands/commands.h"
 #include "tools/controllers/scene_segmenter.h"
 #include "tools/options/export_options.h"
+#include "tools/options/frame_options.h"
 #include "tools/options/quality_plot.h"
 #include "tools/options/training_run_options.h"
 #include "tools/report/report_writer.h"
@@ -17,7 +18,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   TrainingRunOptions training;
   SceneSegmenterOptions segmenter;
   std::string formats = kAllFormats;
-  ExportTransformOptions frame;
+  FrameOptions frame;
   TextureChoice texture;
   bool writes_report = true;
   OptionManager options("automatic_segmenter",
@@ -50,6 +51,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
                               "labels",
                               "formats",
                               "texture",
+                              "level",
                               "up_axis",
                               "resume",
                               "overwrite",
@@ -61,7 +63,7 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   RequireValid(segmenter.components);
   segmenter.formats = ParseFormats(formats, kAllFormats);
   RequireEffects(options, segmenter.volume, segmenter.choice, segmenter.formats);
-  segmenter.transform = ParseExportTransform(frame);
+  segmenter.frame = ParseFrame(options, frame);
   FinishTrainingRun(options, workspace_path, &training);
   RequireSeedCloudIsKept(training, output_path);
 

@@ -20,6 +20,7 @@ constexpr CommandEntry kCommands[] = {
     {"mesh_exporter",
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
+    {"model_aligner", "levels, scales and turns a foam and its COLMAP model", RunModelAligner},
     {"label_editor", "renames, merges, splits and assigns the labels of a foam", RunLabelEditor},
     {"label_transfer", "labels meshes and point clouds of other programs", RunLabelTransfer},
     {"object_extractor", "makes a foam of its own of objects", RunObjectExtractor},

@@ -37,6 +37,7 @@ void RunMaskImporter(int argc, char** argv);
 void RunMaskRenderer(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
+void RunModelAligner(int argc, char** argv);
 void RunObjectExtractor(int argc, char** argv);
 void RunObjectInserter(int argc, char** argv);
 void RunObjectRemover(int argc, char** argv);

@@ -9,6 +9,7 @@
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/export_frame.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
@@ -16,6 +17,7 @@
 #include "tools/masks/mask_label_source.h"
 #include "tools/masks/model_masks.h"
 #include "tools/options/export_options.h"
+#include "tools/options/frame_options.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
 
@@ -60,7 +62,7 @@ void AddOptions(OptionManager* options,
                 Paths* paths,
                 MaskOptions* masks,
                 LabelTransferOptions* transfer,
-                ExportTransformOptions* frame) {
+                FrameOptions* frame) {
   options->AddDefaultOption(
       "foam_path", &paths->foam, "the model, scene.foam; or give --workspace_path");
   options->AddDefaultOption(
@@ -113,6 +115,7 @@ void AddOptions(OptionManager* options,
                                "tolerance",
                                "smoothness",
                                "transform",
+                               "level",
                                "up_axis",
                                "scale",
                                "units"});
@@ -140,11 +143,10 @@ void RequireOneSource(const OptionManager& options, const Paths& paths, bool spl
 void TransferFromFoam(const Paths& paths,
                       const std::string& labels_path,
                       const LabelTransferOptions& transfer,
-                      ExportTransform transform) {
+                      const FrameChoice& frame) {
   const Model model = ReadNamedModel(paths.foam, {}, labels_path);
-  TurnUpright(model.photos, &transform);
   ExportableSceneOptions options;
-  options.transform = transform;
+  options.transform = FindFrame(model, frame);
   const ExportableScene scene = MakeExportableScene(model, options);
   RequireObjects(scene, paths.foam);
   FoamLabels source(scene, transfer.tolerance);
@@ -156,10 +158,10 @@ void TransferFromMasks(const Paths& paths,
                        const MaskOptions& masks,
                        bool labels_are_given,
                        const LabelTransferOptions& transfer,
-                       ExportTransform transform) {
+                       const FrameChoice& frame) {
   const MaskedModelPaths found = FindMaskedModel(paths.workspace, {}, masks, /*needs_model=*/true);
   const Reconstruction model = ReadRegistered(found.model_folder);
-  TurnUpright(RegisteredPhotos(model), &transform);
+  const ExportTransform transform = FindFrame(model, frame);
   const CorrectedPhotos photos =
       ReadModelMasks(model, found.mask_folder, masks.Zero(), masks.Consistency());
   MaskLabels source(
@@ -173,17 +175,17 @@ void RunLabelTransfer(int argc, char** argv) {
   Paths paths;
   MaskOptions masks;
   LabelTransferOptions transfer;
-  ExportTransformOptions frame;
+  FrameOptions frame_options;
   OptionManager options(
       "label_transfer",
       "Labels a mesh or a point cloud that another program made of the same photos: each vertex, "
       "face or point gets a label and a confidence, from the foam's matter nearest to it, or from "
       "the masks of the photos that see it. All else in the file stays as it is, byte for byte.");
-  AddOptions(&options, &paths, &masks, &transfer, &frame);
+  AddOptions(&options, &paths, &masks, &transfer, &frame_options);
   if (!options.Parse(argc, argv)) return;
   RequireOneSource(options, paths, transfer.split);
   transfer.RequireValid();
-  const ExportTransform transform = ParseExportTransform(frame);
+  const FrameChoice frame = ParseFrame(options, frame_options);
   const fs::path input = paths.input, folder = paths.output;
   const LabelledFiles files = {input, folder, transfer};
   const fs::path labelled = LabelledFile(files);  // Before any work, what cannot be read.
@@ -194,9 +196,9 @@ void RunLabelTransfer(int argc, char** argv) {
   const OutputLock lock(folder);
   RequireRoomForLabelled(files);
   if (paths.workspace.empty()) {
-    TransferFromFoam(paths, masks.labels_path, transfer, transform);
+    TransferFromFoam(paths, masks.labels_path, transfer, frame);
   } else {
-    TransferFromMasks(paths, masks, options.IsGiven("labels_path"), transfer, transform);
+    TransferFromMasks(paths, masks, options.IsGiven("labels_path"), transfer, frame);
   }
 }
 

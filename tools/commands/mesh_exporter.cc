@@ -12,6 +12,7 @@
 #include "tools/controllers/texture_source.h"
 #include "tools/controllers/training_run.h"
 #include "tools/options/export_options.h"
+#include "tools/options/frame_options.h"
 #include "tools/options/mask_options.h"
 #include "tools/support/output_lock.h"
 
@@ -105,7 +106,7 @@ void RunMeshExporter(int argc, char** argv) {
   LabelChoice choice;
   ComponentOptions components;
   SurfaceExportOptions surface;
-  ExportTransformOptions frame;
+  FrameOptions frame_options;
   WorkspaceChoice workspace;
   TextureChoice texture;
   OptionManager options(
@@ -124,17 +125,17 @@ void RunMeshExporter(int argc, char** argv) {
   AddMeshCropOption(&options, &surface);
   AddWorkspaceOptions(&options, &workspace);
   AddTextureOptions(&options, &texture, &surface);
-  AddFrameOptions(&options, &frame);
+  AddFrameOptions(&options, &frame_options);
   options.SetFrequentOptions({"labels",
                               "exclude_labels",
                               "formats",
                               "workspace_path",
                               "texture",
-                              "texture_size",
                               "MeshExport.method",
                               "MeshExport.crop",
                               "MeshExport.target_faces",
                               "keep_fragments",
+                              "level",
                               "up_axis",
                               "scale",
                               "units"});
@@ -143,14 +144,14 @@ void RunMeshExporter(int argc, char** argv) {
   const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);
   RequireValid(components);
   const bool has_textures = RequireTextures(options, workspace, texture, wanted);
-  const ExportTransform transform = ParseExportTransform(frame);
+  const FrameChoice frame = ParseFrame(options, frame_options);
 
   const OutputLock lock(output_path);
   // First, as its reader says what is wrong with a file that is no foam.
   const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   surface.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, surface.source_checksum);
-  const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
+  const ExportableScene scene = PrepareExport(model, foam_path, frame, components);
   RequireOneFrame(scene.transform, output_path, wanted, surface.source_checksum);
   surface.objects = FilterObjects(scene, choice);
   std::unique_ptr<TexturePhotos> photos;

@@ -7,6 +7,7 @@
 #include "tools/controllers/export_volumes.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
+#include "tools/options/frame_options.h"
 #include "tools/options/progress_option.h"
 #include "tools/support/output_lock.h"
 
@@ -22,7 +23,7 @@ void RunVolumeExporter(int argc, char** argv) {
   VolumeExportOptions volume;
   LabelChoice choice;
   ComponentOptions components;
-  ExportTransformOptions frame;
+  FrameOptions frame_options;
   OptionManager options("volume_exporter",
                         "Writes the scene and every object of a foam as OpenVDB volumes.");
   options.AddRequiredOption("foam_path", &foam_path, "the model, scene.foam");
@@ -33,7 +34,7 @@ void RunVolumeExporter(int argc, char** argv) {
   AddLabelNamesOption(&options, &labels_path);
   AddVolumeExportOptions(&options, &volume);
   AddComponentOptions(&options, &components);
-  AddFrameOptions(&options, &frame);
+  AddFrameOptions(&options, &frame_options);
   AddProgressOption(&options);
   options.SetFrequentOptions({"labels",
                               "exclude_labels",
@@ -44,20 +45,21 @@ void RunVolumeExporter(int argc, char** argv) {
                               "VolumeExport.half_float",
                               "VolumeExport.nvdb",
                               "VolumeExport.points",
+                              "level",
                               "up_axis",
                               "scale"});
   if (!options.Parse(argc, argv)) return;
   RequireValid(volume);
   RequireValid(components);
   RequireEffects(options, volume, choice, {ExportFormat::kVdb});
-  const ExportTransform transform = ParseExportTransform(frame);
+  const FrameChoice frame = ParseFrame(options, frame_options);
 
   const OutputLock lock(output_path);
   // First, as its reader says what is wrong with a file that is no foam.
   const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   volume.source_checksum = ModelChecksum(foam_path);
   RequireSameFoam(output_path, volume.source_checksum);
-  const ExportableScene scene = PrepareExport(model, foam_path, transform, components);
+  const ExportableScene scene = PrepareExport(model, foam_path, frame, components);
   RequireOneFrame(scene.transform, output_path, {ExportFormat::kVdb}, volume.source_checksum);
   volume.objects = FilterObjects(scene, choice);
   const std::vector<WrittenFile> files = WriteVolumes(scene, output_path, volume);

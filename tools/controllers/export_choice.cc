@@ -13,6 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The choice of the labels to level by; all: there are none.
+LabelChoice LevelLabels(const FrameChoice& frame) {
+  if (!NeedsSurface(frame) || frame.level.by != LevelBy::kLabels) return {};
+  return {frame.level.labels};
+}
+
 void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
   if (choice.IsAll()) return;
   if (plan.masks.NumPaired() == 0) {
@@ -55,7 +61,7 @@ void RequireFreePlaces(const fs::path& output_path, const std::set<ExportFormat>
   }
 }
 
-void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
+void RequireVoxels(const PlannedExport& planned, double scale, const ScenePlan& plan) {
   if (planned.formats.count(ExportFormat::kVdb) == 0) return;
   std::vector<Eigen::Vector3d> points;
   points.reserve(plan.seeds.size());
@@ -65,7 +71,7 @@ void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
   VolumeExportOptions volume = planned.volume;
   // Which ones does not matter yet.
   if (!planned.choice.labels.empty()) volume.objects.only.emplace();
-  const std::string wrong = VoxelsThatCannotFit(points, planned.transform.scale, volume);
+  const std::string wrong = VoxelsThatCannotFit(points, scale, volume);
   if (!wrong.empty()) throw UserError(wrong);
 }
 
@@ -73,14 +79,19 @@ void RequireVoxels(const PlannedExport& planned, const ScenePlan& plan) {
 
 void RequirePossible(const PlannedExport& planned, const ScenePlan& plan) {
   RequireLabels(planned.choice, plan);
-  ExportTransform transform = planned.transform;
-  TurnUpright(plan.photos, &transform);
+  NamingLevel([&] { RequireLabels(LevelLabels(planned.frame), plan); });
+  const CompletedFrame frame = CompleteByPhotos(planned.frame, plan.photos);
   RequireFreePlaces(planned.output_path, planned.formats);
-  RequireVoxels(planned, plan);
+  RequireVoxels(planned, frame.transform.scale, plan);
 }
 
-void RequirePossible(const LabelChoice& choice, const std::vector<Label>& labels) {
+void RequirePossible(const LabelChoice& choice,
+                     const FrameChoice& frame,
+                     const std::vector<Label>& labels) {
   if (!choice.IsAll()) ChooseLabels(choice, NamedLabels(labels));
+  const LabelChoice level = LevelLabels(frame);
+  if (level.IsAll()) return;
+  NamingLevel([&] { ChooseLabels(level, NamedLabels(labels)); });
 }
 
 }  // namespace semfoam

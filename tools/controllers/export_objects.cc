@@ -4,6 +4,7 @@
 #include "export/scene/names.h"
 #include "export/scene/whole_scene.h"
 #include "foam/util/error.h"
+#include "tools/controllers/export_frame.h"
 #include "tools/controllers/object_photos.h"
 
 #include <cstdint>
@@ -28,23 +29,6 @@ std::string Describe(const LeftOutComponents& left_out) {
        << plural(left_out.largest_cells, "cell") << ", at (" << std::setprecision(9) << at.x()
        << ", " << at.y() << ", " << at.z() << ")";
   return text.str();
-}
-
-// Logs what a turn by multiples of 90 degrees leaves.
-void LogTilt(const ExportTransform& transform) {
-  constexpr double kLevelDegrees = 5;
-  if (transform.up_axis == UpAxis::kColmap) return;
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << "up_axis "
-       << NameOf(kUpAxisNames, transform.up_axis) << " leaves the photos' mean upward direction "
-       << transform.up_tilt_degrees << " degrees off that axis";
-  if (transform.up_tilt_degrees < kLevelDegrees) {
-    LOG(INFO) << text.str();
-  } else {
-    LOG(WARNING) << text.str()
-                 << ", because it turns by multiples of 90 degrees; level the model with `colmap "
-                    "model_orientation_aligner`, or give the rotation with transform.";
-  }
 }
 
 // Logs the fragments together.
@@ -88,12 +72,10 @@ void LogLeftOut(const ExportableScene& scene) {
 
 ExportableScene PrepareExport(const Model& model,
                               const std::filesystem::path& foam_path,
-                              ExportTransform transform,
+                              const FrameChoice& frame,
                               const ComponentOptions& components) {
-  TurnUpright(model.photos, &transform);
-  LogTilt(transform);
   ExportableSceneOptions options;
-  options.transform = transform;
+  options.transform = FindFrame(model, frame, components);
   options.components = components;
   ExportableScene scene = MakeExportableScene(model, options);
   FindPhotosOfObjects(model, foam_path, &scene);

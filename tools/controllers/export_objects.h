@@ -3,6 +3,7 @@
 
 #include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
+#include "export/scene/frame_choice.h"
 #include "foam/model/model.h"
 
 #include <filesystem>
@@ -12,12 +13,11 @@ namespace semfoam {
 // Finds the objects of a model, for all commands that export or list them.
 
 // Finds the model's objects and the photos that show them. Logs which parts of the objects are left
-// out, which labels have no object, and the tilt of an up axis. `foam_path` is the file of the
-// model; `transform` is completed with TurnUpright. Throws FieldError where the photos do not
-// determine an upward direction (TurnUpright).
+// out, which labels have no object, and how the frame was levelled. `foam_path` is the file of the
+// model; `frame` is completed with FindFrame. Throws as that does.
 ExportableScene PrepareExport(const Model& model,
                               const std::filesystem::path& foam_path,
-                              ExportTransform transform = {},
+                              const FrameChoice& frame = {},
                               const ComponentOptions& components = {});
 
 // Whether the model has no labels, so that its surface is written as a whole (PrepareWhole).

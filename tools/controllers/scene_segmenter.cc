@@ -23,12 +23,11 @@ void SegmentScene(SceneSegmenterOptions options) {
   CompleteTrainingRun(&run);
   run.when_planned = [&](const ScenePlan& plan) {
     RequirePossible(
-        PlannedExport{
-            options.choice, options.volume, options.transform, options.formats, output_path},
+        PlannedExport{options.choice, options.volume, options.frame, options.formats, output_path},
         plan);
   };
   run.when_labels_are_known = [&](const std::vector<Label>& labels) {
-    RequirePossible(options.choice, labels);
+    RequirePossible(options.choice, options.frame, labels);
   };
 
   TrainingFolder folder(output_path, options.checkpoints, options.resume_command);
@@ -40,8 +39,7 @@ void SegmentScene(SceneSegmenterOptions options) {
   const std::filesystem::path foam_path = folder.path() / "scene.foam";
   Model model = TrainAndWrite(&folder, &run);
   TakeLabelNames(foam_path, {}, {}, &model);
-  const ExportableScene scene =
-      PrepareExport(model, foam_path, options.transform, options.components);
+  const ExportableScene scene = PrepareExport(model, foam_path, options.frame, options.components);
   std::vector<std::string> without_object;
   VolumeExportOptions volume = options.volume;
   SurfaceExportOptions surface = options.surface;

@@ -3,8 +3,8 @@
 
 #include "export/io/surface_export.h"
 #include "export/io/volume_export.h"
-#include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
+#include "export/scene/frame_choice.h"
 #include "export/scene/label_choice.h"
 #include "foam/model/model.h"
 #include "tools/controllers/export_format.h"
@@ -37,8 +37,8 @@ struct SceneSegmenterOptions {
   // Whether to bake textures (for obj, glb and usda), and their format.
   bool has_textures = true;
   TextureFormat texture_format = TextureFormat::kPng;
-  // The result of ParseExportTransform.
-  ExportTransform transform;
+  // The frame of the exports.
+  FrameChoice frame;
   // The formats to write: vdb, om, ply, obj, glb and usda.
   std::set<ExportFormat> formats = {ExportFormat::kVdb,
                                     ExportFormat::kOm,

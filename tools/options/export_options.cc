@@ -97,25 +97,6 @@ void AddFormatsOption(OptionManager* options, std::string* formats) {
   options->AddDefaultOption("formats", formats, "what to write, apart by commas");
 }
 
-void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame) {
-  options->AddDefaultOption("transform",
-                            &frame->transform,
-                            "a similarity from the COLMAP frame to that of the files: the 12 or 16 "
-                            "numbers of its matrix, row by row");
-  AddEnumOption(options,
-                "up_axis",
-                &frame->up_axis,
-                kUpAxisNames,
-                "then a turn, by a multiple of 90 degrees, of what is up in the photos "
-                "onto this axis; colmap = none");
-  options->AddDefaultOption("scale", &frame->scale, "then so many times as large");
-  AddEnumOption(options,
-                "units",
-                &frame->units,
-                kLengthUnitNames,
-                "what one unit of the files is then; changes no number");
-}
-
 void AddComponentOptions(OptionManager* options, ComponentOptions* components) {
   options->AddDefaultOption("keep_largest",
                             &components->keep_largest,

@@ -3,7 +3,6 @@
 
 #include "export/io/surface_export.h"
 #include "export/io/volume_export.h"
-#include "export/scene/export_transform.h"
 #include "export/scene/exportable_scene.h"
 #include "export/scene/label_choice.h"
 #include "tools/cli/option_manager.h"
@@ -40,9 +39,6 @@ void AddTextureOptions(OptionManager* options,
 void AddFormatsOption(OptionManager* options, std::string* formats);
 inline constexpr char kMeshFormats[] = "om,ply,obj,glb,usda";
 inline constexpr char kAllFormats[] = "vdb,om,ply,obj,glb,usda";
-
-// Adds --up_axis, --scale, --transform, --units; ParseExportTransform reads them.
-void AddFrameOptions(OptionManager* options, ExportTransformOptions* frame);
 
 // Adds --keep_largest, --min_cells and --keep_fragments.
 void AddComponentOptions(OptionManager* options, ComponentOptions* components);

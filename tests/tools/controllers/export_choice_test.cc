@@ -58,6 +58,7 @@ TEST_F(ExportChoice, WhatCannotBeExportedIsRefusedBeforeAPhotoIsRead) {
       {{"--labels", "mug,mgu"}, "The labels name 'mgu', which is no id and no name in "},
       {{"--VolumeExport.labels", "mgu"}, "labels.json; there are 1 (floor), 2 (wall), "},
       {{"--exclude_labels", "mgu"}, "The excluded labels name 'mgu', which is no id and no name"},
+      {{"--level", "mug,mgu"}, "--level: the labels name 'mgu', which is no id and no name in "},
       {{"--VolumeExport.voxel_size", "1e-9"},
        "voxel_size 1e-09 is too small: the model's points are "},
       {{"--VolumeExport.max_voxels", "2"}, "max_resolution 256 is too large: "},

@@ -165,7 +165,9 @@ TEST_F(TrainingFolder, StopsAtATrainedFoamsCheckpointOfAnotherVersion) {
   const Outcome outcome = RunSemfoam(Trainer(Workspace(), output, {"--resume", "1"}));
   EXPECT_EQ(outcome.exit_code, 1);
   ASSERT_EQ(outcome.Errors().size(), 1u) << outcome.err;
-  EXPECT_THAT(outcome.Errors()[0], HasSubstr("trained.ckpt: this checkpoint has format version 3"));
+  EXPECT_THAT(outcome.Errors()[0],
+              HasSubstr("trained.ckpt: this checkpoint has format version " +
+                        std::to_string(kCheckpointVersion + 1)));
   EXPECT_TRUE(BytesBelow(output) == before);
 
   // A damaged one says nothing of how the run ends, but the foam is there.

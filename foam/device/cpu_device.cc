@@ -100,6 +100,8 @@ class CpuTrainingDevice final : public TrainingDevice {
     CHECK_EQ(is_clear.size(), foam.NumSites());
     ParallelForBlocks(foam.NumSites(), 1024, [&](int64_t begin, int64_t end) {
       for (int64_t i = begin; i < end; ++i) {
+        // What must be clear follows from neighbours, too, of which a block has but some.
+        if (!state_.is_frozen.empty() && state_.is_frozen[i] != 0) continue;
         foam.raw_density[i] = ClampedRawDensity(foam.raw_density[i], is_clear[i] != 0);
       }
     });
@@ -134,6 +136,7 @@ class CpuTrainingDevice final : public TrainingDevice {
     ColorGraph color_graph;
     if (takes_colors) {
       const Delaunay& delaunay = state_.topology.delaunay();
+      CHECK_EQ(state_.topology.tv_weights().size(), delaunay.neighbors.size());
       CollectSurfaceColors(state_.foam, density_, state_.topology.step_lengths(), &surface_colors_);
       color_graph = {delaunay.offsets.data(),
                      delaunay.neighbors.data(),

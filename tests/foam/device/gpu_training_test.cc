@@ -92,7 +92,7 @@ TEST_P(GpuTraining, RearrangesAsTheCoresDo) {
       EXPECT_EQ(state->foam.NumSites(), plan.origin.size());
       device->DownloadSites();
       EXPECT_EQ(state->densification.contribution, std::vector<float>(plan.origin.size(), 0.f));
-      state->topology.Triangulate(state->foam.positions, free_space, state->foam.HasSemantics());
+      state->topology.Triangulate(state->foam.positions, free_space, /*with_areas=*/true);
       const std::vector<uint8_t>& is_clear = state->topology.is_clear();
       clear = static_cast<int>(std::count(is_clear.begin(), is_clear.end(), 1));
       device->UploadTopology();

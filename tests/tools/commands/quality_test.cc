@@ -163,10 +163,11 @@ void ExpectQuality(const std::vector<std::string>& options, const Quality& reach
   EXPECT_GE(TextureGain(foam, folder / "meshes"), reached.texture_gain - kGainMargin);
 }
 
-// Some ten seconds of one core.
+// Some ten seconds of one core. The gain of textures was 2.44 dB before neighbouring cells had to
+// agree in colour: textures are nearer to the photos since (0.4 dB), vertex colours even more.
 TEST(Quality, OfAFixedBudgetIsWhatItWas) {
   ExpectQuality({"--FoamTraining.num_rays", "1200000", "--FoamTraining.final_sites", "15000"},
-                {21.95, 0.770, 2.44});
+                {21.95, 0.770, 1.86});
 }
 
 // README's tour: the preset low.

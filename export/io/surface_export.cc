@@ -75,12 +75,15 @@ std::string Counted(int64_t count, const std::string& noun, const std::string& v
   return ", " + std::to_string(count) + " " + noun + (count == 1 ? " " : "s ") + verb;
 }
 
-// The visible side of a whole scene; nothing for objects, and where it is not known what photos
-// show.
+// The visible side of a whole scene, of walls and of floors; nothing for bodies, and where it is
+// not known what photos show.
 std::optional<ObjectSurface> SheetOf(const ObjectInfo& object,
                                      const ObjectSurface& surface,
+                                     bool is_cut,
                                      const SurfaceExportOptions& options) {
-  if (options.close_sheets || object.id != kNoObject) return std::nullopt;
+  if (options.close_sheets || (object.id != kNoObject && !IsSheet(surface, is_cut))) {
+    return std::nullopt;
+  }
   ObjectSurface sheet = OpenSheet(surface);
   return sheet.triangles.empty() ? std::nullopt : std::optional(std::move(sheet));
 }
@@ -113,6 +116,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   const Eigen::AlignedBox3d box = BoxOf(scene, whole, options);
   ObjectInfo object = whole;
   object.cells = CellsInBox(scene, whole.cells, box);
+  const bool is_cut = object.cells.size() < whole.cells.size();
   if (object.cells.empty()) return made;
   std::string faces, more;
   bool is_sheet = false;
@@ -126,7 +130,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
     more = Counted(clean.pits, "pit", "filled") + Counted(clean.tunnels, "thin tunnel", "closed");
     const ObjectSurface cells = ExtractSurface(scene, object);
     made.surface = ExtractSmoothSurface(scene, object, cells, box, contacts);
-    if (std::optional<ObjectSurface> sheet = SheetOf(object, made.surface, options)) {
+    if (std::optional<ObjectSurface> sheet = SheetOf(object, made.surface, is_cut, options)) {
       made.surface = *std::move(sheet);
       is_sheet = true;
     }

@@ -33,8 +33,9 @@ struct SurfaceExportOptions {
   // whose sites are in it); empty: for kSmooth SurfaceBox of each object, for kCells none.
   std::string crop;
 
-  // Whether to close also a scene without labels, of which photos show one side, by the back of its
-  // cells; for kSmooth only. Otherwise it is a sheet with a rim (OpenSheet).
+  // Whether to close also walls and floors (IsSheet) and a scene without labels, of which photos
+  // show one side, by the back of their cells; for kSmooth only. Otherwise these are sheets with
+  // rims (OpenSheet).
   bool close_sheets = false;
 
   // The objects to write, and to include in the files of the scene.

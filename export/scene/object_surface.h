@@ -37,6 +37,10 @@ struct ObjectSurface {
 
   // Whether photos look at the vertex from outside, for method `smooth` only.
   std::vector<uint8_t> vertex_shown;
+  // Whether the vertex lies in the plane of another object that this one stands on, and whether in
+  // that of a flat part (FindFlatParts); for method `smooth` only.
+  std::vector<uint8_t> vertex_in_contact;
+  std::vector<uint8_t> vertex_flat;
 
   // Origin of the surface, for method `cells` only: the tetrahedron whose circumcentre the vertex
   // is, and the cells on the inner and the outer side of the triangle (the outer one may be a

@@ -14,10 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Share of the shown area below which hidden patches stay and shown pieces go.
+// Share of the shown area below which hidden patches stay, and below which shown pieces go.
 constexpr double kSmallPatch = 1e-3;
-// Number of median lengths from which on a side at the rim is long.
-constexpr double kLongSide = 15;
+constexpr double kSmallPiece = 3e-3;
+// Number of median lengths from which on a side at the rim is long: of an object, and of a scene,
+// whose things have cells of very different sizes.
+constexpr double kLongSide = 5;
+constexpr double kLongSideOfScene = 15;
 
 constexpr uint32_t kNoFace = 0xffffffff;
 
@@ -26,8 +29,11 @@ double Area(const ObjectSurface& surface, const std::array<uint32_t, 3>& t) {
   return (surface.vertices[t[1]] - a).cross(surface.vertices[t[2]] - a).norm() / 2;
 }
 
+// Whether photos show a face, or the plane that it lies in.
 bool IsShown(const ObjectSurface& surface, const std::array<uint32_t, 3>& t) {
-  return surface.vertex_shown[t[0]] + surface.vertex_shown[t[1]] + surface.vertex_shown[t[2]] >= 2;
+  int count = 0;
+  for (const uint32_t v : t) count += surface.vertex_shown[v] || surface.vertex_flat[v];
+  return count >= 2;
 }
 
 // For each side k of a face, from its corner k to the next one, the face behind it; kNoFace at a
@@ -105,6 +111,11 @@ double SquaredSide(const ObjectSurface& surface, const std::array<uint32_t, 3>& 
   return (surface.vertices[t[k]] - surface.vertices[t[(k + 1) % 3]]).squaredNorm();
 }
 
+bool IsFlat(const ObjectSurface& surface, uint32_t face) {
+  const auto& [a, b, c] = surface.triangles[face];
+  return surface.vertex_flat[a] && surface.vertex_flat[b] && surface.vertex_flat[c];
+}
+
 // Takes away the faces at the rim that have a long side, then those that come to lie there.
 void RemoveLongFaces(const ObjectSurface& surface,
                      const std::vector<std::array<uint32_t, 3>>& behind,
@@ -119,14 +130,15 @@ void RemoveLongFaces(const ObjectSurface& surface,
   }
   if (lengths.empty()) return;
   std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  const double limit = kLongSide * kLongSide * lengths[lengths.size() / 2];
+  const double long_side = surface.object_id == kNoObject ? kLongSideOfScene : kLongSide;
+  const double limit = long_side * long_side * lengths[lengths.size() / 2];
   std::vector<uint32_t> to_look_at;
   for (uint32_t f = 0; f < behind.size(); ++f) {
     if (!(*is_shown)[f]) to_look_at.push_back(f);
   }
   for (size_t k = 0; k < to_look_at.size(); ++k) {
     for (const uint32_t g : behind[to_look_at[k]]) {
-      if (g == kNoFace || !(*is_shown)[g] || longest[g] <= limit) continue;
+      if (g == kNoFace || !(*is_shown)[g] || longest[g] <= limit || IsFlat(surface, g)) continue;
       (*is_shown)[g] = 0;
       to_look_at.push_back(g);
     }
@@ -135,8 +147,30 @@ void RemoveLongFaces(const ObjectSurface& surface,
 
 }  // namespace
 
+bool IsSheet(const ObjectSurface& surface, bool is_cut) {
+  const size_t n = surface.vertices.size();
+  CHECK_EQ(surface.vertex_shown.size(), n);
+  CHECK_EQ(surface.vertex_in_contact.size(), n);
+  CHECK_EQ(surface.vertex_flat.size(), n);
+  double shown = 0, flat = 0, all = 0;
+  for (const auto& t : surface.triangles) {
+    const auto has = [&](const std::vector<uint8_t>& of_vertex) {
+      return of_vertex[t[0]] + of_vertex[t[1]] + of_vertex[t[2]] >= 2;
+    };
+    if (has(surface.vertex_in_contact)) continue;
+    const double area = Area(surface, t);
+    all += area;
+    if (!has(surface.vertex_shown)) continue;
+    shown += area;
+    if (has(surface.vertex_flat)) flat += area;
+  }
+  return shown > 0 && shown < kMostShownOfSheet * all &&
+         (is_cut || flat >= kLeastFlatOfSheet * shown);
+}
+
 ObjectSurface OpenSheet(const ObjectSurface& surface) {
   CHECK_EQ(surface.vertex_shown.size(), surface.vertices.size());
+  CHECK_EQ(surface.vertex_flat.size(), surface.vertices.size());
   const size_t num_faces = surface.triangles.size();
   const auto behind = FacesBehindSides(surface);
   std::vector<uint8_t> is_shown(num_faces);
@@ -147,7 +181,7 @@ ObjectSurface OpenSheet(const ObjectSurface& surface) {
   }
   FlipSmallPieces(surface, behind, 0, kSmallPatch * area, &is_shown);
   RemoveLongFaces(surface, behind, &is_shown);
-  FlipSmallPieces(surface, behind, 1, kSmallPatch * area, &is_shown);
+  FlipSmallPieces(surface, behind, 1, kSmallPiece * area, &is_shown);
 
   // A corner of a face and the one of the next face around the same vertex are one vertex.
   std::vector<uint32_t> parent = Alone(3 * num_faces);
@@ -189,6 +223,7 @@ ObjectSurface OpenSheet(const ObjectSurface& surface) {
     sheet.vertex_color.push_back(surface.vertex_color[corner.vertex]);
     sheet.vertex_confidence.push_back(surface.vertex_confidence[corner.vertex]);
     sheet.vertex_shown.push_back(surface.vertex_shown[corner.vertex]);
+    sheet.vertex_flat.push_back(surface.vertex_flat[corner.vertex]);
   }
   for (uint32_t f = 0; f < num_faces; ++f) {
     if (!is_shown[f]) continue;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface/smooth_surface.h"
 
+#include "export/surface/flat_parts.h"
 #include "export/surface/surface_geometry.h"
 #include "export/surface/surface_smoothing.h"
 #include "foam/util/parallel.h"
@@ -223,6 +224,20 @@ class Builder {
   // other object's.
   bool IsShown(size_t v) const { return IsLookedThrough(edges_[v].second); }
 
+  std::vector<uint8_t> Shown() const {
+    std::vector<uint8_t> shown(edges_.size());
+    for (size_t v = 0; v < edges_.size(); ++v) shown[v] = IsShown(v);
+    return shown;
+  }
+
+  // Radii of the cells behind the vertices.
+  std::vector<double> Radii() const {
+    std::vector<double> radii;
+    radii.reserve(edges_.size());
+    for (const auto& [i, j] : edges_) radii.push_back(Radius(i, j));
+    return radii;
+  }
+
   // The contact in whose plane a vertex lies, if there is one.
   const ContactPlane* ContactOf(size_t v, const Vector3d& position) const {
     if (!IsFixed(v)) return nullptr;
@@ -421,6 +436,10 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                      &positions);
   SmoothInContacts(builder, surface.triangles, &positions);
   CutSpikes(surface.triangles, is_fixed, &positions);
+  const std::vector<double> radii = builder.Radii();
+  const std::vector<FlatPart> flat =
+      FindFlatParts({surface.triangles, positions, builder.Shown(), radii});
+  surface.vertex_flat = Flatten(flat, surface.triangles, radii, is_fixed, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
   Untangle(surface.triangles, on_edges, &positions);
 
@@ -431,6 +450,7 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
     surface.vertex_color.push_back(ToColor8(scene.display_color[cell]));
     surface.vertex_confidence.push_back(scene.labels.confidence[cell]);
     surface.vertex_shown.push_back(builder.IsShown(v));
+    surface.vertex_in_contact.push_back(builder.ContactOf(v, positions[v]) != nullptr);
   }
   ShowVerticesOnFaces(&surface);
   return surface;

@@ -66,8 +66,8 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
                             "smooth only: at most so many triangles for each object; 0 = all");
   options->AddDefaultOption("MeshExport.close_sheets",
                             &surface->close_sheets,
-                            "smooth only: close a scene without labels by the back that no photo "
-                            "shows, too, instead of leaving it a sheet with a rim");
+                            "smooth only: close walls, floors and scenes without labels by the back "
+                            "that no photo shows, too, instead of leaving them sheets with a rim");
 }
 
 void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {

@@ -55,6 +55,8 @@ void ExpectManifoldWithRim(const ObjectSurface& sheet) {
 ObjectSurface Box(int n, const std::function<bool(const Vector3d&)>& is_shown) {
   ObjectSurface box = BoxSurface(n);
   for (const Vector3d& x : box.vertices) box.vertex_shown.push_back(is_shown(x));
+  box.vertex_in_contact.assign(box.vertices.size(), 0);
+  box.vertex_flat.assign(box.vertices.size(), 0);
   return box;
 }
 
@@ -123,19 +125,59 @@ TEST(OpenSheet, LongTrianglesAtTheRimGo) {
   for (const Vector3d& x : sheet.vertices) EXPECT_LT(x.norm(), 2);
 }
 
-// A slab of matter that photos look at from above.
-Model Slab() {
-  Model model = MakeModel(GridSites(12, 0.1f, 0.2f, 5), 1, [](const Eigen::Vector3f& p) {
-    return std::abs(p.z()) < 0.15f && p.head<2>().norm() < 0.5f ? 0 : kAir;
+TEST(OpenSheet, PlanesGoOnWhereNoPhotoShowsThem) {
+  ObjectSurface box =
+      Box(8, [](const Vector3d& x) { return x.z() > 0.99 && x.head<2>().norm() > 0.6; });
+  EXPECT_EQ(TopologyOfSheet(OpenSheet(box)).rims, 2);
+  for (size_t v = 0; v < box.vertices.size(); ++v) box.vertex_flat[v] = box.vertices[v].z() > 0.99;
+  EXPECT_EQ(TopologyOfSheet(OpenSheet(box)).rims, 1);
+}
+
+TEST(IsSheet, TellsWallsFromBodies) {
+  const auto is_on_top = [](const Vector3d& x) { return x.z() > 0.99; };
+  ObjectSurface box = Box(8, is_on_top);
+  // Photographed from above only: a body, unless it is flat there, or goes on beyond the photos.
+  EXPECT_FALSE(IsSheet(box, false));
+  EXPECT_TRUE(IsSheet(box, true));
+  for (size_t v = 0; v < box.vertices.size(); ++v) box.vertex_flat[v] = is_on_top(box.vertices[v]);
+  EXPECT_TRUE(IsSheet(box, false));
+  // The same box on a table, seen but for what it stands on.
+  ObjectSurface standing = Box(8, [](const Vector3d& x) { return x.z() > -0.99; });
+  EXPECT_FALSE(IsSheet(standing, true));
+  // A thin book, of which the table hides half of the area.
+  for (Vector3d& x : box.vertices) x.z() *= 0.01;
+  EXPECT_TRUE(IsSheet(box, false));
+  for (size_t v = 0; v < box.vertices.size(); ++v) {
+    box.vertex_in_contact[v] = box.vertices[v].z() < -0.0099;
+  }
+  EXPECT_FALSE(IsSheet(box, false));
+  // Nothing is known of what photos show.
+  EXPECT_FALSE(IsSheet(Box(8, [](const Vector3d&) { return false; }), true));
+}
+
+// Matter on a grid, at whose upper side photos look from above.
+Model SeenFromAbove(const std::function<bool(const Eigen::Vector3f&)>& is_matter) {
+  Model model = MakeModel(GridSites(12, 0.1f, 0.2f, 5), 1, [&](const Eigen::Vector3f& p) {
+    return is_matter(p) ? 0 : kAir;
   });
   CellStatistics& statistics = model.statistics;
   statistics.contribution.clear();
   for (const Eigen::Vector3f& p : model.foam.positions) {
-    const bool is_above = p.z() > 0.15f;
+    const bool is_above = !is_matter(p) && p.z() > 0;
     statistics.passed.push_back(is_above ? 100.f : 0.f);
-    statistics.stopped.push_back(p.z() > 0 && !is_above ? 100.f : 0.f);
+    statistics.stopped.push_back(is_matter(p) && p.z() > 0 ? 100.f : 0.f);
   }
   return model;
+}
+
+Model Slab() {
+  return SeenFromAbove([](const Eigen::Vector3f& p) {
+    return std::abs(p.z()) < 0.15f && p.head<2>().norm() < 0.5f;
+  });
+}
+
+Model BallFromAbove() {
+  return SeenFromAbove([](const Eigen::Vector3f& p) { return p.norm() < 0.45f; });
 }
 
 TEST(OpenSheet, ScenesAreExportedAsSheetsUnlessTheyAreToBeClosed) {
@@ -143,12 +185,18 @@ TEST(OpenSheet, ScenesAreExportedAsSheetsUnlessTheyAreToBeClosed) {
   SurfaceExportOptions options;
   const ExportableScene labelled = MakeExportableScene(Slab());
   EXPECT_THAT(ExportSurfaces(labelled, folder.path(), options)[0].summary,
-              HasSubstr("1 shell, no cavities, genus 0"));
+              HasSubstr("a sheet of 1 piece, 1 rim"));
+  // A ball is a body, though photos look at its upper half only.
+  EXPECT_THAT(
+      ExportSurfaces(MakeExportableScene(BallFromAbove()), folder.path(), options)[0].summary,
+      HasSubstr("1 shell, no cavities, genus 0"));
   const ExportableScene scene = MakeWholeScene(Slab());
   EXPECT_THAT(ExportWholeSurface(scene, folder.path(), options)[0].summary,
               HasSubstr("a sheet of 1 piece, 1 rim"));
   options.close_sheets = true;
   EXPECT_THAT(ExportWholeSurface(scene, folder.path(), options)[0].summary,
+              HasSubstr("1 shell, no cavities, genus 0"));
+  EXPECT_THAT(ExportSurfaces(labelled, folder.path(), options)[0].summary,
               HasSubstr("1 shell, no cavities, genus 0"));
   EXPECT_EQ(options.Check(), "");
   options.method = SurfaceMethod::kCells;

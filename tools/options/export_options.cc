@@ -64,10 +64,11 @@ void AddMeshExportOptions(OptionManager* options, SurfaceExportOptions* surface)
   options->AddDefaultOption("MeshExport.target_faces",
                             &surface->target_faces,
                             "smooth only: at most so many triangles for each object; 0 = all");
-  options->AddDefaultOption("MeshExport.close_sheets",
-                            &surface->close_sheets,
-                            "smooth only: close walls, floors and scenes without labels by the back "
-                            "that no photo shows, too, instead of leaving them sheets with a rim");
+  options->AddDefaultOption(
+      "MeshExport.close_sheets",
+      &surface->close_sheets,
+      "smooth only: close walls, floors and scenes without labels by the back "
+      "that no photo shows, too, instead of leaving them sheets with a rim");
 }
 
 void AddMeshCropOption(OptionManager* options, SurfaceExportOptions* surface) {

@@ -35,6 +35,9 @@ constexpr double kBrightFactor = 5;
 // differ by kStrong, at most.
 constexpr float kMostOwn = 0.0008f;
 constexpr double kMostSpoiled = 0.1;
+// And its number of places at least: on coarser grids the opening leaves nothing below 1.5 % of the
+// photo, and trainings so short have edges all over that are as large.
+constexpr int64_t kFewestPlaces = 600;
 // Edge of the finest voxels over the distance of samples, and the number of levels, each twice as
 // coarse, on which a place is looked for.
 constexpr float kVoxelOfSpacing = 1.5f;
@@ -253,7 +256,7 @@ Bits FindIn(const ComparedView& grid,
             const Difference& difference,
             const std::vector<float>& usual) {
   const size_t count = usual.size();
-  if (difference.own > kMostOwn) return {};
+  if (difference.own > kMostOwn || std::ssize(usual) < kFewestPlaces) return {};
   Bits strong(count), weak(count);
   for (size_t i = 0; i < count; ++i) {
     const float square = difference.square[i];

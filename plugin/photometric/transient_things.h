@@ -28,7 +28,8 @@ namespace semfoam {
 // Pixels that remain after an opening by 3x3 form regions, of at least kLeastShare of the photo;
 // where the photo is brighter in all channels, five times that, because mirrored lamps are. Regions
 // grow over neighbours that differ at all, and by one block. A photo of which the foam shows the
-// rest poorly is not judged, nor one with more than kMostShare in regions. (Cf. Sabour et al.,
+// rest poorly is not judged, nor one with more than kMostShare in regions, nor one that is compared
+// on a grid of less than 600 places, as in very short trainings. (Cf. Sabour et al.,
 // RobustNeRF, CVPR 2023, whose trimmed loss knows no other views.)
 //
 // What was found before is judged anew, as its pixels are rendered too. Held-out photos take no

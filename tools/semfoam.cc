@@ -3,6 +3,7 @@
 #include "tools/cli/run_command.h"
 #include "tools/cli/suggestion.h"
 #include "tools/commands/commands.h"
+#include "tools/images/program_fonts.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -67,5 +68,6 @@ int Main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   semfoam::InitLogging(argv[0]);
+  semfoam::UseFontsOfProgram();
   return semfoam::Main(argc, argv);
 }

@@ -92,7 +92,9 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     // A block is a part of what the held-out views show.
     const auto quality = TrainsBlock() ? std::nullopt : evaluator_.EvaluateIfDue(log_.iteration());
     if (quality) log_.SetQuality(*quality);
-    if (log_.iteration() >= schedule_.num_iterations()) break;
+    const bool is_last = log_.iteration() >= schedule_.num_iterations();
+    if (hooks.preview) hooks.preview(log_.iteration(), is_last, PixelRenderer());
+    if (is_last) break;
     AdaptViewsIfDue(hooks);
     if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
     if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
@@ -147,12 +149,14 @@ void Trainer::Iterate() {
   summary_.step_limit_hits += result.batch.step_limit_hits;
 }
 
-void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
-  if (!hooks.adapt_views || num_adaptations_ == std::ssize(kViewAdaptations)) return;
-  if (schedule_.RunFraction(log_.iteration()) < kViewAdaptations[num_adaptations_]) return;
-  ++num_adaptations_;
-  const std::vector<uint32_t> start_cells = camera_cells_.Find(pixels_.training_views());
-  hooks.adapt_views([&](const std::vector<ViewPixel>& pixels) {
+TrainingHooks::RenderPixels Trainer::PixelRenderer() {
+  return [this](const std::vector<ViewPixel>& pixels) {
+    std::vector<int> rendered_views;
+    for (const ViewPixel& pixel : pixels) rendered_views.push_back(pixel.view);
+    std::sort(rendered_views.begin(), rendered_views.end());
+    rendered_views.erase(std::unique(rendered_views.begin(), rendered_views.end()),
+                         rendered_views.end());
+    const std::vector<uint32_t> start_cells = camera_cells_.Find(rendered_views);
     std::vector<BatchRay> rays;
     std::vector<size_t> indices;
     for (size_t i = 0; i < pixels.size(); ++i) {
@@ -168,7 +172,14 @@ void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
     const std::vector<RenderedRay> rendered = device_->Render(rays, state_.foam.sh_degree);
     for (size_t k = 0; k < rendered.size(); ++k) result[indices[k]] = rendered[k];
     return result;
-  });
+  };
+}
+
+void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
+  if (!hooks.adapt_views || num_adaptations_ == std::ssize(kViewAdaptations)) return;
+  if (schedule_.RunFraction(log_.iteration()) < kViewAdaptations[num_adaptations_]) return;
+  ++num_adaptations_;
+  hooks.adapt_views(PixelRenderer());
 }
 
 TrainingSummary Trainer::Finish(const Device& device) {

@@ -107,6 +107,10 @@ struct TrainingHooks {
       std::function<std::vector<RenderedRay>(const std::vector<ViewPixel>& pixels)>;
   std::function<void(const RenderPixels& render)> adapt_views;
 
+  // Called after every iteration, with the number of those done and whether there is no other, so
+  // that the caller can show the foam in training. Must not change the views.
+  std::function<void(int64_t iteration, bool is_last, const RenderPixels& render)> preview;
+
   // Called where a run is resumed, before its first iteration: brings the views to the state in
   // which adapt_views had left them. What is computed of views before that is of those at the
   // beginning of the run, as it was when the run began.

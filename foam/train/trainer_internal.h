@@ -42,6 +42,8 @@ class Trainer {
   void OpenPixelCache();
   void ReadPixels(const TrainingHooks& hooks);
   void Iterate();
+  // Returns a function that renders with the foam as it is; to be called before it changes.
+  TrainingHooks::RenderPixels PixelRenderer();
   void AdaptViewsIfDue(const TrainingHooks& hooks);
   TrainingSummary Finish(const Device& device);
 

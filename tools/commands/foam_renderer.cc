@@ -190,7 +190,7 @@ Pictures RenderView(const View& view,
                 rendered.height,
                 DepthImage(rendered, rays, z_axis, model.world_from_normalized.scale));
   if (model.foam.HasSemantics()) {
-    const LabelImage ids = IdImage(rendered, model.labels);
+    const LabelImage ids = LabelIdImage(rendered, model.labels);
     WriteLabelPng(Target(output_path, "label", view.stem, ".png"), ids);
     pictures.labels = PaletteImage(ids);
   }

@@ -22,7 +22,7 @@ namespace {
 void TrainBlockIn(const std::filesystem::path& block_path,
                   CheckpointOptions checkpoints,
                   const OptionManager& options) {
-  options.RequireOnly({"block_path", "checkpoint_every", "resume", "overwrite"},
+  options.RequireOnly({"block_path", "checkpoint_every", "preview_every", "resume", "overwrite"},
                       "with --block_path, which has the options of scene_splitter");
   const std::filesystem::path path = std::filesystem::absolute(block_path / "").parent_path();
   TrainingRun run = ReadBlockRun(path.parent_path());

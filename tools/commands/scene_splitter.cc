@@ -150,7 +150,8 @@ void RunSceneSplitter(int argc, char** argv) {
   }
   WriteTextFile(
       ProjectPath(folder.path()),
-      options.ProjectText({"output_path", "checkpoint_every", "resume", "overwrite", "device"}));
+      options.ProjectText(
+          {"output_path", "checkpoint_every", "preview_every", "resume", "overwrite", "device"}));
   const BlocksRecord record = SplitRun(run.split, &folder, &run.training.run);
   WriteJobs(folder.path(), record);
   folder.Finish();

@@ -67,6 +67,12 @@ TrainingFolder::TrainingFolder(const fs::path& output_path,
                            options.every,
                            "; it must be a number of seconds, or 0 for none while training.");
         }
+        if (!(options.preview_every >= 0)) {
+          throw FieldError("preview_every",
+                           " is ",
+                           options.preview_every,
+                           "; it must be a number of seconds, or 0 for none.");
+        }
         return options;
       }()),
       resume_command_(resume_command),

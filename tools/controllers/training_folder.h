@@ -21,6 +21,8 @@ namespace semfoam {
 struct CheckpointOptions {
   // Seconds between checkpoints; 0: only when the run is stopped.
   double every = 300;
+  // Seconds between previews of the training (TrainingPreviews); 0: none.
+  double preview_every = 0;
   // Whether to resume from the newest checkpoint.
   bool resume = false;
   // Whether to replace the foam in the folder, and its exports.
@@ -47,6 +49,7 @@ class TrainingFolder {
 
   const std::filesystem::path& path() const { return output_path_; }
   bool resume() const { return options_.resume; }
+  double preview_every() const { return options_.preview_every; }
 
   // Returns whether the run is to be resumed and is finished already, and logs that.
   bool IsFinished() const;

@@ -22,6 +22,7 @@
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_log.h"
+#include "tools/controllers/training_previews.h"
 #include "tools/support/memory_task.h"
 #include "tools/support/progress.h"
 #include "tools/support/value_text.h"
@@ -32,6 +33,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -44,6 +46,10 @@ namespace {
 
 // A foam that shows less of the photos' contrast than this has hardly learned them.
 constexpr double kLeastExplainedContrast = 0.5;
+
+std::filesystem::path PreviewFolder(const TrainingFolder& folder) {
+  return folder.path() / "previews";
+}
 
 std::string Seconds(double seconds) {
   char text[32];
@@ -196,6 +202,11 @@ TrainingSummary Train(const TrainingScene& scene,
   CheckpointTexts all_texts = texts;
   if (IsOfBlock(checkpoint.get())) all_texts["block"] = checkpoint->Texts("block");
   hooks.device = run.device;
+  std::optional<TrainingPreviews> previews;
+  if (folder->preview_every() > 0) {
+    previews.emplace(scene, PreviewFolder(*folder), folder->preview_every(), checkpoint != nullptr);
+    hooks.preview = [&previews](auto... arguments) { previews->Update(arguments...); };
+  }
   bool goes_on = true;
   hooks.report = [&](const TrainingProgress& progress) {
     if (progress.photos_to_read > 0) {
@@ -204,6 +215,7 @@ TrainingSummary Train(const TrainingScene& scene,
     } else {
       line.Update(progress);
     }
+    if (previews) previews->Report(progress);
     if (run.when_reported && !run.when_reported(progress)) goes_on = false;
   };
   // The blocks of a scene have one light, that of the run which they are of.
@@ -615,6 +627,7 @@ void LogWarnings(const TrainingScene& scene) {
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
   ImportMasksOf(&run->scene, folder->path() / "imported_masks");
+  if (folder->preview_every() > 0) RequireReplaceablePreviews(PreviewFolder(*folder));
   ScenePlan plan = PlanRun(*run);
   const ImageMemory images = PlanRunMemory(*run, plan);
   folder->SetIdentity(IdentityOf(*run, plan));

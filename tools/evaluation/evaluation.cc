@@ -140,7 +140,8 @@ ViewScore ScoreView(const PhotoRecord& photo,
                                              PoseOf(photo),
                                              model.world_from_normalized,
                                              options.supersample);
-  const LabelImage ids = model.foam.HasSemantics() ? IdImage(rendered, model.labels) : LabelImage{};
+  const LabelImage ids =
+      model.foam.HasSemantics() ? LabelIdImage(rendered, model.labels) : LabelImage{};
   if (model.foam.HasSemantics()) objects->Add(photo.name, ids);
   Image8 render = ColorImage(rendered);
   if (options.fit_exposure) render = WithGains(render, FitGains(render, truth));

@@ -26,7 +26,7 @@ Image8 ColorImage(const RenderedView& view) {
   return image;
 }
 
-LabelImage IdImage(const RenderedView& view, const std::vector<Label>& labels) {
+LabelImage LabelIdImage(const RenderedView& view, const std::vector<Label>& labels) {
   LabelImage ids{view.width, view.height, {}};
   ids.data.reserve(view.class_index.size());
   for (const ClassIndex c : view.class_index) ids.data.push_back(Value(LabelIdOf(labels, c)));

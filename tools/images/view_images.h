@@ -17,7 +17,7 @@ namespace semfoam {
 Image8 ColorImage(const RenderedView& view);
 
 // Returns the ids of the labels (Label::id); 0 without a label.
-LabelImage IdImage(const RenderedView& view, const std::vector<Label>& labels);
+LabelImage LabelIdImage(const RenderedView& view, const std::vector<Label>& labels);
 
 // Returns the depth along the camera's z axis at transmittance 0.5, in units of the world (COLMAP)
 // frame; 0 where the transmittance stays above 0.5. `rays` are those that `view` was rendered from,

@@ -33,7 +33,7 @@ size_t WriteRenderedMasks(const Model& model,
   for (const PhotoRecord& photo : model.photos) {
     const RenderedView view =
         renderer.Render(MakeCameraRays(photo, model.world_from_normalized, foam_path));
-    writer->Add(photo.name, IdImage(view, model.labels));
+    writer->Add(photo.name, LabelIdImage(view, model.labels));
   }
   writer->Finish();
   return names.size();

@@ -127,6 +127,10 @@ void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints
   options->AddDefaultOption("checkpoint_every",
                             &checkpoints->every,
                             "seconds between checkpoints; 0 = only when the run is stopped");
+  options->AddDefaultOption("preview_every",
+                            &checkpoints->preview_every,
+                            "seconds between previews of the training: previews/000123.png, and "
+                            "previews/index.html, a page that reloads itself; 0 = none");
   options->AddDefaultOption(
       "resume", &checkpoints->resume, "goes on from the newest checkpoint in the output folder");
   options->AddDefaultOption("overwrite",

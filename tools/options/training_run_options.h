@@ -28,7 +28,7 @@ struct TrainingRunOptions {
 // is applied first; options that the user gives by name override it.
 void AddTrainingRunOptions(OptionManager* options, TrainingRunOptions* training);
 
-// Adds --checkpoint_every, --resume and --overwrite.
+// Adds --checkpoint_every, --preview_every, --resume and --overwrite.
 void AddCheckpointOptions(OptionManager* options, CheckpointOptions* checkpoints);
 
 // Completes `training->run`, with the folders found in `workspace_path` unless that is empty.

@@ -3,17 +3,22 @@
 
 #include "foam/util/error.h"
 #include "foam/util/interruption.h"
+#include "plugin/mask/mask_pairing.h"
+#include "tools/cli/input_protection.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 #include "tools/controllers/scene_segmenter.h"
 #include "tools/controllers/training_folder.h"
 #include "tools/controllers/training_run.h"
+#include "tools/masks/mask_writers.h"
 #include "tools/python/conversions.h"
 #include "tools/python/foam_object.h"
+#include "tools/support/output_lock.h"
 
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,11 +29,14 @@
 
 #include <Eigen/Core>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 namespace py = pybind11;
 
 namespace semfoam::python {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Fields of TrainingOptions that arguments set, or that are for the library alone.
 const std::set<std::string> kNoOptions = {"fixed_sh_degree", "random_seed", "seconds"};
@@ -82,11 +90,12 @@ struct TrainingArguments {
   double time_budget = 0;
   py::dict options;
   py::object progress = py::none();
+  double preview_every = 0;
   bool resume = false;
   bool overwrite = false;
 };
 
-std::filesystem::path PathOf(const py::object& path) {
+fs::path PathOf(const py::object& path) {
   if (path.is_none()) return {};
   return std::string(py::str(py::module_::import("os").attr("fspath")(path)));
 }
@@ -159,7 +168,7 @@ std::unique_ptr<Workspace> LoadWorkspace(const TrainingArguments& arguments) {
     ScenePlan plan = PlanScene(run.scene);
     auto workspace = std::make_unique<Workspace>();
     workspace->photos = std::move(plan.photos);
-    for (const std::filesystem::path& mask : plan.masks.masks) {
+    for (const fs::path& mask : plan.masks.masks) {
       workspace->masks.push_back(mask.string());
     }
     workspace->masks.resize(workspace->photos.size());
@@ -218,6 +227,7 @@ void RunWithProgress(const py::object& function, TrainingRun* run, const Work& w
 
 CheckpointOptions Checkpoints(const TrainingArguments& arguments) {
   CheckpointOptions checkpoints;
+  checkpoints.preview_every = arguments.preview_every;
   checkpoints.resume = arguments.resume;
   checkpoints.overwrite = arguments.overwrite;
   return checkpoints;
@@ -227,13 +237,13 @@ constexpr char kResume[] = "the same call with resume=True";
 
 std::shared_ptr<FoamObject> Train(const TrainingArguments& arguments) {
   TrainingRun run = MakeRun(arguments);
-  const std::filesystem::path output_path = PathOf(arguments.output_path);
+  const fs::path output_path = PathOf(arguments.output_path);
   const CheckpointOptions checkpoints = Checkpoints(arguments);
   RunWithProgress(arguments.progress, &run, [&] {
     TrainingFolder folder(output_path, checkpoints, kResume);
     if (folder.IsFinished()) return;
     folder.RequireReplaceable();
-    const std::filesystem::path foam_path = folder.path() / "scene.foam";
+    const fs::path foam_path = folder.path() / "scene.foam";
     Model model = TrainAndWrite(&folder, &run);
     TakeLabelNames(foam_path, {}, {}, &model);
     WriteLabels(PrepareExport(model, foam_path),
@@ -272,6 +282,65 @@ std::unique_ptr<Workspace> CallLoadWorkspace(py::object workspace_path,
   return LoadWorkspace(arguments);
 }
 
+py::dict CorrectMasks(const fs::path& output_path,
+                      py::object workspace_path,
+                      py::object image_path,
+                      py::object input_path,
+                      py::object mask_path,
+                      py::object labels_path,
+                      std::string mask_consistency,
+                      int test_every,
+                      const std::string& format) {
+  const std::optional<MaskOutput> output = ParseEnum(kMaskOutputNames, format);
+  if (!output) throw FieldError("format", " is '", format, "'; it must be png, palette or coco.");
+  TrainingArguments arguments;
+  arguments.workspace_path = std::move(workspace_path);
+  arguments.image_path = std::move(image_path);
+  arguments.input_path = std::move(input_path);
+  arguments.mask_path = std::move(mask_path);
+  arguments.labels_path = std::move(labels_path);
+  arguments.mask_consistency = std::move(mask_consistency);
+  arguments.test_every = test_every;
+  const TrainingRun run = MakeRun(arguments);
+  const MaskConsistencyReport report = WithoutGil([&] {
+    const TrainingScene scene = LoadScene(run, run.scene);
+    std::vector<int> views;
+    std::vector<std::string> photos;
+    for (int view = 0; view < scene.NumViews(); ++view) {
+      if (!scene.HasMask(view)) continue;
+      views.push_back(view);
+      photos.push_back(scene.Photos()[view].name);
+    }
+    if (scene.NumClasses() == 0) {
+      throw UserError(run.scene.image_path.string(),
+                      ": no label was found in masks of these photos; a mask_path with masks of "
+                      "them would be right.");
+    }
+    std::vector<fs::path> written = {output_path / "labels.json"};
+    for (const std::string& name : NamesForMasks(photos)) written.push_back(output_path / name);
+    std::vector<fs::path> read = scene.Plan().masks.masks;
+    read.push_back(run.scene.labels_path);
+    CheckNoInputOverwrite(read, written);
+    const OutputLock lock(output_path);
+    const std::unique_ptr<MaskWriter> writer =
+        MakeMaskWriter(*output, output_path, photos, scene.Labels());
+    for (size_t i = 0; i < views.size(); ++i) writer->Add(photos[i], scene.LabelIds(views[i]));
+    writer->Finish();
+    return scene.Consistency();
+  });
+  py::dict result;
+  result["used"] = NameOf(kMaskConsistencyNames, report.used);
+  result["regions"] = report.num_regions;
+  result["renamed"] = report.num_renamed;
+  result["split"] = report.num_split;
+  result["dropped"] = report.num_dropped;
+  result["labels_before"] = report.labels_before;
+  result["labels_after"] = report.labels_after;
+  result["agreement_before"] = report.agreement_before;
+  result["agreement_after"] = report.agreement_after;
+  return result;
+}
+
 template <std::shared_ptr<FoamObject> (*kRun)(const TrainingArguments&)>
 std::shared_ptr<FoamObject> Call(py::object output_path,
                                  py::object workspace_path,
@@ -288,6 +357,7 @@ std::shared_ptr<FoamObject> Call(py::object output_path,
                                  double time_budget,
                                  py::dict options,
                                  py::object progress,
+                                 double preview_every,
                                  bool resume,
                                  bool overwrite) {
   return kRun({std::move(image_path),
@@ -305,6 +375,7 @@ std::shared_ptr<FoamObject> Call(py::object output_path,
                time_budget,
                std::move(options),
                std::move(progress),
+               preview_every,
                resume,
                overwrite});
 }
@@ -329,6 +400,7 @@ void Add(py::module_* module, const char* name, const std::string& doc) {
               py::arg("time_budget") = 0.0,
               py::arg("options") = py::dict(),
               py::arg("progress") = py::none(),
+              py::arg("preview_every") = 0.0,
               py::arg("resume") = false,
               py::arg("overwrite") = false,
               doc.c_str());
@@ -378,6 +450,27 @@ void AddWorkspace(py::module_* module) {
               "Reads the COLMAP model and the headers of photos and masks, which train would read "
               "with the same arguments, and pairs them. Raises Error for what train would refuse "
               "then.");
+  module->def(
+      "correct_masks",
+      &CorrectMasks,
+      py::arg("output_path"),
+      py::kw_only(),
+      py::arg("workspace_path") = py::none(),
+      py::arg("image_path") = py::none(),
+      py::arg("input_path") = py::none(),
+      py::arg("mask_path") = py::none(),
+      py::arg("labels_path") = py::none(),
+      py::arg("mask_consistency") = "auto",
+      py::arg("test_every") = 0,
+      py::arg("format") = "png",
+      "Writes the masks of the photos into the folder output_path, which is made if missing, "
+      "as train learns from them: corrected by the SfM tracks, of the size of the photos, "
+      "with labels.json. format: 'png' = 16-bit PNGs of ids, 'palette' = 8-bit palette PNGs, "
+      "'coco' = instances.json. Returns a dict: used (the way of the correction), regions, "
+      "renamed, split, dropped (numbers of regions of masks), labels_before, labels_after "
+      "(numbers), agreement_before, agreement_after (how much more often two photos agree on "
+      "a point than by chance, at most 1; NaN where not known). Runs without the GIL. Raises "
+      "Error.");
 }
 
 }  // namespace
@@ -411,7 +504,9 @@ void AddTraining(py::module_* module) {
       ", max_image_size, sweep_photos, image_cache_gb. progress is called about once a second with "
       "a Progress; if it returns False, or raises, the training ends with a checkpoint (Stopped, "
       "or "
-      "what it raised). The GIL is released meanwhile. Same input, arguments and seed: the same "
+      "what it raised). preview_every > 0 writes pictures of the foam in training every so many "
+      "seconds, with a page that reloads itself: previews/index.html. The GIL is released "
+      "meanwhile. Same input, arguments and seed: the same "
       "bytes as of the program. Raises Error.";
   Add<&Train>(module,
               "train",

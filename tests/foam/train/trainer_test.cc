@@ -78,6 +78,29 @@ TEST(Trainer, AdaptsItsViewsToTheFoamInTraining) {
   EXPECT_GT(adapted.last.held_out_psnr, dark.last.held_out_psnr + 1);
 }
 
+TEST(Trainer, IsShownAfterEachIterationWithoutAChange) {
+  const SyntheticViews views(16, 64, 48);
+  const std::vector<SeedPoint> seeds = views.Seeds(800);
+  const TrainingSummary unseen = TrainFoam(views, seeds, 3, SmallRun(), nullptr);
+  int64_t calls = 0;
+  double error = 0;
+  TrainingHooks hooks;
+  hooks.preview = [&](int64_t iteration, bool is_last, const TrainingHooks::RenderPixels& render) {
+    EXPECT_EQ(iteration, ++calls);
+    EXPECT_EQ(is_last, iteration == unseen.last.num_iterations);
+    if (iteration % 13 != 0 && !is_last) return;
+    const RenderedRay rendered = render({{0, 32, 24}}).front();
+    TrainingRay ray;
+    views.Ray(0, 32, 24, &ray);
+    error = (rendered.color - ray.color).cwiseAbs().maxCoeff();
+  };
+  const TrainingSummary seen = TrainFoam(views, seeds, 3, SmallRun(), std::move(hooks));
+  EXPECT_EQ(calls, unseen.last.num_iterations);
+  // The last one, of a held-out view.
+  EXPECT_LT(error, 0.2);
+  EXPECT_EQ(DigestOf(seen), DigestOf(unseen));
+}
+
 TEST(Trainer, SitesThatMoveFarAreTriangulatedEarly) {
   const SyntheticViews views(16, 64, 48);
   TrainingOptions options = SmallRun();

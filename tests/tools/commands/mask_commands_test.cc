@@ -28,7 +28,7 @@ std::map<std::string, LabelImage> MasksOf(const Model& model) {
   const ViewRenderer renderer(model.foam);
   for (const PhotoRecord& photo : model.photos) {
     const CameraRays rays = MakeCameraRays(photo, model.world_from_normalized, "IN");
-    masks.emplace(photo.name, IdImage(renderer.Render(rays), model.labels));
+    masks.emplace(photo.name, LabelIdImage(renderer.Render(rays), model.labels));
   }
   return masks;
 }

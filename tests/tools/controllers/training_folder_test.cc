@@ -515,6 +515,7 @@ TEST_F(TrainingFolder, RefusesBadValues) {
   };
   EXPECT_THAT(error("--checkpoint_every", "-1"), HasSubstr("--checkpoint_every is -1"));
   EXPECT_THAT(error("--checkpoint_every", "often"), HasSubstr("it takes a number"));
+  EXPECT_THAT(error("--preview_every", "-1"), HasSubstr("--preview_every is -1"));
   EXPECT_THAT(error("--resume", "2"), HasSubstr("it takes 0, 1, true or false"));
   EXPECT_FALSE(fs::exists(folder / "out"));
 }

@@ -37,7 +37,7 @@ TEST(ViewImages, IdsAreTheLabelsAndNotTheClasses) {
   std::vector<Label> labels(2);
   labels[0].id = LabelId{7};
   labels[1].id = LabelId{40000};
-  EXPECT_THAT(IdImage(view, labels).data, ElementsAre(40000, 0, 7));
+  EXPECT_THAT(LabelIdImage(view, labels).data, ElementsAre(40000, 0, 7));
 }
 
 TEST(ViewImages, DepthIsAlongTheCameraAxisInWorldUnits) {

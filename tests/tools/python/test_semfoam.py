@@ -300,6 +300,45 @@ def test_masks_of_all_photos(foam, tmp_path):
         foam.render_masks(tmp_path)
 
 
+def test_masks_corrected_by_the_tracks(tmp_path):
+    report = semfoam.correct_masks(tmp_path / "out", workspace_path=TABLETOP)
+    assert report["used"] == "tracks" and report["agreement_after"] > report["agreement_before"]
+    assert report["renamed"] + report["split"] + report["dropped"] > 0
+    photos = [p.name for p in semfoam.load_workspace(TABLETOP).photos]
+    written = sorted(path.stem for path in (tmp_path / "out").glob("*.png"))
+    assert written == sorted(name.removesuffix(".jpg") for name in photos)
+    assert "mug" in labels_of(tmp_path / "out")["labels"].values()
+    # They are masks, which another correction agrees with.
+    again = semfoam.correct_masks(
+        tmp_path / "again", workspace_path=TABLETOP, mask_path=tmp_path / "out"
+    )
+    assert again["agreement_before"] == pytest.approx(report["agreement_after"], abs=0.05)
+    unchanged = semfoam.correct_masks(
+        tmp_path / "off", workspace_path=TABLETOP, mask_consistency="off", format="palette"
+    )
+    assert unchanged["used"] == "off"
+    assert any(
+        (tmp_path / "out" / f"{name}.png").read_bytes()
+        != (tmp_path / "off" / f"{name}.png").read_bytes()
+        for name in written
+    )
+    with pytest.raises(semfoam.Error, match="is read, so it will not be written"):
+        semfoam.correct_masks(
+            tmp_path / "out", workspace_path=TABLETOP, mask_path=tmp_path / "out"
+        )
+    with pytest.raises(semfoam.Error, match="format is 'bmp'"):
+        semfoam.correct_masks(tmp_path / "new", workspace_path=TABLETOP, format="bmp")
+    assert not (tmp_path / "new").exists()
+
+
+def test_previews_of_a_training(tmp_path):
+    train(tmp_path, preview_every=0.01)
+    assert "refresh" not in (tmp_path / "previews/index.html").read_text()
+    assert list((tmp_path / "previews").glob("*.png"))
+    with pytest.raises(semfoam.Error, match="preview_every is -1"):
+        train(tmp_path / "new", preview_every=-1)
+
+
 def test_edits(foam, tmp_path):
     item = foam.objects[0]
     alone = foam.extract(np.int64(item.id))

@@ -193,6 +193,18 @@ class Workspace:
     @property
     def warnings(self) -> list[str]: ...
 
+def correct_masks(
+    output_path: _Path,
+    *,
+    workspace_path: _Path | None = None,
+    image_path: _Path | None = None,
+    input_path: _Path | None = None,
+    mask_path: _Path | None = None,
+    labels_path: _Path | None = None,
+    mask_consistency: str = "auto",
+    test_every: int = 0,
+    format: str = "png",
+) -> dict[str, Any]: ...
 def load(path: _Path) -> Foam: ...
 def load_workspace(
     workspace_path: _Path | None = None,
@@ -223,6 +235,7 @@ def train(
     time_budget: float = 0.0,
     options: Mapping[str, float] = ...,
     progress: Callable[[Progress], bool | None] | None = None,
+    preview_every: float = 0.0,
     resume: bool = False,
     overwrite: bool = False,
 ) -> Foam: ...

@@ -82,7 +82,8 @@ MaskClasses NumberMasks(const std::vector<MaskContents>& contents,
     for (const uint32_t value : mask.ids) ids.insert(IdOf(value, mask.is_rgb && !long_ids));
   }
   if (label_zero == LabelZero::kIgnore ||
-      (label_zero == LabelZero::kAuto && ShareOfZero(contents) < kBackgroundShare)) {
+      (label_zero == LabelZero::kAuto &&
+       (ShareOfZero(contents) < kBackgroundShare || SaysZeroIsUnlabelled(mask_folder)))) {
     ids.erase(kZeroMaskId);
   }
   if (ids.size() > kMaxMaskClasses) {

@@ -18,7 +18,7 @@ namespace semfoam {
 // are small gaps, they are unlabelled (kIgnore). If few objects were masked and the rest is 0,
 // these pixels show none of the objects, and must be a class of their own, or else everything would
 // be learned as one of the objects (kClass). kAuto: a class if at least a fifth of the masks'
-// pixels are 0.
+// pixels are 0, unless labels.json beside them says that these are unlabelled.
 enum class LabelZero { kIgnore, kClass, kAuto };
 
 // The classes of a set of masks.

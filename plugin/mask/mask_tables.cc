@@ -88,6 +88,13 @@ fs::path FindLabelsFile(const fs::path& labels_path, const fs::path& mask_folder
                   ": there is no such file; {\"labels\": {\"7\": \"mug\"}} should be in it.");
 }
 
+bool SaysZeroIsUnlabelled(const fs::path& mask_folder) {
+  const fs::path file = mask_folder / "labels.json";
+  if (!fs::is_regular_file(file)) return false;
+  const Json json = ReadJsonFile(file);
+  return json.is_object() && json.value(kLabelZeroKey, Json()) == kLabelZeroIgnored;
+}
+
 std::vector<LabelName> ReadLabelNames(const fs::path& file) {
   const Json json = ReadJsonFile(file);
   if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {

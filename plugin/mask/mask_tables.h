@@ -26,6 +26,14 @@ std::set<MaskId> ReadPredictedIds(const std::filesystem::path& file);
 std::filesystem::path FindLabelsFile(const std::filesystem::path& labels_path,
                                      const std::filesystem::path& mask_folder);
 
+// The member of labels.json that says what id 0 of the masks beside it is, and its value where
+// these pixels are unlabelled, however many they are.
+inline constexpr const char* kLabelZeroKey = "label_zero";
+inline constexpr const char* kLabelZeroIgnored = "ignore";
+
+// Whether the labels.json in `mask_folder`, if there is one, says so.
+bool SaysZeroIsUnlabelled(const std::filesystem::path& mask_folder);
+
 // A line of a table of labels.
 struct LabelName {
   // Id in the table, cast from uint32_t: no label has one above 65535.

@@ -89,6 +89,7 @@ ImportedMasks ReadIdPngs(const fs::path& folder, const std::vector<fs::path>& fi
                             files[i].lexically_relative(folder).generic_string(),
                             contents[i].size,
                             {},
+                            {},
                             nullptr};
     // The values of the regions, in their order.
     auto values = std::make_shared<std::vector<uint32_t>>();

@@ -46,7 +46,8 @@ ImportedMasks ReadPictures(
       ++left_out["file of another form"];
       continue;
     }
-    ImportedPicture picture{files[i], contents[i]->name, contents[i]->size, {}, nullptr};
+    ImportedPicture picture{
+        files[i], contents[i]->name, contents[i]->size, {}, contents[i]->strokes, nullptr};
     for (const PictureContents::Region& region : contents[i]->regions) {
       picture.regions.push_back({names.IndexOf(region.name), region.track});
     }

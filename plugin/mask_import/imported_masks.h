@@ -25,6 +25,16 @@ struct ImportedRegion {
   int64_t track = -1;
 };
 
+// A mark of a region that tells where an object is, not all of it, from which it is grown in the
+// photo (stroke_growing.h).
+struct Stroke {
+  // Index into the picture's regions.
+  size_t region = 0;
+  // In pixels of the picture; a point, a line from one to the next, or two corners of a box.
+  std::vector<PolygonPoint> points;
+  bool is_box = false;
+};
+
 struct ImportedPicture {
   // The file that it is read from, for messages.
   std::filesystem::path file;
@@ -33,6 +43,9 @@ struct ImportedPicture {
   // Size of the mask in pixels; 0 x 0: any, as coordinates are shares of the picture.
   PhotoSize size;
   std::vector<ImportedRegion> regions;
+  // Where there are some, the regions are grown from them and from what `draw` returns, and pixels
+  // without a region are unlabelled. Their number is that of marks that a person made.
+  std::vector<Stroke> strokes;
   // Returns the pixels of each of `regions` in a mask of this size, which is `size` unless that is
   // 0 x 0. Throws UserError, one sentence naming the file, where they are damaged. Is called in
   // parallel for several pictures.
@@ -72,6 +85,7 @@ struct PictureContents {
     int64_t track = -1;
   };
   std::vector<Region> regions;
+  std::vector<Stroke> strokes;
   std::function<std::vector<PixelRuns>(const PhotoSize& size)> draw;
   // Counts of what is left out, by what it is: "box" for "3 boxes".
   std::map<std::string, int64_t> left_out;

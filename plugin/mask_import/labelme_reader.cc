@@ -78,9 +78,27 @@ Draw ReadMaskShape(const fs::path& file, const JsonField& shape, const Polygon& 
   };
 }
 
+std::string TypeOf(const JsonField& shape) {
+  return shape.Has("shape_type") ? shape["shape_type"].Text() : "polygon";
+}
+
+// Whether it marks an object, and does not outline it.
+bool IsStroke(const std::string& type) {
+  return type == "point" || type == "points" || type == "line" || type == "linestrip";
+}
+
+Polygon ReadStroke(const JsonField& field, bool is_box) {
+  Polygon points = ReadPolygon(field);
+  if (points.empty()) field.Fail("a list of at least one point");
+  // Later versions write all corners of a rectangle.
+  if (is_box && points.size() == 4) points = {points[0], points[2]};
+  if (is_box && points.size() != 2) field.Fail("a list of two points, opposite corners,");
+  return points;
+}
+
 // Returns nothing for shapes without an area.
 Draw ReadShape(const fs::path& file, const JsonField& shape) {
-  const std::string type = shape.Has("shape_type") ? shape["shape_type"].Text() : "polygon";
+  const std::string type = TypeOf(shape);
   Polygon points = ReadPolygon(shape["points"]);
   if (type == "mask") return ReadMaskShape(file, shape, points);
   if (type == "circle") {
@@ -109,28 +127,40 @@ std::optional<PictureContents> ReadLabelMe(const fs::path& file) {
   contents.size.width = static_cast<int>(root["imageWidth"].Integer(1, kLargestSide));
   contents.size.height = static_cast<int>(root["imageHeight"].Integer(1, kLargestSide));
   const auto draws = std::make_shared<std::vector<std::vector<Draw>>>();
-  std::map<std::pair<std::string, int64_t>, size_t> region_of_group;
+  std::map<std::pair<std::string, std::optional<int64_t>>, size_t> region_of_group;
   const JsonField shapes = root["shapes"];
+  bool has_strokes = false;
+  for (size_t i = 0; i < shapes.Size(); ++i) has_strokes |= IsStroke(TypeOf(shapes[i]));
   for (size_t i = 0; i < shapes.Size(); ++i) {
     const JsonField shape = shapes[i];
     const std::string label = shape["label"].Text();
     if (label.empty()) shape["label"].Fail("a name");
-    Draw draw = ReadShape(file, shape);
-    if (draw == nullptr) {
+    const std::string type = TypeOf(shape);
+    const bool is_box = has_strokes && type == "rectangle";
+    const bool is_stroke = IsStroke(type) || is_box;
+    Draw draw = is_stroke ? nullptr : ReadShape(file, shape);
+    if (draw == nullptr && !is_stroke) {
       ++contents.left_out["shape without an area"];
       continue;
     }
     size_t region = draws->size();
-    if (shape.Has("group_id")) {
+    if (shape.Has("group_id") || has_strokes) {
+      // Strokes of one name are of one object.
       constexpr auto kMost = std::numeric_limits<int64_t>::max();
-      const int64_t group = shape["group_id"].Integer(-kMost, kMost);
+      const std::optional<int64_t> group =
+          shape.Has("group_id") ? std::optional(shape["group_id"].Integer(-kMost, kMost))
+                                : std::nullopt;
       region = region_of_group.emplace(std::pair(label, group), region).first->second;
     }
     if (region == draws->size()) {
       draws->emplace_back();
       contents.regions.push_back({label, -1});
     }
-    (*draws)[region].push_back(std::move(draw));
+    if (is_stroke) {
+      contents.strokes.push_back({region, ReadStroke(shape["points"], is_box), is_box});
+    } else {
+      (*draws)[region].push_back(std::move(draw));
+    }
   }
   contents.draw = [draws](const PhotoSize& size) {
     std::vector<PixelRuns> runs;

@@ -9,9 +9,10 @@
 namespace semfoam {
 
 // Reads a JSON file of LabelMe: the shapes of one photo, polygons, rectangles, circles and masks.
-// Shapes of one label and group_id are one region. Lines and points are left out. Returns nothing
-// for another kind of file. Throws UserError, one sentence naming the file and the shape, where it
-// is damaged.
+// Shapes of one label and group_id are one region. Where a photo has points or lines, these are
+// strokes, rectangles are boxes around objects, and all shapes of one label without a group_id are
+// of one region. Returns nothing for another kind of file. Throws UserError, one sentence naming
+// the file and the shape, where it is damaged.
 std::optional<PictureContents> ReadLabelMe(const std::filesystem::path& file);
 
 }  // namespace semfoam

@@ -8,11 +8,14 @@
 #include "plugin/mask/label_png.h"
 #include "plugin/mask/mask_folders.h"
 #include "plugin/mask/mask_pairing.h"
+#include "plugin/mask/mask_tables.h"
 #include "plugin/mask_import/photo_matching.h"
+#include "plugin/mask_import/stroke_growing.h"
 #include "plugin/util/files.h"
 #include "plugin/util/plural.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <system_error>
@@ -64,9 +67,8 @@ void RequireRoom(const fs::path& folder, const std::vector<std::string>& mask_na
   }
 }
 
-LabelImage Draw(const ImportedPicture& picture,
-                const std::vector<int32_t>& ids,
-                const fs::path& photo) {
+// Returns the size that a picture is drawn in. Throws UserError where it is none of this photo.
+PhotoSize SizeOfMask(const ImportedPicture& picture, const fs::path& photo) {
   const PhotoSize photo_size = ReadPhotoSize(photo);
   const PhotoSize size = picture.size == PhotoSize{} ? photo_size : picture.size;
   if (!SameAspect(size, photo_size)) {
@@ -91,8 +93,31 @@ LabelImage Draw(const ImportedPicture& picture,
   }
   const uint64_t pixels = static_cast<uint64_t>(size.width) * static_cast<uint64_t>(size.height);
   RequireDecodingMemory(picture.file, size, sizeof(int32_t) * pixels);
+  return size;
+}
+
+LabelImage Draw(const ImportedPicture& picture,
+                const std::vector<int32_t>& ids,
+                const PhotoSize& size) {
   if (picture.regions.empty()) return PaintRegions(size, {}, {});
   return PaintRegions(size, picture.draw(size), ids);
+}
+
+// What the mask of a picture with strokes is grown from: these, and its areas, in the size of the
+// result, so that those of many photos take little memory.
+MarkedPhoto MarksOf(const ImportedPicture& picture,
+                    const std::vector<int32_t>& ids,
+                    const fs::path& photo) {
+  MarkedPhoto marked{photo, SizeOfMask(picture, photo), {}, {}};
+  for (const Stroke& stroke : picture.strokes) {
+    marked.marks.push_back({ids[stroke.region], stroke.points, stroke.is_box});
+  }
+  const std::vector<PixelRuns> runs = picture.draw(marked.size);
+  if (std::any_of(runs.begin(), runs.end(), [](const PixelRuns& area) { return !area.empty(); })) {
+    marked.known =
+        ResizeLabels(PaintRegions(marked.size, runs, ids), ReducedSize(marked.size, kGrownSide));
+  }
+  return marked;
 }
 
 void Move(const fs::path& from, const fs::path& to) {
@@ -106,10 +131,23 @@ void Move(const fs::path& from, const fs::path& to) {
                   "); is a folder of that name in the way?");
 }
 
+// The share of the pixels that have a label.
+double ShareOfLabels(const std::vector<LabelImage>& masks) {
+  double labelled = 0, pixels = 0;
+  for (const LabelImage& mask : masks) {
+    labelled += static_cast<double>(mask.data.size()) -
+                static_cast<double>(std::count(mask.data.begin(), mask.data.end(), 0));
+    pixels += static_cast<double>(mask.data.size());
+  }
+  return pixels > 0 ? labelled / pixels : 0;
+}
+
 std::string LabelsJson(const MaskImport& import) {
   nlohmann::ordered_json json;
   json["version"] = 1;
   json[kImportedKey] = import.format;
+  // What no stroke claims may be anything, a background too.
+  if (import.num_grown > 0) json[kLabelZeroKey] = kLabelZeroIgnored;
   json["labels"] = nlohmann::ordered_json::object();
   for (const ImportedLabel& label : import.labels) {
     json["labels"][std::to_string(label.id)] = label.name;
@@ -176,12 +214,31 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
   for (const size_t i : taken) mask_names.push_back(all_mask_names[matching.photos[i]]);
   RequireRoom(output_path, mask_names);
 
+  std::vector<size_t> with_strokes, grown_of(taken.size());
+  for (size_t k = 0; k < taken.size(); ++k) {
+    if (masks.pictures[taken[k]].strokes.empty()) continue;
+    grown_of[k] = with_strokes.size();
+    with_strokes.push_back(taken[k]);
+  }
+  std::vector<MarkedPhoto> marked(with_strokes.size());
+  ForEachFile(static_cast<int64_t>(marked.size()), [&](int64_t k) {
+    const size_t i = with_strokes[k];
+    marked[k] =
+        MarksOf(masks.pictures[i], numbered.ids[i], image_path / photo_names[matching.photos[i]]);
+  });
+  const std::vector<LabelImage> grown = GrowMarks(marked);
+  import.num_grown = static_cast<int>(grown.size());
+  import.grown_share = ShareOfLabels(grown);
+
   const ScratchFolder scratch(output_path);
   std::vector<std::set<int32_t>> shown(taken.size());
   ForEachFile(static_cast<int64_t>(taken.size()), [&](int64_t k) {
     const size_t i = taken[k];
-    const LabelImage image =
-        Draw(masks.pictures[i], numbered.ids[i], image_path / photo_names[matching.photos[i]]);
+    const ImportedPicture& picture = masks.pictures[i];
+    const fs::path photo = image_path / photo_names[matching.photos[i]];
+    const LabelImage image = picture.strokes.empty()
+                                 ? Draw(picture, numbered.ids[i], SizeOfMask(picture, photo))
+                                 : grown[grown_of[k]];
     int32_t last = 0;
     for (const int32_t id : image.data) {
       if (id != last && id != 0) shown[k].insert(id);
@@ -223,6 +280,11 @@ std::vector<std::string> DescribeImport(const MaskImport& import) {
   lines.push_back(import.format + ": masks of " + std::to_string(import.num_masks) + " of " +
                   Plural(import.num_photos, "photo") + ", matched " + import.matched_how + "; " +
                   Plural(static_cast<int64_t>(import.labels.size()), "label"));
+  if (import.num_grown > 0) {
+    lines.push_back("Masks of " + Plural(import.num_grown, "photo") + " are grown from strokes: " +
+                    std::to_string(std::lround(100 * import.grown_share)) +
+                    " % of their pixels are clear; the others stay unlabelled");
+  }
   std::vector<std::string> left_out = import.left_out;
   if (!import.without_photo.empty()) {
     left_out.push_back(Plural(static_cast<int64_t>(import.without_photo.size()), "mask") +

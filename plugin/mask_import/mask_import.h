@@ -28,6 +28,9 @@ struct MaskImport {
   int num_photos = 0;
   // Photos with a mask.
   int num_masks = 0;
+  // Those of them that are grown from strokes, and the share of their pixels that have a label.
+  int num_grown = 0;
+  double grown_share = 0;
   // How masks were matched with photos (PhotoMatching::how).
   std::string matched_how;
   // Whether ids mean nothing from photo to photo (NumberedRegions).
@@ -47,9 +50,11 @@ std::vector<std::string> PhotoNames(const std::filesystem::path& image_path);
 
 // Converts `recognized` into `output_path`, which must exist: <photo>.png for each photo with a
 // mask (NamesForMasks) and labels.json. Pictures are read and written in parallel, so that one for
-// each thread is in memory. All files are written before the first of them is moved to its place.
-// Throws UserError, one sentence naming the file: masks that are damaged, of another aspect than
-// their photo, or of no photo; files in the folder that would be replaced and are not of an import.
+// each thread is in memory; those with strokes are grown before (GrowMarks), and labels.json says
+// that id 0 is unlabelled (SaysZeroIsUnlabelled). All files are written before the first of them is
+// moved to its place. Throws UserError, one sentence naming the file: masks that are damaged, of
+// another aspect than their photo, or of no photo; files in the folder that would be replaced and
+// are not of an import.
 MaskImport ImportMasks(const RecognizedMasks& recognized,
                        const std::filesystem::path& image_path,
                        const std::vector<std::string>& photo_names,

@@ -95,7 +95,7 @@ ImportedMasks ReadObjectPngs(const fs::path& folder, const std::vector<fs::path>
   NameTable names(&masks.names);
   for (auto& [name, of_objects] : of_picture) {
     const PhotoSize size = ReadMaskHeader(of_objects[0]).size;
-    ImportedPicture picture{of_objects[0], name, size, {}, nullptr};
+    ImportedPicture picture{of_objects[0], name, size, {}, {}, nullptr};
     for (const fs::path& file : of_objects) {
       const std::string object = SplitUp(folder, file).object;
       const std::string of_folder = fs::path(object).filename().string();

@@ -212,6 +212,12 @@ void WriteImportedMasks(const fs::path& folder) {
   std::string huge = npy;
   huge.replace(huge.find("(18, 24)"), 8, "(9999999,99999999)");
   WriteFile(out / "huge_npy", "n" + huge);
+  WriteFile(out / "labelme_strokes",
+            R"(m{"shapes": [{"label": "a", "shape_type": "point", "points": [[3, 4.5]]},
+            {"label": "b", "shape_type": "linestrip", "points": [[1, 1], [9, 2], [-1e308, 1e308]]},
+            {"label": "c", "shape_type": "rectangle", "points": [[2, 2], [8, 7]]},
+            {"label": "a", "shape_type": "polygon", "points": [[0, 0], [3, 0], [0, 3]]}],
+            "imagePath": "0001.png", "imageWidth": 12, "imageHeight": 9})");
   WriteFile(out / "huge_coco",
             R"(c{"categories": [{"id": 1, "name": "a"}], "images": [{"id": 1, "file_name": "a",
             "width": 65535, "height": 65535}], "annotations": [{"image_id": 1, "category_id": 1,

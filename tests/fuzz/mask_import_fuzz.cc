@@ -55,7 +55,12 @@ void Draw(const ImportedMasks& masks) {
 }
 
 void Draw(const std::optional<PictureContents>& contents) {
-  if (contents) Draw(contents->size, contents->regions.size(), contents->draw);
+  if (!contents) return;
+  for (const Stroke& stroke : contents->strokes) {
+    Require(stroke.region < contents->regions.size(), "a stroke's region is there");
+    Require(stroke.is_box ? stroke.points.size() == 2 : !stroke.points.empty(), "it has points");
+  }
+  Draw(contents->size, contents->regions.size(), contents->draw);
 }
 
 // Run lengths that are refused, or come back.

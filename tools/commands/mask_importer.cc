@@ -22,9 +22,10 @@ void RunMaskImporter(int argc, char** argv) {
   OptionManager options(
       "mask_importer",
       "Converts instance masks of other programs, recognised by their contents, into 16-bit PNGs "
-      "of "
-      "label ids, one for each photo, and labels.json beside them. Reads PNGs of ids or of single "
-      "objects, COCO, LabelMe, Label Studio, YOLO, CVAT, SAM, Grounded-SAM and NumPy masks.");
+      "of label ids, one for each photo, and labels.json beside them. Reads PNGs of ids or of "
+      "single "
+      "objects, COCO, LabelMe, Label Studio, YOLO, CVAT, SAM, Grounded-SAM and NumPy masks. Points "
+      "and lines of LabelMe are grown into masks.");
   options.AddRequiredOption(
       "mask_path", &mask_path, "the masks: a folder, or a single file such as a COCO JSON");
   options.AddRequiredOption("image_path", &image_path, "folder of the photos");

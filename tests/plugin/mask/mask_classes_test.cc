@@ -94,6 +94,12 @@ TEST(MaskClasses, ZeroIsAClassByItselfWhereItCoversAFifth) {
   EXPECT_THAT(IdsOf(Load(gap.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(3, 9));
   WriteGrey(background / "a.png", {0, 0, 9, 9, 3, 3, 3, 3});
   EXPECT_THAT(IdsOf(Load(background.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(0, 3, 9));
+  // Masks grown from strokes say that it is none, unless the user knows better.
+  WriteFile(background / "labels.json", R"({"labels": {}, "label_zero": "ignore"})");
+  EXPECT_THAT(IdsOf(Load(background.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(3, 9));
+  EXPECT_THAT(IdsOf(Load(background.path(), {"a.jpg"}, LabelZero::kClass)), ElementsAre(0, 3, 9));
+  WriteFile(background / "labels.json", R"({"labels": {}, "label_zero": 0})");
+  EXPECT_THAT(IdsOf(Load(background.path(), {"a.jpg"}, LabelZero::kAuto)), ElementsAre(0, 3, 9));
 }
 
 TEST(MaskClasses, EmptyMasksHaveNoClasses) {

@@ -50,14 +50,7 @@ std::vector<Vector3d> SmoothNormals(const Triangles& triangles,
       (*areas)[v] += area.norm() / 3;
     }
   }
-  for (int step = 0; step < kNormalSteps; ++step) {
-    const std::vector<Vector3d> before = normals;
-    for (const auto& [a, b, c] : triangles) {
-      normals[a] += before[b];
-      normals[b] += before[c];
-      normals[c] += before[a];
-    }
-  }
+  AddNeighbors(triangles, kNormalSteps, &normals);
   for (Vector3d& normal : normals) normal = normal.stableNormalized();
   return normals;
 }
@@ -140,11 +133,12 @@ std::vector<FlatPart> FindFlatParts(const SurfaceInPhotos& surface) {
     return sum;
   };
   const std::vector<Vector3d> directions = Directions();
+  const double peak_cosine = Cosine(kPeakDegrees), member_cosine = Cosine(kMemberDegrees);
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     std::vector<double> peaks(directions.size(), 0);
     for (const uint32_t v : remaining) {
       for (size_t k = 0; k < directions.size(); ++k) {
-        if (normals[v].dot(directions[k]) > Cosine(kPeakDegrees)) peaks[k] += areas[v];
+        if (normals[v].dot(directions[k]) > peak_cosine) peaks[k] += areas[v];
       }
     }
     const size_t peak = std::max_element(peaks.begin(), peaks.end()) - peaks.begin();
@@ -154,7 +148,7 @@ std::vector<FlatPart> FindFlatParts(const SurfaceInPhotos& surface) {
     std::vector<uint32_t> members;
     std::vector<double> radii;
     for (const uint32_t v : remaining) {
-      if (!(normals[v].dot(direction) > Cosine(kMemberDegrees))) continue;
+      if (!(normals[v].dot(direction) > member_cosine)) continue;
       members.push_back(v);
       samples.points.push_back(surface.positions[v]);
       samples.weights.push_back(areas[v]);
@@ -185,7 +179,7 @@ std::vector<FlatPart> FindFlatParts(const SurfaceInPhotos& surface) {
     std::vector<uint32_t> rest;
     for (const uint32_t v : remaining) {
       const bool is_done = is_large ? std::binary_search(inliers.begin(), inliers.end(), v)
-                                    : normals[v].dot(direction) > Cosine(kPeakDegrees);
+                                    : normals[v].dot(direction) > peak_cosine;
       if (!is_done) rest.push_back(v);
     }
     remaining = std::move(rest);

@@ -319,20 +319,6 @@ class Builder {
   std::vector<CutEdge> edges_;
 };
 
-// Adds to each value those of its neighbours, `steps` times; of closed surfaces, each neighbour
-// once.
-template <typename T>
-void AddNeighbors(const Triangles& triangles, int steps, std::vector<T>* values) {
-  for (int step = 0; step < steps; ++step) {
-    const std::vector<T> before = *values;
-    for (const auto& [a, b, c] : triangles) {
-      (*values)[a] += before[b];
-      (*values)[b] += before[c];
-      (*values)[c] += before[a];
-    }
-  }
-}
-
 // Moves the vertices inwards to where light ends (LightDepth), each by at most `max_moves`.
 void DrawIn(const Builder& builder,
             const Triangles& triangles,

@@ -12,6 +12,20 @@ namespace semfoam {
 // Corners of triangles as indices of positions, counter-clockwise seen from outside.
 using Triangles = std::vector<std::array<uint32_t, 3>>;
 
+// Adds to each value [vertices] those of its neighbours, `steps` times; of closed surfaces, each
+// neighbour once.
+template <typename T>
+void AddNeighbors(const Triangles& triangles, int steps, std::vector<T>* values) {
+  for (int step = 0; step < steps; ++step) {
+    const std::vector<T> before = *values;
+    for (const auto& [a, b, c] : triangles) {
+      (*values)[a] += before[b];
+      (*values)[b] += before[c];
+      (*values)[c] += before[a];
+    }
+  }
+}
+
 // Returns the volume that closed surfaces enclose, in the cubed unit of `positions`; negative for
 // inverted surfaces, 0 without positions.
 double EnclosedVolume(const std::vector<Eigen::Vector3d>& positions, const Triangles& triangles);

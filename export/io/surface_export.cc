@@ -34,27 +34,34 @@ namespace semfoam {
 namespace {
 
 // Returns a text with the distance of the surface from the cells' one, in the files' unit and as a
-// share of its diagonal.
-std::string DistanceSummary(const ObjectSurface& surface, const ObjectSurface& cells) {
+// share of its diagonal. A sheet has no Hausdorff distance: the cells' surface has a back, too.
+std::string DistanceSummary(const ObjectSurface& surface,
+                            const ObjectSurface& cells,
+                            bool is_sheet) {
   const SurfaceDistance there =
       DistanceTo(surface.vertices, surface.triangles, cells.vertices, cells.triangles);
-  const SurfaceDistance back =
-      DistanceTo(cells.vertices, cells.triangles, surface.vertices, surface.triangles);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : surface.vertices) box.extend(vertex);
   const double percent = 100 / box.diagonal().norm();
-  const double hausdorff = std::max(there.max, back.max);
   char text[200];
-  std::snprintf(text,
-                sizeof(text),
-                ", from the cells %.3g in the mean (%.2g %% of the diagonal) and %.3g at most "
-                "(%.2g %%), Hausdorff distance %.3g (%.2g %%)",
-                there.mean,
-                percent * there.mean,
-                there.max,
-                percent * there.max,
-                hausdorff,
-                percent * hausdorff);
+  const int length = std::snprintf(
+      text,
+      sizeof(text),
+      ", from the cells %.3g in the mean (%.2g %% of the diagonal) and %.3g at most (%.2g %%)",
+      there.mean,
+      percent * there.mean,
+      there.max,
+      percent * there.max);
+  if (!is_sheet) {
+    const SurfaceDistance back =
+        DistanceTo(cells.vertices, cells.triangles, surface.vertices, surface.triangles);
+    const double hausdorff = std::max(there.max, back.max);
+    std::snprintf(text + length,
+                  sizeof(text) - length,
+                  ", Hausdorff distance %.3g (%.2g %%)",
+                  hausdorff,
+                  percent * hausdorff);
+  }
   return text;
 }
 
@@ -147,7 +154,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
                        ", because fewer would tear the surface or fold it.";
       }
     }
-    more += DistanceSummary(made.surface, cells);
+    more += DistanceSummary(made.surface, cells, is_sheet);
   } else {
     made.surface = ExtractSurface(scene, object);
     if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {

@@ -47,7 +47,7 @@ struct TrainingOptions {
   //
   // Of positions, in units of the cell's radius.
   double position_rate = 0.04;
-  double density_rate = 0.1;
+  double density_rate = 0.15;
   double color_rate = 2e-2;
   // Factor of `color_rate` for the SH coefficients of degree 1 and above.
   double sh_factor = 0.1;
@@ -61,7 +61,7 @@ struct TrainingOptions {
 
   // Times of the first and the last densification, and their number.
   double densify_from = 0.05;
-  double densify_until = 0.6;
+  double densify_until = 0.3;
   int densify_events = 10;
   // Time from which on positions stay and the topology is exact.
   double freeze_positions = 0.9;

@@ -93,8 +93,8 @@ TEST(MemoryPlan, KnowsWhatARunDraws) {
   const int64_t bytes = DrawnPixelBytes(options);
   EXPECT_GE(bytes, 700'000'000);
   EXPECT_LE(bytes, 730'000'000);
-  options.late_rays = 100'000'000;  // instead of 40
-  EXPECT_EQ(DrawnPixelBytes(options) - bytes, 420'000'000);
+  options.late_rays = 100'000'000;  // instead of 70
+  EXPECT_EQ(DrawnPixelBytes(options) - bytes, 210'000'000);
   options.late_rays = 0;
   options.fixed_sh_degree = false;
   EXPECT_EQ(DrawnPixelBytes(options) - bytes, 140'000'000) << "from 0.2 to 0.4 of the run";

@@ -144,7 +144,7 @@ TEST(Manual, TellsTheSameAsJson) {
   EXPECT_EQ(commands, nlohmann::json::parse(CommandsJson(AllManualCommands())));
   EXPECT_EQ(commands[2]["name"], "foam_trainer");
   EXPECT_THAT(commands[2]["presets"][0]["options"], Contains("FoamTraining.num_rays"));
-  EXPECT_EQ(commands[2]["presets"][0]["values"][0][0], "20000000");
+  EXPECT_EQ(commands[2]["presets"][0]["values"][0][0], "12000000");
 }
 
 }  // namespace

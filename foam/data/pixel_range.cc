@@ -4,12 +4,15 @@
 #include "foam/util/random.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kTilePurpose = 0x4a1, kShiftPurpose = 0x4a3;
+constexpr uint64_t kTilePurpose = 0x4a1, kShiftPurpose = 0x4a3, kContrastPurpose = 0x4a4;
 constexpr int kBlockSide = kTileSide * kTileStep;
 
 // Returns the image of `index` under a random permutation of [0, size): a Feistel network of four
@@ -30,6 +33,42 @@ int64_t Permute(uint64_t seed, int64_t index, int64_t size) {
   return static_cast<int64_t>(image);
 }
 
+// Returns the corners of the tiles [first, first + count) of the endless sequence of passes.
+std::vector<int64_t> TilesOfPasses(uint64_t seed,
+                                   int64_t first,
+                                   int64_t count,
+                                   const PixelRange& range) {
+  std::vector<int64_t> corners(count);
+  for (int64_t i = 0; i < count; ++i) {
+    const int64_t drawn = first + i;
+    const uint64_t pass_seed = CounterRandom(seed, kTilePurpose, drawn / range.num_tiles()).Next();
+    const int64_t tile = Permute(pass_seed, drawn % range.num_tiles(), range.num_tiles());
+    corners[i] = range.TileCorner(tile, pass_seed);
+  }
+  return corners;
+}
+
+// Chooses `num_tiles` of the candidates, the first of which has the number `first`.
+std::vector<int64_t> ChooseByContrast(uint64_t seed,
+                                      int64_t first,
+                                      int num_tiles,
+                                      const PixelRange& range,
+                                      const std::vector<int64_t>& candidates) {
+  // Those of the least keys are drawn.
+  std::vector<std::pair<double, int64_t>> keys(candidates.size());
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    CounterRandom random(seed, kContrastPurpose, first + i);
+    const bool in_any_case = random.Uniform() * kCandidatesPerTile < kUniformShare;
+    // Half a unit, so that blocks without contrast share what the others leave.
+    const double weight = range.ContrastAt(candidates[i]) + 0.5;
+    keys[i] = {in_any_case ? 0 : -std::log(1 - random.Uniform()) / weight, candidates[i]};
+  }
+  std::nth_element(keys.begin(), keys.begin() + num_tiles, keys.end());
+  std::vector<int64_t> chosen(num_tiles);
+  for (int i = 0; i < num_tiles; ++i) chosen[i] = keys[i].second;
+  return chosen;
+}
+
 }  // namespace
 
 PixelRange::PixelRange(const TrainingViews& views, const std::vector<int>& which) : views_(which) {
@@ -40,13 +79,29 @@ PixelRange::PixelRange(const TrainingViews& views, const std::vector<int>& which
     ends_.push_back(size() + width * height);
     const auto blocks = [](int64_t pixels) { return (pixels + kBlockSide - 1) / kBlockSide; };
     tile_ends_.push_back(num_tiles() + blocks(width) * blocks(height) * kTileRays);
+    if (const BlockContrast* const contrast = views.Contrast(view)) contrasts_.push_back(contrast);
   }
+  if (contrasts_.size() < views_.size()) contrasts_.clear();
 }
 
-ViewPixel PixelRange::At(int64_t index) const {
-  const size_t k = std::upper_bound(ends_.begin(), ends_.end(), index) - ends_.begin();
-  const int64_t local = index - Begin(k);
-  return {views_[k], static_cast<int>(local % widths_[k]), static_cast<int>(local / widths_[k])};
+size_t PixelRange::PlaceOfView(int64_t index) const {
+  return std::upper_bound(ends_.begin(), ends_.end(), index) - ends_.begin();
+}
+
+ViewPixel PixelRange::PixelOf(size_t place, int64_t index) const {
+  const int64_t local = index - Begin(place);
+  return {views_[place],
+          static_cast<int>(local % widths_[place]),
+          static_cast<int>(local / widths_[place])};
+}
+
+ViewPixel PixelRange::At(int64_t index) const { return PixelOf(PlaceOfView(index), index); }
+
+uint8_t PixelRange::ContrastAt(int64_t index) const {
+  CHECK(HasContrast());
+  const size_t place = PlaceOfView(index);
+  const ViewPixel pixel = PixelOf(place, index);
+  return contrasts_[place]->At(pixel.x, pixel.y);
 }
 
 int64_t PixelRange::TileCorner(int64_t tile, uint64_t shift_seed) const {
@@ -66,13 +121,10 @@ std::vector<int64_t> DrawTiles(uint64_t seed,
                                int64_t iteration,
                                int num_tiles,
                                const PixelRange& range) {
-  std::vector<int64_t> tiles(num_tiles);
-  for (int i = 0; i < num_tiles; ++i) {
-    const int64_t drawn = iteration * num_tiles + i;
-    const uint64_t pass_seed = CounterRandom(seed, kTilePurpose, drawn / range.num_tiles()).Next();
-    const int64_t tile = Permute(pass_seed, drawn % range.num_tiles(), range.num_tiles());
-    tiles[i] = range.TileCorner(tile, pass_seed);
-  }
+  const int64_t count = int64_t{num_tiles} * (range.HasContrast() ? kCandidatesPerTile : 1);
+  const int64_t first = iteration * count;
+  std::vector<int64_t> tiles = TilesOfPasses(seed, first, count, range);
+  if (range.HasContrast()) tiles = ChooseByContrast(seed, first, num_tiles, range, tiles);
   std::sort(tiles.begin(), tiles.end());
   return tiles;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/block_contrast.h"
 #include "foam/util/ids.h"
 
 #include <cstdint>
@@ -79,6 +80,10 @@ class TrainingViews {
     *direction = ray.direction;
     return true;
   }
+
+  // Returns the contrast of the view's photo, which must live as long as the views; null where it
+  // is not known.
+  virtual const BlockContrast* Contrast(int /*view*/) const { return nullptr; }
 
   // Returns whether pixels of the view may have a class.
   virtual bool HasLabels(int /*view*/) const { return true; }

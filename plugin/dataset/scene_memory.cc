@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/dataset/scene_memory.h"
 
+#include "foam/data/block_contrast.h"
 #include "plugin/dataset/ray_tables.h"
 #include "plugin/mask/mask_evidence.h"
 
@@ -66,8 +67,11 @@ uint64_t CorrectionBytes(const ScenePlan& plan) {
 
 SceneMemory MemoryOf(const ScenePlan& plan) {
   SceneMemory memory;
-  memory.tables = RayTableBytes(plan.photos, plan.table_views);
-  memory.held = memory.tables;
+  memory.always = RayTableBytes(plan.photos, plan.table_views);
+  for (const PhotoRecord& photo : plan.photos) {
+    memory.always += BlockContrast::Bytes(photo.width, photo.height);
+  }
+  memory.held = memory.always;
   for (size_t i = 0; i < plan.photos.size(); ++i) {
     const ViewBytes view = BytesOf(plan, i);
     memory.held += view.held + view.classes;

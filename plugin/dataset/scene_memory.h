@@ -9,10 +9,10 @@ namespace semfoam {
 
 // Plans the memory that the photos and masks of a scene take, in bytes, at the most.
 struct SceneMemory {
-  // All photos, masks and ray tables, if they are held.
+  // All photos, masks, contrasts and ray tables, if they are held.
   uint64_t held = 0;
-  // Of these, the tables.
-  uint64_t tables = 0;
+  // Of these, what is held in any case: the contrasts and the tables.
+  uint64_t always = 0;
   // Memory for decoding one photo and mask at a time, in addition.
   uint64_t loading = 0;
   // Memory for opening a photo and its mask (TrainingScene::OpenView), if they are not held.

@@ -83,13 +83,15 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   int num_done = 0;
   ForEachFile(num_views, most_open_views_, [&](int64_t i) {
     Image8 photo = DecodePhoto(static_cast<int>(i));
-    surveys_[i] = SurveyPhoto(photo, places[i]);
-    if (holds_pixels_) views_[i].photo = std::move(photo);
-    photo = Image8();
     const PhotoSize size = {Width(static_cast<int>(i)), Height(static_cast<int>(i))};
     if (!plan_.ignore_files[i].empty()) {
       views_[i].ignored = ReadIgnoredPixels(plan_.ignore_files[i], size, plan_.ignore_inverted);
     }
+    surveys_[i] = SurveyPhoto(photo, places[i]);
+    views_[i].contrast =
+        BlockContrast(photo, [&](int x, int y) { return !views_[i].ignored.Contains(x, y); });
+    if (holds_pixels_) views_[i].photo = std::move(photo);
+    photo = Image8();
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = std::move(mask.contents);

@@ -63,6 +63,7 @@ class TrainingScene final : public TrainingViews {
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 
+  const BlockContrast* Contrast(int view) const override { return &views_[view].contrast; }
   bool HasLabels(int view) const override { return HasMask(view); }
   bool HoldsPixels() const override { return holds_pixels_; }
   int64_t CacheBytes() const override { return cache_bytes_; }
@@ -126,6 +127,8 @@ class TrainingScene final : public TrainingViews {
     Image8 photo;
     ClassImage classes;
     IgnoredPixels ignored;
+    // Of the pixels that are not ignored.
+    BlockContrast contrast;
     // Camera centre in the normalised frame, and rotation.
     Eigen::Vector3d origin;
     Eigen::Matrix3d world_from_cam;

@@ -63,7 +63,7 @@ ImageMemory PlanImageMemory(double image_cache_gb,
   // While many are decoded at a time, training waits, and so do triangulations.
   const int64_t at_once = memory.most_at_once * opening - rest.triangulation;
   const int64_t sweeping = sweep_bytes > 0 ? sweep_bytes + memory.most_at_once * opening : 0;
-  memory.bytes = (reads_again ? memory.cache_bytes : drawn) + static_cast<int64_t>(scene.tables) +
+  memory.bytes = (reads_again ? memory.cache_bytes : drawn) + static_cast<int64_t>(scene.always) +
                  std::max({int64_t{0},
                            reads_again ? opening : 0,
                            at_once,

@@ -57,6 +57,7 @@ class FewViews final : public TrainingViews {
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override {
     return views_.RayDirection(chosen_[view], x, y, direction);
   }
+  const BlockContrast* Contrast(int view) const override { return views_.Contrast(chosen_[view]); }
   bool HasLabels(int view) const override { return views_.HasLabels(chosen_[view]); }
   bool HoldsPixels() const override { return views_.HoldsPixels(); }
   int64_t CacheBytes() const override { return views_.CacheBytes(); }

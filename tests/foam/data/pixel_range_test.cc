@@ -76,6 +76,80 @@ TEST(DrawTiles, PassesDifferInOrderAndPlace) {
   }
 }
 
+// Views of which the left half is plain and the right half has contrast, as far as known.
+class HalfPlainViews final : public TrainingViews {
+ public:
+  explicit HalfPlainViews(int num_known) : num_known_(num_known) {
+    Image8 photo{kWidth, kHeight, std::vector<uint8_t>(3 * kWidth * kHeight, 90)};
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = kWidth / 2; x < kWidth; ++x) {
+        std::fill_n(photo.data.begin() + 3 * (y * kWidth + x), 3, x % 2 == 0 ? 60 : 120);
+      }
+    }
+    contrast_ = BlockContrast(photo);
+  }
+
+  int NumViews() const override { return 3; }
+  int Width(int) const override { return kWidth; }
+  int Height(int) const override { return kHeight; }
+  bool IsHeldOut(int) const override { return false; }
+  Eigen::Vector3d Origin(int) const override { return Eigen::Vector3d::Zero(); }
+  bool Ray(int, int, int, TrainingRay*) const override { return false; }
+  const BlockContrast* Contrast(int view) const override {
+    return view < num_known_ ? &contrast_ : nullptr;
+  }
+
+  static constexpr int kWidth = 64, kHeight = 48;
+
+ private:
+  int num_known_;
+  BlockContrast contrast_;
+};
+
+// Returns the share of the tiles that are drawn in the left half.
+double ShareOfLeftHalf(const PixelRange& range, int iterations, int num_tiles) {
+  int64_t left = 0;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    const std::vector<int64_t> tiles = DrawTiles(kSeed, iteration, num_tiles, range);
+    EXPECT_EQ(std::ssize(tiles), num_tiles);
+    EXPECT_TRUE(std::is_sorted(tiles.begin(), tiles.end()));
+    for (const int64_t tile : tiles) left += range.At(tile).x < HalfPlainViews::kWidth / 2;
+  }
+  return double(left) / (int64_t{iterations} * num_tiles);
+}
+
+TEST(DrawTiles, PlainPixelsAreDrawnLessOftenButDrawn) {
+  const HalfPlainViews views(3);
+  const PixelRange range(views, {0, 1, 2});
+  ASSERT_TRUE(range.HasContrast());
+  EXPECT_EQ(range.ContrastAt(range.Begin(1) + 20), 0);
+  EXPECT_EQ(range.ContrastAt(range.Begin(1) + 40), 60);
+  // The uniform share, half of which falls on the left, and next to nothing of the rest.
+  const double share = ShareOfLeftHalf(range, 200, 64);
+  EXPECT_GT(share, kUniformShare / 2 - 0.02);
+  EXPECT_LT(share, kUniformShare / 2 + 0.03);
+  EXPECT_EQ(DrawTiles(kSeed, 5, 64, range), DrawTiles(kSeed, 5, 64, range));
+  EXPECT_NE(DrawTiles(kSeed, 5, 64, range), DrawTiles(kSeed + 1, 5, 64, range));
+}
+
+TEST(DrawTiles, NoPixelIsPreferredWhereAContrastIsNotKnown) {
+  const HalfPlainViews views(2);
+  const PixelRange known(views, {0, 1}), some(views, {0, 1, 2});
+  EXPECT_TRUE(known.HasContrast());
+  EXPECT_FALSE(some.HasContrast());
+  EXPECT_NEAR(ShareOfLeftHalf(some, 200, 64), 0.5, 0.02);
+}
+
+TEST(DrawTiles, EveryPlainPixelIsMetInTime) {
+  const HalfPlainViews views(1);
+  const PixelRange range(views, {0});
+  std::vector<int> count(range.size(), 0);
+  for (int iteration = 0; iteration < 4000; ++iteration) {
+    for (const int64_t tile : DrawTiles(kSeed, iteration, 16, range)) ++count[tile];
+  }
+  EXPECT_GT(*std::min_element(count.begin(), count.end()), 0);
+}
+
 // A single pixel, and fewer tiles than one iteration wants.
 TEST(DrawTiles, SmallRangesRepeat) {
   const SyntheticViews views(1, 1, 1);

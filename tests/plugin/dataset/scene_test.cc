@@ -119,8 +119,10 @@ TEST(Scene, TabletopSaysWhatItMatched) {
   EXPECT_THAT(plan.warnings, testing::IsEmpty());
   EXPECT_EQ(plan.num_unregistered, 0);
   EXPECT_EQ(plan.num_rescaled, 0);
-  // 3 bytes a pixel for photos, 2 for masks; one undistorted camera has no table.
-  EXPECT_EQ(MemoryOf(plan).held, 64u * 320 * 240 * 5);
+  // 3 bytes a pixel for photos, 2 for masks, one for 8x8 pixels' contrast; one undistorted camera
+  // has no table.
+  EXPECT_EQ(MemoryOf(plan).held, 64u * (320 * 240 * 5 + 40 * 30));
+  EXPECT_EQ(MemoryOf(plan).always, 64u * 40 * 30);
   // A decoded photo and the classes of its mask; one more image of classes.
   EXPECT_EQ(MemoryOf(plan).opening, 320u * 240 * (3 + 2));
   EXPECT_EQ(MemoryOf(plan).loading, 320u * 240 * 2);
@@ -288,6 +290,9 @@ TEST(Scene, IgnoredPixelsHaveNoRay) {
         EXPECT_EQ(streamed.RayDirection(view, x, 2, &direction), !ignored) << view << " " << x;
         EXPECT_EQ(streamed.RayOf(view, x, 2, streamed.OpenView(view)->At(x, 2), &ray), !ignored);
       }
+      const BlockContrast kept(held.Photo(view),
+                               [&](int x, int y) { return !held.IsIgnored(view, x, y); });
+      EXPECT_EQ(held.Contrast(view)->At(0, 0), kept.At(0, 0));
     }
   }
   options.ignore_path = workspace.temp / "none";
@@ -320,7 +325,7 @@ TEST(Scene, TheMemoryPlanCountsPhotosMasksAndTables) {
   const ScenePlan plan = PlanScene(workspace.Options());
   // Two views share the distorted camera, and one table.
   EXPECT_THAT(plan.table_views, testing::ElementsAre(1));
-  EXPECT_EQ(MemoryOf(plan).held, 8u * 6 * (3 * 3 + 3 * 2 + 12));
+  EXPECT_EQ(MemoryOf(plan).held, 8u * 6 * (3 * 3 + 3 * 2 + 12) + 3);
 }
 
 TEST(Scene, PhotosOfAnotherSizeRescaleTheirCamera) {
@@ -698,6 +703,7 @@ void ExpectTheSameWithoutMemory(const SceneOptions& options) {
         ASSERT_EQ(a.direction, direction);
         ASSERT_EQ(a.color, b.color);
         ASSERT_EQ(a.class_index, b.class_index);
+        ASSERT_EQ(scene.Contrast(view)->At(x, y), held.Contrast(view)->At(x, y));
       }
     }
   }

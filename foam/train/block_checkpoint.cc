@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <string>
@@ -44,7 +45,11 @@ constexpr const char* kCounts[] = {"rays",
 constexpr const char* kSeconds[] = {"seconds", "seconds_triangulating"};
 
 // Numbers of the state that say how far the schedule has come, the same for all blocks.
-constexpr const char* kProgress[] = {"iteration", "densifications", "last_triangulation", "frozen"};
+constexpr const char* kProgress[] = {"iteration", "densifications", "frozen"};
+
+// The iteration of the last triangulation, of which blocks that found theirs stale have one of
+// their own.
+constexpr char kLastTriangulation[] = "last_triangulation";
 
 // The array of a block's start that holds the positions of the seeds.
 constexpr char kSeeds[] = "seeds";
@@ -297,9 +302,13 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
   std::vector<size_t> num_sites(blocks.size());
   // (ancestor, block, site) of each site.
   std::vector<std::tuple<uint32_t, uint32_t, uint32_t>> order;
+  int64_t oldest_triangulation = std::numeric_limits<int64_t>::max();
   for (size_t b = 0; b < blocks.size(); ++b) {
     StateReader reader("state", *blocks[b]);
     reader.Number("sites", &num_sites[b]);
+    int64_t last_triangulation = 0;
+    reader.Number(kLastTriangulation, &last_triangulation);
+    oldest_triangulation = std::min(oldest_triangulation, last_triangulation);
     std::vector<uint32_t> ancestor;
     reader.Array("ancestor", &ancestor, num_sites[b]);
     for (uint32_t i = 0; i < num_sites[b]; ++i) order.emplace_back(ancestor[i], b, i);
@@ -338,6 +347,7 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
 
   state["sites"] = FormatNumber(order.size());
   for (const char* name : kProgress) state[name] = parts[0].texts.at("state").at(name);
+  state[kLastTriangulation] = FormatNumber(oldest_triangulation);
   const CheckpointContents before = split.Contents();
   for (const char* name : kCounts) {
     auto sum = Number<int64_t>(before, name);

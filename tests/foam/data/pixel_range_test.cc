@@ -145,7 +145,13 @@ TEST(DrawTiles, EveryPlainPixelIsMetInTime) {
   const PixelRange range(views, {0});
   std::vector<int> count(range.size(), 0);
   for (int iteration = 0; iteration < 4000; ++iteration) {
-    for (const int64_t tile : DrawTiles(kSeed, iteration, 16, range)) ++count[tile];
+    for (const int64_t tile : DrawTiles(kSeed, iteration, 16, range)) {
+      for (int k = 0; k < kTileRays; ++k) {
+        const ViewPixel pixel =
+            TilePixel(range.At(tile), k, HalfPlainViews::kWidth, HalfPlainViews::kHeight);
+        ++count[pixel.y * HalfPlainViews::kWidth + pixel.x];
+      }
+    }
   }
   EXPECT_GT(*std::min_element(count.begin(), count.end()), 0);
 }

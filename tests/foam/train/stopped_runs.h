@@ -34,6 +34,8 @@ inline TrainingOptions EventfulRun() {
   options.initial_sites = 100;
   options.final_sites = 300;
   options.sh_degree = 2;
+  // So late that the SH degree changes between densifications.
+  options.densify_until = 0.6;
   options.densify_events = 4;
   options.position_rate = 0.3;
   return options;

@@ -32,6 +32,10 @@ std::string TrainedFoam(const std::vector<std::string>& arguments, std::string* 
                                                          "1500",
                                                          "--FoamTraining.final_sites",
                                                          "9000",
+                                                         // So late that some of these iterations
+                                                         // pass while they are triangulated.
+                                                         "--FoamTraining.densify_until",
+                                                         "0.6",
                                                          "--FoamTraining.sweep_photos",
                                                          "150"}));
   all.insert(all.end(), arguments.begin(), arguments.end());

@@ -82,7 +82,7 @@ std::vector<int64_t> DrawTiles(uint64_t seed,
                                const PixelRange& range);
 
 // Returns the k-th pixel (of kTileRays) of the tile with this corner, in a view of width x height
-// pixels. Tiles wrap around the photo's border, so that every pixel is drawn equally often.
+// pixels. Tiles wrap around the photo's border, so that no place is preferred.
 inline ViewPixel TilePixel(const ViewPixel& corner, int k, int width, int height) {
   return {corner.view,
           (corner.x + kTileStep * (k % kTileSide)) % width,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/data/pixel_range.h"
 
+#include "foam/util/parallel.h"
 #include "foam/util/random.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@ namespace {
 
 constexpr uint64_t kTilePurpose = 0x4a1, kShiftPurpose = 0x4a3, kContrastPurpose = 0x4a4;
 constexpr int kBlockSide = kTileSide * kTileStep;
+constexpr int64_t kDrawnBlock = 256;
 
 // Returns the image of `index` under a random permutation of [0, size): a Feistel network of four
 // rounds (Luby and Rackoff 1988) on the next power of four, applied until the image is in range.
@@ -39,12 +41,15 @@ std::vector<int64_t> TilesOfPasses(uint64_t seed,
                                    int64_t count,
                                    const PixelRange& range) {
   std::vector<int64_t> corners(count);
-  for (int64_t i = 0; i < count; ++i) {
-    const int64_t drawn = first + i;
-    const uint64_t pass_seed = CounterRandom(seed, kTilePurpose, drawn / range.num_tiles()).Next();
-    const int64_t tile = Permute(pass_seed, drawn % range.num_tiles(), range.num_tiles());
-    corners[i] = range.TileCorner(tile, pass_seed);
-  }
+  ParallelForBlocks(count, kDrawnBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int64_t drawn = first + i;
+      const uint64_t pass_seed =
+          CounterRandom(seed, kTilePurpose, drawn / range.num_tiles()).Next();
+      const int64_t tile = Permute(pass_seed, drawn % range.num_tiles(), range.num_tiles());
+      corners[i] = range.TileCorner(tile, pass_seed);
+    }
+  });
   return corners;
 }
 
@@ -56,13 +61,15 @@ std::vector<int64_t> ChooseByContrast(uint64_t seed,
                                       const std::vector<int64_t>& candidates) {
   // Those of the least keys are drawn.
   std::vector<std::pair<double, int64_t>> keys(candidates.size());
-  for (size_t i = 0; i < candidates.size(); ++i) {
-    CounterRandom random(seed, kContrastPurpose, first + i);
-    const bool in_any_case = random.Uniform() * kCandidatesPerTile < kUniformShare;
-    // Half a unit, so that blocks without contrast share what the others leave.
-    const double weight = range.ContrastAt(candidates[i]) + 0.5;
-    keys[i] = {in_any_case ? 0 : -std::log(1 - random.Uniform()) / weight, candidates[i]};
-  }
+  ParallelForBlocks(candidates.size(), kDrawnBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      CounterRandom random(seed, kContrastPurpose, first + i);
+      const bool in_any_case = random.Uniform() * kCandidatesPerTile < kUniformShare;
+      // Half a unit, so that blocks without contrast share what the others leave.
+      const double weight = range.ContrastAt(candidates[i]) + 0.5;
+      keys[i] = {in_any_case ? 0 : -std::log(1 - random.Uniform()) / weight, candidates[i]};
+    }
+  });
   std::nth_element(keys.begin(), keys.begin() + num_tiles, keys.end());
   std::vector<int64_t> chosen(num_tiles);
   for (int i = 0; i < num_tiles; ++i) chosen[i] = keys[i].second;

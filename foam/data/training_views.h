@@ -73,6 +73,10 @@ class TrainingViews {
   // cannot be inverted there). CHECKs HoldsPixels().
   virtual bool Ray(int view, int x, int y, TrainingRay* ray) const = 0;
 
+  // Starts to load what Ray reads of the pixel into the CPU's cache; pixels drawn at random are
+  // hardly ever there.
+  virtual void Prefetch(int /*view*/, int /*x*/, int /*y*/) const {}
+
   // Computes the direction of that ray alone; the pixels need not be in memory.
   virtual bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const {
     TrainingRay ray;

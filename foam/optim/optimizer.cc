@@ -6,6 +6,7 @@
 #include "foam/render/update_loops.h"
 #include "foam/util/array_rows.h"
 #include "foam/util/parallel.h"
+#include "foam/util/prefetch.h"
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,9 @@ AdamCorrection CorrectionAt(uint32_t step) {
   const std::vector<AdamCorrection>& corrections = AdamCorrections();
   return corrections[std::min<size_t>(step, corrections.size() - 1)];
 }
+
+// So many cells before its turn, a cell is loaded into the cache: about as long as memory takes.
+constexpr size_t kPrefetchAhead = 4;
 
 // One number for each parameter of a cell.
 using CellRow = std::array<float, ParameterRow::kMaxSize>;
@@ -150,6 +154,10 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
     batch->gradients.Group(static_cast<uint32_t>(number), &bucket);
     alignas(64) CellRow gradient, change;
     for (size_t i = bucket.first_cell(); i < bucket.last_cell(); ++i) {
+      if (const size_t next = i + kPrefetchAhead;
+          next < bucket.last_cell() && !bucket.Of(next).empty()) {
+        PrefetchCell(next, *foam);
+      }
       const uint32_t m = MomentsOf(i);
       if (m == kNoMoments) continue;
       const auto records = bucket.Of(i);
@@ -203,6 +211,17 @@ int64_t FoamOptimizer::Step(BatchResult* batch,
                                      batch->classifier_bias_gradient,
                                      rates.classifier,
                                      foam);
+}
+
+void FoamOptimizer::PrefetchCell(size_t site, const Foam& foam) const {
+  const uint32_t m = MomentsOf(site);
+  if (m == kNoMoments) return;
+  Prefetch<true>(&first_[size_t{m} * stride_], stride_ * sizeof(float));
+  Prefetch<true>(&second_[size_t{m} * stride_], stride_ * sizeof(float));
+  Prefetch<true>(&foam.sh[site * foam.ShStride()], foam.ShStride() * sizeof(float));
+  if (foam.HasSemantics()) {
+    Prefetch<true>(&foam.identity[site * kIdentityDim], kIdentityDim * sizeof(float));
+  }
 }
 
 int64_t FoamOptimizer::StepClassifier(const std::vector<float>& weight_gradient,

@@ -6,6 +6,7 @@
 #include "foam/render/ray_batch.h"
 #include "foam/render/update_loops.h"
 #include "foam/util/host_device.h"
+#include "foam/util/large_pages.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -154,8 +155,8 @@ class FoamOptimizer {
   // Give access to the moments, rows [N][row().size], for a device that keeps them in its own
   // memory. No cell may be frozen.
   const ParameterRow& row() const { return row_; }
-  std::vector<float>& first_moments() { return first_; }
-  std::vector<float>& second_moments() { return second_; }
+  LargePageVector<float>& first_moments() { return first_; }
+  LargePageVector<float>& second_moments() { return second_; }
   std::vector<uint32_t>& steps() { return steps_; }
 
  private:
@@ -167,6 +168,9 @@ class FoamOptimizer {
     return moments_of_.empty() ? static_cast<uint32_t>(site) : moments_of_[site];
   }
 
+  // Starts to load what Step reads and writes of a cell that rays have crossed.
+  void PrefetchCell(size_t site, const Foam& foam) const;
+
   int sh_degree_;
   ParameterRow row_;
   // Length of a site's row.
@@ -174,8 +178,8 @@ class FoamOptimizer {
   // [N] MomentsOf(); empty: each site's are its own. M of the sites are not frozen.
   std::vector<uint32_t> moments_of_;
   // [M][stride_] First and second moments.
-  std::vector<float> first_;
-  std::vector<float> second_;
+  LargePageVector<float> first_;
+  LargePageVector<float> second_;
   // [M] Number of steps of each site.
   std::vector<uint32_t> steps_;
   // Moments of the weights [K][kIdentityDim], then of the biases [K].

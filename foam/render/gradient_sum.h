@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/render/ray_record.h"
+#include "foam/util/large_pages.h"
 
 #include <cstdint>
 #include <span>
@@ -60,8 +61,8 @@ class GradientSum {
 
  private:
   std::vector<std::vector<GradientRecord>> blocks_;
-  std::vector<GradientRecord> scattered_;  // by bucket
-  std::vector<uint32_t> bucket_begin_;     // [number of buckets + 1]
+  LargePageVector<GradientRecord> scattered_;  // by bucket
+  std::vector<uint32_t> bucket_begin_;         // [number of buckets + 1]
   uint32_t num_cells_ = 0;
   uint32_t shift_ = 0;  // a bucket has 2^shift_ cells
 };

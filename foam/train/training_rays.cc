@@ -5,6 +5,7 @@
 #include "foam/util/random.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
@@ -12,6 +13,7 @@ namespace semfoam {
 namespace {
 
 constexpr uint64_t kQuantilePurpose = 0x4a2;
+constexpr int kBlockTiles = 64;
 
 enum class PixelKind { kTrains, kHasNoRay, kIsNotFinite };
 
@@ -69,14 +71,23 @@ int64_t DrawRays(const TrainingViews& views,
 
   std::vector<uint8_t> valid(batch);
   std::atomic<int64_t> nonfinite_pixels = 0;
-  ParallelForBlocks(batch, 256, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const ViewPixel corner = pixels.At(tiles[i / kTileRays]);
-      if (!squares.Contains(corner)) continue;
-      const ViewPixel pixel = TilePixel(corner,
-                                        static_cast<int>(i % kTileRays),
-                                        views.Width(corner.view),
-                                        views.Height(corner.view));
+  ParallelForBlocks(num_tiles, kBlockTiles, [&](int64_t begin, int64_t end) {
+    // All at once, so that many pixels are on their way from memory at a time.
+    std::array<ViewPixel, kBlockTiles * kTileRays> drawn;
+    for (int64_t tile = begin; tile < end; ++tile) {
+      const ViewPixel corner = pixels.At(tiles[tile]);
+      const int width = views.Width(corner.view), height = views.Height(corner.view);
+      for (int k = 0; k < kTileRays; ++k) {
+        const int64_t i = tile * kTileRays + k;
+        ViewPixel& pixel = drawn[i - begin * kTileRays];
+        pixel = TilePixel(corner, k, width, height);
+        valid[i] = squares.Contains(corner);
+        if (valid[i] && values == nullptr) views.Prefetch(pixel.view, pixel.x, pixel.y);
+      }
+    }
+    for (int64_t i = begin * kTileRays; i < end * kTileRays; ++i) {
+      if (!valid[i]) continue;
+      const ViewPixel& pixel = drawn[i - begin * kTileRays];
       BatchRay& out = (*rays)[i];
       const PixelKind kind = MakeBatchRay(
           views, pixel, values == nullptr ? nullptr : &values[i], start_cells[pixel.view], &out);

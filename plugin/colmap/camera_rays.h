@@ -24,6 +24,11 @@ class PixelRays {
   // Returns the size of the table of this camera in bytes; 0 where it needs none.
   static uint64_t TableBytes(const Camera& camera);
 
+  // Starts to load what Direction reads of the pixel into the CPU's cache.
+  void Prefetch(int x, int y) const {
+    if (!table_.empty()) __builtin_prefetch(table_.data() + static_cast<size_t>(y) * width_ + x);
+  }
+
   // Computes the unit direction of the ray through (x + 0.5, y + 0.5). Returns false where the
   // camera has no ray there.
   bool Direction(int x, int y, Eigen::Vector3f* direction) const {

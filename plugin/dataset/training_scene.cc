@@ -217,6 +217,15 @@ bool TrainingScene::Ray(int view, int x, int y, TrainingRay* ray) const {
   return RayOf(view, x, y, ValueAt(v.photo, v.classes, x, y), ray);
 }
 
+void TrainingScene::Prefetch(int view, int x, int y) const {
+  if (!holds_pixels_) return;
+  const View& v = views_[view];
+  const size_t pixel = static_cast<size_t>(y) * v.photo.width + x;
+  __builtin_prefetch(v.photo.data.data() + 3 * pixel);
+  v.classes.Prefetch(pixel);
+  v.rays->Prefetch(x, y);
+}
+
 bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const {
   if (!excluded_.empty() && excluded_[view].Contains(x, y)) return false;
   if (!RayDirection(view, x, y, &ray->direction)) return false;

@@ -60,6 +60,7 @@ class TrainingScene final : public TrainingViews {
   // The colour is that of the pixel; after SetLights, its ReferenceColor, which is NaN where it is
   // not known.
   bool Ray(int view, int x, int y, TrainingRay* ray) const override;
+  void Prefetch(int view, int x, int y) const override;
   bool RayDirection(int view, int x, int y, Eigen::Vector3f* direction) const override;
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 

@@ -44,6 +44,15 @@ class IndexImage {
     }
   }
 
+  // Starts to load the index of this pixel into the CPU's cache.
+  void Prefetch(size_t pixel) const {
+    if (!narrow_.empty()) {
+      __builtin_prefetch(narrow_.data() + pixel);
+    } else {
+      __builtin_prefetch(wide_.data() + pixel);
+    }
+  }
+
   // Raises the number of indices that the image can hold; pixels keep their indices.
   void Widen(int num_indices);
 

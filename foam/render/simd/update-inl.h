@@ -11,6 +11,7 @@
 
 #include "foam/model/spherical_harmonics.h"
 #include "foam/render/update_loops.h"
+#include "foam/util/prefetch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -110,11 +111,15 @@ RecordTotals SumRecords(const GradientRecord* records,
                         const Eigen::Vector3f& site,
                         const float* color_gradient,
                         float* gradient) {
+  constexpr size_t kRaysAhead = 3;
   ColorGradientSums sums;
   RecordTotals totals;
   float density = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   for (size_t i = 0; i < count; ++i) {
+    if (i + kRaysAhead < count) {
+      Prefetch(rays[records[i + kRaysAhead].ray].parameters, row.size * sizeof(float));
+    }
     const CellContribution<float>& c = records[i].contribution;
     position += c.position;
     density += c.density;
@@ -261,6 +266,8 @@ void PlanesFromSites(const Eigen::Vector3f* positions,
   const hn::Repartition<int32_t, decltype(f)> index;
   constexpr size_t kStep = hn::MaxLanes(f);
   const float* const coordinates = positions->data();
+  // As far ahead as memory takes time.
+  constexpr uint32_t kPrefetchAhead = 8;
   for (int64_t i = begin; i < end; ++i) {
     const auto x = hn::Set(f, positions[i][0]);
     const auto y = hn::Set(f, positions[i][1]);
@@ -268,6 +275,9 @@ void PlanesFromSites(const Eigen::Vector3f* positions,
     const auto self = hn::Set(index, static_cast<int32_t>(i));
     auto nearest = hn::Set(f, std::numeric_limits<float>::infinity());
     for (uint32_t b = first_block[i]; b < first_block[i + 1]; ++b) {
+      if (b + kPrefetchAhead < first_block[end]) {
+        Prefetch<true>(&blocks[b + kPrefetchAhead], sizeof(PlaneBlock<float>));
+      }
       PlaneBlock<float>& block = blocks[b];
       for (size_t lane = 0; lane < kPlaneLanes; lane += kStep) {
         // kNoCell is -1 as a signed number; an empty lane sees the cell itself.

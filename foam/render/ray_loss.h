@@ -35,7 +35,7 @@ struct RayTarget {
 // The terms of one ray's loss, unweighted; or sums of them.
 template <typename T>
 struct RayLossTerms {
-  // Mean over channels of SmoothL1 (beta 1) between the colour over white and the photo's.
+  // ColorLoss of the difference between the colour over white and the photo's.
   T color = T(0);
   // (1 - opacity)^2
   T opacity = T(0);
@@ -161,6 +161,33 @@ SEMFOAM_HOST_DEVICE T AddClassEntropy(const T* identity,
   return (*log_sum - own) / T(ClassNormalization(count));
 }
 
+// From about this difference on (in display values), a colour counts by less than its square. The
+// noise of photos is below it; what is above it, edges that are not in place yet and sheen that
+// nothing explains, would otherwise decide alone.
+inline constexpr double kColorLossKnee = 0.05;
+
+// Returns the loss of a colour that differs from its target by `mean_square`, mean over the
+// channels: half of it where that is small, and in proportion to its power of 3/4 where it is
+// large. This is the general robust loss of shape 3/2 (Barron, CVPR 2019, equation 1).
+template <typename T>
+SEMFOAM_HOST_DEVICE T ColorLoss(const T& mean_square) {
+  using std::sqrt;
+  constexpr double kSquaredKnee = kColorLossKnee * kColorLossKnee;
+  const T x = mean_square / T(kSquaredKnee);
+  // (1 + x)^(3/4) - 1 = r^3 - 1 without cancellation, where r = (1 + x)^(1/4).
+  const T root = sqrt(T(1) + x);
+  const T r = sqrt(root);
+  return T(2 * kSquaredKnee / 3) * (x / (root + T(1))) * ((r * r + r + T(1)) / (r + T(1)));
+}
+
+// Returns twice the derivative of ColorLoss: the factor on the gradient of half the mean square.
+template <typename T>
+SEMFOAM_HOST_DEVICE T ColorLossSlope(const T& mean_square) {
+  using std::sqrt;
+  constexpr double kSquaredKnee = kColorLossKnee * kColorLossKnee;
+  return T(1) / sqrt(sqrt(T(1) + mean_square / T(kSquaredKnee)));
+}
+
 // Returns all terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the
 // ray's class logits if the ray is labelled.
 template <typename T>
@@ -171,12 +198,12 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   using std::abs;
   RayLossTerms<T> loss;
   const T transmittance = ray.Transmittance();
+  T mean_square = T(0);
   for (int c = 0; c < 3; ++c) {
     const T difference = ray.color[c] + transmittance - T(target.color[c]);  // over white
-    loss.color +=
-        (abs(difference) < T(1) ? T(0.5) * difference * difference : abs(difference) - T(0.5)) /
-        T(3);
+    mean_square += difference * difference / T(3);
   }
+  loss.color = ColorLoss(mean_square);
   loss.opacity = transmittance * transmittance;
   if (ray.quantile_segment[0] >= 0 && ray.quantile_segment[1] >= 0) {
     loss.quantile = abs(ray.quantile_depth[0] - ray.quantile_depth[1]);
@@ -199,11 +226,15 @@ SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
                                                    T* logits) {
   RayGradient<T> gradient;
   const T transmittance = ray.Transmittance();
+  T difference[3];
+  T mean_square = T(0);
   for (int c = 0; c < 3; ++c) {
-    T difference = ray.color[c] + transmittance - T(target.color[c]);
-    if (difference > T(1)) difference = T(1);
-    if (difference < T(-1)) difference = T(-1);
-    gradient.color[c] = T(weights.color) * difference / T(3);
+    difference[c] = ray.color[c] + transmittance - T(target.color[c]);
+    mean_square += difference[c] * difference[c] / T(3);
+  }
+  const T scale = T(weights.color) * ColorLossSlope(mean_square) / T(3);
+  for (int c = 0; c < 3; ++c) {
+    gradient.color[c] = scale * difference[c];
     gradient.opacity -= gradient.color[c];  // the white background gives way as opacity grows
   }
   gradient.opacity -= T(2 * weights.opacity) * transmittance;

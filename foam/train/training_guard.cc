@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/train/training_guard.h"
 
+#include "foam/render/ray_loss.h"
 #include "foam/util/error.h"
 
 #include <algorithm>
@@ -17,9 +18,9 @@ constexpr int kLostWindows = 4;
 // Of rays that hit the step limit, and of skipped updates per ray.
 constexpr double kLargestShare = 0.01;
 // The bound of the colour loss in losses of a flat colour, and its least value.
-constexpr double kFlatColorFactor = 1.25;
-constexpr double kFlatColorFactorAtEnd = 1.05;
-constexpr double kLeastColorBound = 0.02;
+constexpr double kFlatColorFactor = 1.2;
+constexpr double kFlatColorFactorAtEnd = 1.04;
+constexpr double kLeastColorBound = 0.012;
 constexpr double kIdentityBound = 2;
 // A loss is falling if it is less than this share of the loss of the window before.
 constexpr double kFalling = 0.8;
@@ -64,7 +65,8 @@ double TrainingGuard::Window::FlatColorLoss() const {
     const double mean = target_sum[c] / rays;
     variance += std::max(0.0, target_square_sum[c] / rays - mean * mean) / 3;
   }
-  return variance / 2;
+  // No less than the mean loss of such photos, as the loss is concave in the square.
+  return ColorLoss(variance);
 }
 
 void TrainingGuard::BoundedLoss::Update(double new_loss, double new_bound) {

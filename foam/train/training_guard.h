@@ -91,7 +91,8 @@ class TrainingGuard {
     double target_square_sum[3] = {};
 
     void Add(const std::vector<BatchRay>& new_rays, const BatchTotals& batch, int64_t skipped);
-    // Returns the colour loss of the photos' mean colour: half the variance of the targets.
+    // Returns at least the colour loss of the photos' mean colour: ColorLoss of the targets'
+    // variance.
     double FlatColorLoss() const;
   };
 

@@ -5,6 +5,7 @@
 // and the quantity, or ends with a foam of finite numbers that is worth something, and says what it
 // left out.
 #include "foam/geometry/guard_sites.h"
+#include "foam/render/ray_loss.h"
 #include "foam/train/trainer.h"
 #include "foam/train/training_guard.h"
 #include "foam/util/error.h"
@@ -306,19 +307,22 @@ TEST(TrainingGuard, ManyStepLimitHitsOrSkippedUpdatesEndTheRunFewDoNot) {
   }
 }
 
-// Half black, half white: a flat picture has a colour loss of 1/8, the bound is 5/32.
+// Half black, half white: each pixel differs from a flat picture by a half.
+const double kFlatLoss = ColorLoss(0.25);
+
 TEST(TrainingGuard, ALossThatStaysBadEndsTheRun) {
   TrainingGuard guard;
   const auto verdict =
-      Watch(&guard, 1000, [](int, Iteration* it) { it->batch.mean_loss.color = 0.16; });
+      Watch(&guard, 1000, [](int, Iteration* it) { it->batch.mean_loss.color = 1.21 * kFlatLoss; });
   ASSERT_TRUE(verdict);
   EXPECT_EQ(verdict->iterations, 250) << "a first window to compare with, then four";
-  EXPECT_THAT(verdict->reason, HasSubstr("0.16, is worse than the 0.125"));
+  EXPECT_THAT(verdict->reason, HasSubstr("0.0622336, is worse than the 0.0514328"));
 
   TrainingGuard below;
-  EXPECT_FALSE(Watch(&below, 1000, [](int, Iteration* it) { it->batch.mean_loss.color = 0.155; }));
+  EXPECT_FALSE(Watch(
+      &below, 1000, [](int, Iteration* it) { it->batch.mean_loss.color = 1.19 * kFlatLoss; }));
   EXPECT_EQ(below.unstable_iterations(), 0);
-  EXPECT_NEAR(below.explained_contrast(), 1 - 0.155 / 0.125, 1e-9);
+  EXPECT_NEAR(below.explained_contrast(), 1 - 1.19, 1e-9);
 
   TrainingGuard identity;
   const auto by_identity =
@@ -338,8 +342,8 @@ TEST(TrainingGuard, ALossThatFallsIsGivenTimeButNotBeyondTheEnd) {
   EXPECT_FALSE(Watch(&cut_short, 300, falling));
   EXPECT_THROW(cut_short.Finish(300), UserError);
   TrainingGuard barely_bad;  // 8 % worse than a flat colour, at the end
-  EXPECT_FALSE(
-      Watch(&barely_bad, 300, [](int, Iteration* it) { it->batch.mean_loss.color = 0.135; }));
+  EXPECT_FALSE(Watch(
+      &barely_bad, 300, [](int, Iteration* it) { it->batch.mean_loss.color = 1.08 * kFlatLoss; }));
   EXPECT_THROW(barely_bad.Finish(300), UserError);
   TrainingGuard too_short_to_tell;
   EXPECT_FALSE(Watch(&too_short_to_tell, 200, falling));
@@ -349,7 +353,7 @@ TEST(TrainingGuard, ALossThatFallsIsGivenTimeButNotBeyondTheEnd) {
 TEST(TrainingGuard, CountsWhatARunRecoveredFrom) {
   TrainingGuard guard;
   EXPECT_FALSE(Watch(&guard, 1000, [](int i, Iteration* it) {
-    it->batch.mean_loss.color = i >= 300 && i < 450 ? 0.3 : 0.01;
+    it->batch.mean_loss.color = i >= 300 && i < 450 ? 2 * kFlatLoss : 0.1 * kFlatLoss;
   }));
   EXPECT_EQ(guard.unstable_iterations(), 150);
   EXPECT_NO_THROW(guard.Finish(1000));

@@ -312,6 +312,34 @@ HardCaseResult HardColors(const CheckOptions&) {
   return result;
 }
 
+// The loss of colours in float, from differences far below their last place to the square of 1e18.
+HardCaseResult ColorDifferences(const CheckOptions&) {
+  HardCaseResult result;
+  for (double difference = 1e-15; difference < 2e18; difference *= 10) {
+    const auto square = static_cast<float>(difference * difference);
+    const double x = double{square} / (kColorLossKnee * kColorLossKnee);
+    // The exponential and the logarithm that do not cancel, where the loss has roots.
+    const double loss = 2. / 3 * kColorLossKnee * kColorLossKnee * std::expm1(0.75 * std::log1p(x));
+    const double slope = std::exp(-0.25 * std::log1p(x));
+    result.Expect(std::abs(ColorLoss(square) - loss) <= 1e-6 * loss,
+                  "the loss of a difference of ",
+                  difference,
+                  " is ",
+                  ColorLoss(square),
+                  ", not ",
+                  loss);
+    result.Expect(std::abs(ColorLossSlope(square) - slope) <= 1e-6 * slope,
+                  "the slope at a difference of ",
+                  difference,
+                  " is ",
+                  ColorLossSlope(square),
+                  ", not ",
+                  slope);
+  }
+  result.Expect(ColorLoss(0.f) == 0 && ColorLossSlope(0.f) == 1, "equal colours have a loss.");
+  return result;
+}
+
 // What hangs on the areas of the faces.
 struct FaceMeasures {
   explicit FaceMeasures(const WalkableCells& cells)
@@ -433,6 +461,9 @@ std::vector<HardCase> ValuesCases() {
       {"hard_colors_of_neighbors",
        "variation of the colours of cells of one colour, empty cells and colours beyond all bounds",
        HardColors},
+      {"color_differences_from_0_to_1e18",
+       "loss and slope as in double, relative to themselves; those of equal colours are 0 and 1",
+       ColorDifferences},
       {"a_cell_whose_every_face_is_degenerate",
        "areas, volumes, radii and weights are finite; a duplicate has none",
        DegenerateFaces},

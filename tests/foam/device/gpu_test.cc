@@ -91,15 +91,15 @@ TEST_P(GpuStep, HasTheGradientsOfTheCores) {
   EXPECT_EQ(expected.tv_loss > 0, scene().num_classes > 0 && scene().tv_weight > 0);
 
   const ParameterRow row = on_cpu->optimizer->row();
-  const auto column = [&](const std::vector<float>& rows, int begin, int end) {
+  const auto column = [&](const auto& rows, int begin, int end) {
     std::vector<float> values;
     for (size_t i = 0; i < sites.size(); ++i) {
       for (int p = begin; p < end; ++p) values.push_back(rows[i * row.size + p]);
     }
     return values;
   };
-  const std::vector<float>&m = on_gpu->optimizer->first_moments(),
-        &n = on_cpu->optimizer->first_moments();
+  const auto& m = on_gpu->optimizer->first_moments();
+  const auto& n = on_cpu->optimizer->first_moments();
   ExpectNear(column(m, 0, row.position), column(n, 0, row.position), 1e-5, "identity");
   ExpectNear(
       column(m, row.position, row.density), column(n, row.position, row.density), 1e-4, "position");

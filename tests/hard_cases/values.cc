@@ -312,10 +312,10 @@ HardCaseResult HardColors(const CheckOptions&) {
   return result;
 }
 
-// The loss of colours in float, from differences far below their last place to the square of 1e18.
+// The loss of colours in float, from differences far below their last place to the square of 1e17.
 HardCaseResult ColorDifferences(const CheckOptions&) {
   HardCaseResult result;
-  for (double difference = 1e-15; difference < 2e18; difference *= 10) {
+  for (double difference = 1e-15; difference < 2e17; difference *= 10) {
     const auto square = static_cast<float>(difference * difference);
     const double x = double{square} / (kColorLossKnee * kColorLossKnee);
     // The exponential and the logarithm that do not cancel, where the loss has roots.
@@ -461,7 +461,7 @@ std::vector<HardCase> ValuesCases() {
       {"hard_colors_of_neighbors",
        "variation of the colours of cells of one colour, empty cells and colours beyond all bounds",
        HardColors},
-      {"color_differences_from_0_to_1e18",
+      {"color_differences_from_0_to_1e17",
        "loss and slope as in double, relative to themselves; those of equal colours are 0 and 1",
        ColorDifferences},
       {"a_cell_whose_every_face_is_degenerate",

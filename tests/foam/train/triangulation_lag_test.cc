@@ -36,8 +36,6 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
   EXPECT_EQ(whole.triangulation_lag, 3);
   EXPECT_NE(DigestOf(whole), DigestOf(at_once));
   EXPECT_EQ(whole.step_limit_hits, 0);
-  // With other seeds the difference is between -1.6 and 1.7 dB.
-  EXPECT_GT(whole.last.held_out_psnr, at_once.last.held_out_psnr - 2);
   EXPECT_GT(whole.triangulations, 6);
 
   // What is under way begins with a plan and ends as planned, three iterations later.
@@ -91,6 +89,22 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
     return std::make_unique<OwnMemoryDevice>(state, 1000);
   };
   EXPECT_EQ(Train(options, std::move(slow)).triangulation_lag, 72 / 16);
+}
+
+// Runs as short as these differ by up to 2.4 dB from seed to seed, so they are compared in the
+// mean, which is -0.3 dB with a deviation of 0.25.
+TEST_F(TriangulationLagTest, TrainsAsWellInTheMean) {
+  constexpr int kSeeds = 16;
+  double difference = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    TrainingOptions options = EventfulRun();
+    options.random_seed = seed;
+    TrainingHooks none, lagging;
+    lagging.make_device = MakeDeviceOfLag3;
+    difference += Train(options, std::move(lagging)).last.held_out_psnr / kSeeds;
+    difference -= Train(options, std::move(none)).last.held_out_psnr / kSeeds;
+  }
+  EXPECT_GT(difference, -1);
 }
 
 // A checkpoint whose triangulation under way, a densification's, is none.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Core>
 #include <glog/logging.h>
 
 namespace semfoam {
@@ -165,13 +166,17 @@ class Correlator {
     for (size_t i = 0; i < grey_.size(); ++i) product_[i] = warped[i] * grey_[i];
     sums_.Sum(product_, &product_sum_);
     constexpr float kLeastVariance = kLeastDeviation * kLeastDeviation / 4;
-    for (size_t i = 0; i < grey_.size(); ++i) {
-      const float mean = sum_[i] / kWindow;
-      const float variance = std::max(square_sum_[i] / kWindow - mean * mean, kLeastVariance);
-      const float covariance = product_sum_[i] / kWindow - mean * mean_[i];
-      const float score = covariance * scale_[i] / std::sqrt(variance);
-      (*scores)[i] = score >= kNone ? score : kNone;
-    }
+    const auto array = [&](const Plane& plane) {
+      return Eigen::Map<const Eigen::ArrayXf>(plane.data(),
+                                              static_cast<Eigen::Index>(plane.size()));
+    };
+    Eigen::Map<Eigen::ArrayXf> score(scores->data(), static_cast<Eigen::Index>(scores->size()));
+    const auto mean = array(sum_) / kWindow;
+    const auto variance = (array(square_sum_) / kWindow - mean * mean).max(kLeastVariance);
+    const auto covariance = array(product_sum_) / kWindow - mean * array(mean_);
+    // As arrays, because a compiler does not turn a loop with square roots into vector code.
+    score = covariance * array(scale_) / variance.sqrt();
+    score = (score >= kNone).select(score, kNone);
   }
 
  private:
@@ -242,10 +247,18 @@ DepthMap SweepPlanes(const StereoView& view,
   }
 
   const int peak = PeakPlanes(view, partners, spacing);
-  float of_pixel[kNumPlanes];
+  // A cache line of pixels at a time, as a plane's scores of one pixel are far from the next one's.
+  constexpr size_t kLine = 16;
+  float of_pixels[kLine][kNumPlanes];
   for (size_t i = 0; i < num_pixels; ++i) {
-    for (int plane = 0; plane < kNumPlanes; ++plane)
-      of_pixel[plane] = volume[plane * num_pixels + i];
+    if (i % kLine == 0) {
+      for (int plane = 0; plane < kNumPlanes; ++plane) {
+        for (size_t k = 0; k < std::min(kLine, num_pixels - i); ++k) {
+          of_pixels[k][plane] = volume[plane * num_pixels + i + k];
+        }
+      }
+    }
+    const float* const of_pixel = of_pixels[i % kLine];
     const int winner =
         static_cast<int>(std::max_element(of_pixel, of_pixel + kNumPlanes) - of_pixel);
     const float score = of_pixel[winner];

@@ -13,8 +13,8 @@ namespace semfoam {
 
 // Photos reduced for dense matching, without their distortion.
 
-// Number of pixels that a photo is reduced to: 160 x 120, or another shape of that area.
-inline constexpr int kStereoPixels = 160 * 120;
+// Number of pixels that a photo is reduced to: 320 x 240, or another shape of that area.
+inline constexpr int kStereoPixels = 320 * 240;
 
 // A reduced photo as a pinhole camera sees it, which has the focal lengths and the principal point
 // of the photo's camera, scaled. Pixels as in Camera: the centre of the first is (0.5, 0.5).

@@ -5,6 +5,7 @@
 #include "foam/optim/point_thinning.h"
 #include "foam/util/elapsed_time.h"
 #include "foam/util/parallel.h"
+#include "plugin/stereo/depth_filling.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
 #include "plugin/stereo/view_overlap.h"
@@ -26,6 +27,8 @@ constexpr float kColorTolerance = 0.15f;
 // Of depths, as a share.
 constexpr double kTolerance = 0.015;
 constexpr double kSeenThrough = 2 * kTolerance;
+// Plain surfaces need fewer cells than textured ones.
+constexpr size_t kMeasuredPerPlainSeed = 8, kLeastPlainSeeds = 8;
 
 std::vector<int> ChooseViews(const TrainingScene& scene, int most, int* num_training) {
   std::vector<int> training;
@@ -69,6 +72,12 @@ std::vector<DepthMap> SweepAll(const std::vector<StereoView>& views,
   return maps;
 }
 
+// Returns the centre of a pixel.
+Eigen::Vector2d CenterOf(const StereoView& view, size_t pixel) {
+  return {static_cast<double>(pixel % view.width) + 0.5,
+          static_cast<double>(pixel / view.width) + 0.5};
+}
+
 // Returns the mean depth of a point by the views that agree on it, as a multiple of its own. 0
 // where fewer than kLeastAgreeing agree, or as many contradict: they see something behind it, or
 // another colour at its depth.
@@ -104,28 +113,58 @@ double AgreedDepth(const std::vector<StereoView>& views,
   return sum / (1 + num_agreeing);
 }
 
-std::vector<SeedPoint> SeedsOfView(const std::vector<StereoView>& views,
+// Calls body(i) for each of the views, on all threads.
+template <typename Body>
+void ForEachView(const std::vector<StereoView>& views, Body&& body) {
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+// Returns the depths of each map that those of other views agree on (AgreedDepth). With `but`:
+// where those are unknown.
+std::vector<DepthMap> AgreedDepths(const std::vector<StereoView>& views,
+                                   const std::vector<ViewOverlap>& overlaps,
                                    const std::vector<DepthMap>& maps,
-                                   const std::vector<int>& partners,
-                                   size_t i) {
-  std::vector<SeedPoint> seeds;
-  if (maps[i].inverse.empty()) return seeds;
-  const StereoView& view = views[i];
-  for (int y = 0; y < view.height; ++y) {
-    for (int x = 0; x < view.width; ++x) {
-      const size_t at = static_cast<size_t>(y) * view.width + x;
-      if (!(maps[i].inverse[at] > 0)) continue;
-      const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
-      const double depth = 1.0 / maps[i].inverse[at];
-      const double factor =
-          AgreedDepth(views, maps, partners, view.PointAt(pixel, depth), view.color[at]);
-      if (factor == 0) continue;
-      const Eigen::Vector3d position = view.PointAt(pixel, depth * factor);
-      if (!(position.norm() <= kFarRadius)) continue;
-      seeds.push_back({position.cast<float>(), view.color[at], /*is_dense=*/true});
+                                   const std::vector<DepthMap>* but = nullptr) {
+  std::vector<DepthMap> agreed(views.size());
+  ForEachView(views, [&](int64_t i) {
+    const StereoView& view = views[i];
+    agreed[i].inverse.assign(maps[i].inverse.size(), 0.f);
+    for (size_t at = 0; at < maps[i].inverse.size(); ++at) {
+      const float inverse = maps[i].inverse[at];
+      if (!(inverse > 0) || (but != nullptr && (*but)[i].inverse[at] > 0)) continue;
+      const Eigen::Vector3d point = view.PointAt(CenterOf(view, at), 1.0 / inverse);
+      const double factor = AgreedDepth(views, maps, overlaps[i].partners, point, view.color[at]);
+      if (factor > 0) agreed[i].inverse[at] = static_cast<float>(inverse / factor);
+    }
+  });
+  return agreed;
+}
+
+std::vector<DepthMap> FillAll(const std::vector<StereoView>& views,
+                              const std::vector<DepthMap>& known) {
+  std::vector<DepthMap> filled(views.size());
+  ForEachView(views, [&](int64_t i) {
+    if (!known[i].inverse.empty()) filled[i] = FillDepths(views[i], known[i]);
+  });
+  return filled;
+}
+
+// Returns the points at the known depths, merged to at most `most`.
+std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
+                                    const std::vector<DepthMap>& maps,
+                                    size_t most) {
+  PointMerger merger(most);
+  for (size_t i = 0; i < views.size(); ++i) {
+    for (size_t at = 0; at < maps[i].inverse.size(); ++at) {
+      const float inverse = maps[i].inverse[at];
+      if (!(inverse > 0)) continue;
+      const Eigen::Vector3d point = views[i].PointAt(CenterOf(views[i], at), 1.0 / inverse);
+      if (point.norm() <= kFarRadius) merger.Add(point, views[i].color[at]);
     }
   }
-  return seeds;
+  return merger.Take();
 }
 
 }  // namespace
@@ -147,19 +186,13 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
   found.num_swept = static_cast<int>(views.size());
   const std::vector<ViewOverlap> overlaps =
       FindOverlaps(views, NormalizedTracks(scene), scene.Plan().seeds);
-  const std::vector<DepthMap> maps = SweepAll(views, overlaps);
-  std::vector<std::vector<SeedPoint>> seeds(views.size());
-  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t first, int64_t end) {
-    for (int64_t i = first; i < end; ++i) {
-      seeds[i] = SeedsOfView(views, maps, overlaps[i].partners, i);
-    }
-  });
-  PointMerger merger(kMostSurfaceSeeds);
-  for (std::vector<SeedPoint>& of_view : seeds) {
-    for (const SeedPoint& seed : of_view) merger.Add(seed.position.cast<double>(), seed.color);
-    of_view = {};
-  }
-  found.points = merger.Take();
+  const std::vector<DepthMap> measured = AgreedDepths(views, overlaps, SweepAll(views, overlaps));
+  found.points = MergedPoints(views, measured, kMostSurfaceSeeds);
+  const std::vector<DepthMap> filled =
+      AgreedDepths(views, overlaps, FillAll(views, measured), &measured);
+  const std::vector<SeedPoint> plain = MergedPoints(
+      views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
+  found.points.insert(found.points.end(), plain.begin(), plain.end());
   found.seconds = SecondsSince(begin);
   return found;
 }
@@ -167,14 +200,16 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
 uint64_t SurfaceSeedBytes(int64_t num_photos) {
   // Sizes are rounded to pixels, so a view may have a little more than kStereoPixels.
   constexpr double kPixels = 1.02 * kStereoPixels;
-  constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + sizeof(float);
-  constexpr double kBytesOfSeed = sizeof(SeedPoint);
+  // A view has grey and colour; two depth maps of it are in memory at a time, and a third while the
+  // filled ones are compared.
+  constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + 3 * sizeof(float);
   const double pixels = kPixels * static_cast<double>(num_photos);
   // Merged points wait in an array of twice their number, and are copied as it grows.
   constexpr double kBytesOfMerging = 3 * 64;
   const double merged = std::min<double>(pixels, kMostSurfaceSeeds);
-  return static_cast<uint64_t>((kBytesOfPixel + kBytesOfSeed) * pixels + kBytesOfMerging * merged +
-                               static_cast<double>(SweepPlanesBytes()) * NumThreads());
+  const int64_t of_thread = std::max(SweepPlanesBytes(), FillDepthsBytes());
+  return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
+                               static_cast<double>(of_thread) * NumThreads());
 }
 
 }  // namespace semfoam

@@ -11,11 +11,13 @@
 namespace semfoam {
 
 // Finds points on the surfaces that photos show and SfM leaves without points, for the foam to
-// start from: a plane sweep for each photo, whose depths must agree with those of other photos.
+// start from: a plane sweep for each photo, whose depths must agree with those of other photos; and
+// planes through these where photos are plain.
 
 // The points that were found.
 struct SurfaceSeeds {
-  // Dense seeds (SeedPoint::is_dense) in the normalised frame, at most kMostSurfaceSeeds.
+  // Dense seeds (SeedPoint::is_dense) in the normalised frame: at most kMostSurfaceSeeds that were
+  // measured, then those of plain surfaces.
   std::vector<SeedPoint> points;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
@@ -33,9 +35,10 @@ inline constexpr int kMostSurfaceSeeds = 500'000;
 // in about the same colour, and which fewer views contradict: those that see through the point, or
 // see another colour there (at the outlines of things, windows carry the depth of the thing over to
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
-// the same voxel are merged (PointMerger). Colours are those of the reference exposure. Finds
-// nothing where fewer than three photos overlap. The result does not depend on the number of
-// threads. Throws as TrainingScene::OpenView does.
+// the same voxel are merged (PointMerger). Then fills the maps (FillDepths), and keeps what is new
+// by the same rules, merged to an eighth of the number of points that were measured. Colours are
+// those of the reference exposure. Finds nothing where fewer than three photos overlap. The result
+// does not depend on the number of threads. Throws as TrainingScene::OpenView does.
 SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
 
 // Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos

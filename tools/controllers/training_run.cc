@@ -256,9 +256,11 @@ TrainingSummary Train(const TrainingScene& scene,
 
 bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
 
-// Returns the number of photos that are swept with a time budget: a photo takes about 0.1 s of one
-// core, so this is at most a tenth of the budget.
-int SweptPhotosWithin(double time_budget) { return static_cast<int>(std::min(time_budget, 1e6)); }
+// Returns the number of photos that are swept with a time budget: a photo takes about 0.3 s of one
+// core, so this is at most a sixth of the budget.
+int SweptPhotosWithin(double time_budget) {
+  return static_cast<int>(std::min(time_budget, 1e6) / 2);
+}
 
 // Returns the peak memory of the plane sweep in bytes, in addition to photos and masks.
 int64_t SweepBytes(const TrainingRun& run, const ScenePlan& plan) {

@@ -219,6 +219,10 @@ void FoamOptimizer::PrefetchCell(size_t site, const Foam& foam) const {
   Prefetch<true>(&first_[size_t{m} * stride_], stride_ * sizeof(float));
   Prefetch<true>(&second_[size_t{m} * stride_], stride_ * sizeof(float));
   Prefetch<true>(&foam.sh[site * foam.ShStride()], foam.ShStride() * sizeof(float));
+  if (foam.HasColorGradients()) {
+    Prefetch<true>(&foam.color_gradient[site * kColorGradientDim],
+                   kColorGradientDim * sizeof(float));
+  }
   if (foam.HasSemantics()) {
     Prefetch<true>(&foam.identity[site * kIdentityDim], kIdentityDim * sizeof(float));
   }

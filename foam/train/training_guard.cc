@@ -17,9 +17,10 @@ constexpr int64_t kWindow = 50;
 constexpr int kLostWindows = 4;
 // Of rays that hit the step limit, and of skipped updates per ray.
 constexpr double kLargestShare = 0.01;
-// The bound of the colour loss in losses of a flat colour, and its least value.
-constexpr double kFlatColorFactor = 1.2;
-constexpr double kFlatColorFactorAtEnd = 1.04;
+// The bound of the colour loss in losses of a flat colour, and its least value. Where these are
+// large, the factors are 1.25 and 1.05 of the squared error.
+constexpr double kFlatColorFactor = 1.18;
+constexpr double kFlatColorFactorAtEnd = 1.037;
 constexpr double kLeastColorBound = 0.012;
 constexpr double kIdentityBound = 2;
 // A loss is falling if it is less than this share of the loss of the window before.

@@ -20,14 +20,15 @@ namespace semfoam {
 // - when, in a window of 50 iterations, more than 1 % of the rays hit the walk's step limit, or
 //   more updates were skipped than 1 % of the number of rays. One stuck cell is below that;
 // - when the colour loss of four windows in a row is above its bound and is not falling, that is,
-//   is 0.8 times that of the window before or more. The bound is 1.25 times the loss of photos in
-//   one flat colour (half the variance of their pixels), and at least 0.02, an error of 0.2, as
-//   photos that are black or white throughout have no variance. A foam that learns is below the
-//   bound within its first hundred iterations or falls fast; even photos of noise, from which
-//   nothing can be learned, are rendered as their mean;
+//   is 0.8 times that of the window before or more. The bound is 1.18 times the loss of photos in
+//   one flat colour (ColorLoss of the variance of their pixels), which is 1.25 times its square
+//   where it is large, and at least 0.012, an error of 0.2, as photos that are black or white
+//   throughout have no variance. A foam that learns is below the bound within its first hundred
+//   iterations or falls fast; even photos of noise, from which nothing can be learned, are rendered
+//   as their mean;
 // - likewise, when the identity loss stays above 2; guessing has 1;
 // - when a run of five windows or more ends with a loss above its bound, falling or not; the factor
-//   of the flat colour is 1.05 then.
+//   of the flat colour is 1.037 then.
 //
 // The criteria depend neither on the scene's scale nor on batch size, loss weights and number of
 // rays.

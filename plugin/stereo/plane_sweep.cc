@@ -247,18 +247,10 @@ DepthMap SweepPlanes(const StereoView& view,
   }
 
   const int peak = PeakPlanes(view, partners, spacing);
-  // A cache line of pixels at a time, as a plane's scores of one pixel are far from the next one's.
-  constexpr size_t kLine = 16;
-  float of_pixels[kLine][kNumPlanes];
+  float of_pixel[kNumPlanes];
   for (size_t i = 0; i < num_pixels; ++i) {
-    if (i % kLine == 0) {
-      for (int plane = 0; plane < kNumPlanes; ++plane) {
-        for (size_t k = 0; k < std::min(kLine, num_pixels - i); ++k) {
-          of_pixels[k][plane] = volume[plane * num_pixels + i + k];
-        }
-      }
-    }
-    const float* const of_pixel = of_pixels[i % kLine];
+    for (int plane = 0; plane < kNumPlanes; ++plane)
+      of_pixel[plane] = volume[plane * num_pixels + i];
     const int winner =
         static_cast<int>(std::max_element(of_pixel, of_pixel + kNumPlanes) - of_pixel);
     const float score = of_pixel[winner];

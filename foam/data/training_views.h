@@ -21,6 +21,8 @@ struct TrainingRay {
   Eigen::Vector3f color;
   // Class of the pixel; kUnlabelled: the ray trains colour, not identity.
   ClassIndex class_index = kUnlabelled;
+  // Distance along the ray to the surface that it shows, as far as other photos tell; 0: not known.
+  float distance = 0;
 };
 
 // Colour and class of one pixel as stored for photos that do not all fit into memory. Without

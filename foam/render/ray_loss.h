@@ -23,6 +23,8 @@ struct RayLossWeights {
   // Share of the derivative of the identity term that flows through the rendering weights into
   // densities and positions. 0, as in the paper: it flows into identities and the classifier only.
   double identity_to_density = 0;
+  // Pulls the depth quantiles to the distance that other photos tell (RayTarget::distance).
+  double distance = 0;
 };
 
 // Targets of a ray.
@@ -30,6 +32,8 @@ struct RayTarget {
   // Display values, in [0, 1].
   float color[3];
   int32_t class_index = Value(kUnlabelled);
+  // Distance along the ray to the surface that other photos see there; 0: not known.
+  float distance = 0;
 };
 
 // The terms of one ray's loss, unweighted; or sums of them.
@@ -43,10 +47,12 @@ struct RayLossTerms {
   T quantile = T(0);
   // Cross-entropy of the class of the rendered identity / ln(max(K, 2)); 0 where unlabelled.
   T identity = T(0);
+  // DistanceLoss, sum over the depth quantiles that the ray reaches; 0 where no distance is known.
+  T distance = T(0);
 
   SEMFOAM_HOST_DEVICE T Total(const RayLossWeights& w) const {
     return T(w.color) * color + T(w.opacity) * opacity + T(w.quantile) * quantile +
-           T(w.identity) * identity;
+           T(w.identity) * identity + T(w.distance) * distance;
   }
 
   template <typename U>
@@ -55,10 +61,15 @@ struct RayLossTerms {
     opacity += other.opacity;
     quantile += other.quantile;
     identity += other.identity;
+    distance += other.distance;
     return *this;
   }
   SEMFOAM_HOST_DEVICE RayLossTerms operator/(T divisor) const {
-    return {color / divisor, opacity / divisor, quantile / divisor, identity / divisor};
+    return {color / divisor,
+            opacity / divisor,
+            quantile / divisor,
+            identity / divisor,
+            distance / divisor};
   }
 };
 
@@ -188,6 +199,58 @@ SEMFOAM_HOST_DEVICE T ColorLossSlope(const T& mean_square) {
   return T(1) / sqrt(sqrt(T(1) + mean_square / T(kSquaredKnee)));
 }
 
+// Depths that differ from a known distance by less than this share of it are right: known distances
+// are no better.
+inline constexpr double kDistanceTolerance = 0.01;
+// From about this share on, beyond the tolerance, a depth before a known distance counts by its
+// difference and not by the square of it: some distances are wrong.
+inline constexpr double kDistanceLossKnee = 0.02;
+// From about this share on, a depth behind a known distance counts less and less: the ray goes on
+// to what a glossy surface mirrors, what glass shows, or what lies farther away than was looked
+// for.
+inline constexpr double kDistanceLossReach = 0.03;
+
+// Returns the part of `depth` / `distance` - 1 beyond the tolerance; 0 within it.
+template <typename T>
+SEMFOAM_HOST_DEVICE T DistanceExcess(const T& depth, double distance) {
+  const T difference = depth / T(distance) - T(1);
+  if (difference > T(kDistanceTolerance)) return difference - T(kDistanceTolerance);
+  if (difference < T(-kDistanceTolerance)) return difference + T(kDistanceTolerance);
+  return T(0);
+}
+
+// Returns the loss of a depth quantile where the surface is known to be at `distance` > 0, of the
+// DistanceExcess x, about x^2 / (2 kDistanceLossKnee) where that is small: before the surface the
+// pseudo-Huber loss (Charbonnier et al., Two deterministic half-quadratic regularization algorithms
+// for computed imaging, ICIP 1994), behind it the loss of Geman and McClure (Statistical methods
+// for tomographic image reconstruction, 1987).
+template <typename T>
+SEMFOAM_HOST_DEVICE T DistanceLoss(const T& depth, double distance) {
+  using std::sqrt;
+  constexpr double kSquaredKnee = kDistanceLossKnee * kDistanceLossKnee;
+  constexpr double kSquaredReach = kDistanceLossReach * kDistanceLossReach;
+  const T x = DistanceExcess(depth, distance);
+  if (x > T(0)) {
+    return T(kSquaredReach / (2 * kDistanceLossKnee)) * (x * x / (x * x + T(kSquaredReach)));
+  }
+  // sqrt(x^2 + knee^2) - knee without cancellation.
+  return x * x / (sqrt(x * x + T(kSquaredKnee)) + T(kDistanceLossKnee));
+}
+
+// Returns the derivative of DistanceLoss by the depth.
+template <typename T>
+SEMFOAM_HOST_DEVICE T DistanceLossSlope(const T& depth, double distance) {
+  using std::sqrt;
+  constexpr double kSquaredKnee = kDistanceLossKnee * kDistanceLossKnee;
+  constexpr double kSquaredReach = kDistanceLossReach * kDistanceLossReach;
+  const T x = DistanceExcess(depth, distance);
+  if (x > T(0)) {
+    const T share = T(kSquaredReach) / (x * x + T(kSquaredReach));
+    return share * share * x / T(kDistanceLossKnee * distance);
+  }
+  return x / (sqrt(x * x + T(kSquaredKnee)) * T(distance));
+}
+
 // Returns all terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the
 // ray's class logits if the ray is labelled.
 template <typename T>
@@ -210,6 +273,10 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   }
   if (classifier.num_classes > 0 && target.class_index != Value(kUnlabelled)) {
     loss.identity = ClassEntropy(ray.identity, target.class_index, classifier, logits);
+  }
+  for (int q = 0; q < kNumQuantiles && target.distance > 0; ++q) {
+    if (ray.quantile_segment[q] < 0) continue;
+    loss.distance += DistanceLoss(ray.quantile_depth[q], target.distance);
   }
   return loss;
 }
@@ -243,6 +310,11 @@ SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
     const T sign = T(spread > T(0)) - T(spread < T(0));
     gradient.quantile_depth[0] = T(weights.quantile) * sign;
     gradient.quantile_depth[1] = -gradient.quantile_depth[0];
+  }
+  for (int q = 0; q < kNumQuantiles && target.distance > 0; ++q) {
+    if (ray.quantile_segment[q] < 0) continue;
+    gradient.quantile_depth[q] +=
+        T(weights.distance) * DistanceLossSlope(ray.quantile_depth[q], target.distance);
   }
   if (classifier.num_classes > 0 && target.class_index != Value(kUnlabelled)) {
     AddClassEntropyGradient(

@@ -130,7 +130,8 @@ void Trainer::Iterate() {
                                share * options_.opacity_weight,
                                share * options_.quantile_weight * settled,
                                share * options_.identity_weight,
-                               options_.identity_to_density};
+                               options_.identity_to_density,
+                               share * options_.distance_weight};
   const bool has_tv =
       state_.foam.HasSemantics() && options_.tv_weight > 0 && iteration % kTvInterval == 0;
   const bool has_color_tv = iteration % kTvInterval == kTvInterval / 2;

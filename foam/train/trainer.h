@@ -45,6 +45,7 @@ struct TrainingProgress {
   double quantile_loss = NAN;
   double identity_loss = NAN;
   double tv_loss = NAN;
+  double distance_loss = NAN;
   // Quality on a grid of the held-out views' pixels at the last evaluation: PSNR in dB, and mean
   // IoU against the views' classes (LabelAgreement).
   double held_out_psnr = NAN;

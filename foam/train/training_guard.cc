@@ -108,6 +108,7 @@ void TrainingGuard::Watch(int64_t iteration,
                                     {loss.opacity, "opacity"},
                                     {loss.quantile, "quantile"},
                                     {loss.identity, "identity"},
+                                    {loss.distance, "distance"},
                                     {tv_loss, "total variation"}}) {
     if (!std::isfinite(value)) Fail(iteration, "the ", name, " loss is not finite");
   }

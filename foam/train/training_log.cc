@@ -14,6 +14,7 @@ void TrainingLog::AddLoss(const RayLossTerms<double>& mean_loss) {
   loss_sum_.opacity += mean_loss.opacity;
   loss_sum_.quantile += mean_loss.quantile;
   loss_sum_.identity += mean_loss.identity;
+  loss_sum_.distance += mean_loss.distance;
   ++loss_count_;
 }
 
@@ -56,6 +57,7 @@ void TrainingLog::Report(const TrainingSchedule& schedule,
     progress_.opacity_loss = loss_sum_.opacity / loss_count_;
     progress_.quantile_loss = loss_sum_.quantile / loss_count_;
     progress_.identity_loss = foam.HasSemantics() ? loss_sum_.identity / loss_count_ : NAN;
+    progress_.distance_loss = loss_sum_.distance / loss_count_;
     loss_sum_ = {};
     loss_count_ = 0;
   }

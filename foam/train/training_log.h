@@ -72,19 +72,21 @@ class TrainingLog {
     archive->Number("reported_quantile_loss", &progress_.quantile_loss);
     archive->Number("reported_identity_loss", &progress_.identity_loss);
     archive->Number("reported_tv_loss", &progress_.tv_loss);
+    archive->Number("reported_distance_loss", &progress_.distance_loss);
     archive->Number("held_out_psnr", &progress_.held_out_psnr);
     archive->Number("held_out_miou", &progress_.held_out_miou);
     archive->Number("color_loss", &loss_sum_.color);
     archive->Number("opacity_loss", &loss_sum_.opacity);
     archive->Number("quantile_loss", &loss_sum_.quantile);
     archive->Number("identity_loss", &loss_sum_.identity);
+    archive->Number("distance_loss", &loss_sum_.distance);
     archive->Number("losses", &loss_count_);
     archive->Number("tv_loss", &tv_sum_);
     archive->Number("tv_losses", &tv_count_);
   }
   template <typename Archive>
   void SerializeReports(size_t num_reports, Archive* archive) {
-    static_assert(sizeof(TrainingProgress) == 14 * 8, "reports are saved as they lie");
+    static_assert(sizeof(TrainingProgress) == 15 * 8, "reports are saved as they lie");
     archive->Array("reports", &reports_, num_reports);
   }
 

@@ -44,6 +44,7 @@ std::string TrainingOptions::Check() const {
           transmittance_cutoff);
   bounded("opacity_weight", opacity_weight);
   bounded("quantile_weight", quantile_weight);
+  bounded("distance_weight", distance_weight);
   bounded("identity_weight", identity_weight);
   fraction("identity_to_density", identity_to_density);
   bounded("tv_weight", tv_weight);

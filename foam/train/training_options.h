@@ -37,6 +37,7 @@ struct TrainingOptions {
   // foam/render/color_variation.h), >= 0. The colour term has weight 1.
   double opacity_weight = 0.002;
   double quantile_weight = 1e-4;
+  double distance_weight = 0.01;
   double identity_weight = 1;
   // Share of the identity loss's gradient that flows into densities and positions, 0..1.
   double identity_to_density = 0;
@@ -97,6 +98,7 @@ struct TrainingOptions {
     archive->Number("transmittance_cutoff", &transmittance_cutoff);
     archive->Number("opacity_weight", &opacity_weight);
     archive->Number("quantile_weight", &quantile_weight);
+    archive->Number("distance_weight", &distance_weight);
     archive->Number("identity_weight", &identity_weight);
     archive->Number("identity_to_density", &identity_to_density);
     archive->Number("tv_weight", &tv_weight);

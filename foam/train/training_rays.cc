@@ -33,6 +33,7 @@ PixelKind MakeBatchRay(const TrainingViews& views,
   out->start_cell = start_cell;
   std::copy_n(ray.color.data(), 3, out->target.color);
   out->target.class_index = Value(ray.class_index);
+  out->target.distance = ray.distance;
   return PixelKind::kTrains;
 }
 

@@ -228,7 +228,11 @@ void TrainingScene::Prefetch(int view, int x, int y) const {
 
 bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const {
   if (!excluded_.empty() && excluded_[view].Contains(x, y)) return false;
-  if (!RayDirection(view, x, y, &ray->direction)) return false;
+  const View& v = views_[view];
+  Eigen::Vector3f in_camera;
+  if (v.ignored.Contains(x, y) || !v.rays->Direction(x, y, &in_camera)) return false;
+  ray->direction = RotateToWorld(v.world_from_cam, in_camera);
+  ray->distance = depths_.empty() ? 0 : depths_[view].DistanceAlong(in_camera);
   const uint8_t* color = value.color;
   if (lights_.empty()) {
     ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
@@ -252,6 +256,11 @@ void TrainingScene::SetPoses(const std::vector<Pose>& cam_from_world) {
     plan_.photos[view].cam_from_world_translation = cam_from_world[view].translation;
     PlaceCamera(view);
   }
+}
+
+void TrainingScene::SetDepths(std::vector<PhotoDepths> depths) {
+  CHECK(depths.empty() || depths.size() == views_.size());
+  depths_ = std::move(depths);
 }
 
 void TrainingScene::SetExcluded(std::vector<PixelBlocks> excluded) {

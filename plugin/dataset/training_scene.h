@@ -6,6 +6,7 @@
 #include "foam/image/image.h"
 #include "foam/model/model.h"
 #include "plugin/colmap/camera_rays.h"
+#include "plugin/dataset/photo_depths.h"
 #include "plugin/dataset/scene_plan.h"
 #include "plugin/mask/class_image.h"
 #include "plugin/mask/ignored_pixels.h"
@@ -80,6 +81,9 @@ class TrainingScene final : public TrainingViews {
   // Moves the cameras: all later rays are those of these poses. `cam_from_world` [views]. Photos()
   // has these poses, too.
   void SetPoses(const std::vector<Pose>& cam_from_world);
+
+  // Sets the distances of all later rays (TrainingRay::distance). `depths` [views]; empty: none.
+  void SetDepths(std::vector<PhotoDepths> depths);
 
   // Takes pixels out of the training: they have no ray, but still a direction. `excluded` [views];
   // empty: none.
@@ -170,6 +174,8 @@ class TrainingScene final : public TrainingViews {
   std::shared_ptr<const MaskRewriter> mask_rewriter_;
   // Empty: none.
   std::vector<PhotoLight> lights_;
+  // Empty: none.
+  std::vector<PhotoDepths> depths_;
   // Empty: none.
   std::vector<PixelBlocks> excluded_;
   std::vector<Label> labels_;

@@ -29,6 +29,8 @@ constexpr double kTolerance = 0.015;
 constexpr double kSeenThrough = 2 * kTolerance;
 // Plain surfaces need fewer cells than textured ones.
 constexpr size_t kMeasuredPerPlainSeed = 8, kLeastPlainSeeds = 8;
+// Sizes are rounded to pixels, so a view may have a little more than kStereoPixels.
+constexpr double kPixels = 1.02 * kStereoPixels;
 
 std::vector<int> ChooseViews(const TrainingScene& scene, int most, int* num_training) {
   std::vector<int> training;
@@ -167,6 +169,20 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
   return merger.Take();
 }
 
+// Returns the depths of a view that one of two maps has.
+PhotoDepths JoinDepths(const StereoView& view, DepthMap measured, const DepthMap& filled) {
+  PhotoDepths depths;
+  depths.width = view.width;
+  depths.height = view.height;
+  depths.focal = view.focal.cast<float>();
+  depths.center = view.center.cast<float>();
+  depths.inverse = std::move(measured.inverse);
+  for (size_t at = 0; at < filled.inverse.size(); ++at) {
+    if (filled.inverse[at] > 0) depths.inverse[at] = filled.inverse[at];
+  }
+  return depths;
+}
+
 }  // namespace
 
 std::string SurfaceSeeds::Report() const {
@@ -186,20 +202,26 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
   found.num_swept = static_cast<int>(views.size());
   const std::vector<ViewOverlap> overlaps =
       FindOverlaps(views, NormalizedTracks(scene), scene.Plan().seeds);
-  const std::vector<DepthMap> measured = AgreedDepths(views, overlaps, SweepAll(views, overlaps));
+  std::vector<DepthMap> measured = AgreedDepths(views, overlaps, SweepAll(views, overlaps));
   found.points = MergedPoints(views, measured, kMostSurfaceSeeds);
   const std::vector<DepthMap> filled =
       AgreedDepths(views, overlaps, FillAll(views, measured), &measured);
   const std::vector<SeedPoint> plain = MergedPoints(
       views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
   found.points.insert(found.points.end(), plain.begin(), plain.end());
+  found.depths.resize(scene.NumViews());
+  for (size_t i = 0; i < views.size(); ++i) {
+    found.depths[views[i].view] = JoinDepths(views[i], std::move(measured[i]), filled[i]);
+  }
   found.seconds = SecondsSince(begin);
   return found;
 }
 
+uint64_t PhotoDepthBytes(int64_t num_photos) {
+  return static_cast<uint64_t>(kPixels * sizeof(float) * static_cast<double>(num_photos));
+}
+
 uint64_t SurfaceSeedBytes(int64_t num_photos) {
-  // Sizes are rounded to pixels, so a view may have a little more than kStereoPixels.
-  constexpr double kPixels = 1.02 * kStereoPixels;
   // A view has grey and colour; two depth maps of it are in memory at a time, and a third while the
   // filled ones are compared.
   constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + 3 * sizeof(float);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/data/training_views.h"
+#include "plugin/dataset/photo_depths.h"
 #include "plugin/dataset/training_scene.h"
 
 #include <cstdint>
@@ -14,11 +15,13 @@ namespace semfoam {
 // start from: a plane sweep for each photo, whose depths must agree with those of other photos; and
 // planes through these where photos are plain.
 
-// The points that were found.
+// The points and the depths that were found.
 struct SurfaceSeeds {
   // Dense seeds (SeedPoint::is_dense) in the normalised frame: at most kMostSurfaceSeeds that were
   // measured, then those of plain surfaces.
   std::vector<SeedPoint> points;
+  // [views] The depths of all points, of each photo of the scene; empty where it was not swept.
+  std::vector<PhotoDepths> depths;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
   int num_training = 0;
@@ -44,5 +47,8 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
 // Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos
 // that it opens.
 uint64_t SurfaceSeedBytes(int64_t num_photos);
+
+// Returns the memory of SurfaceSeeds::depths in bytes.
+uint64_t PhotoDepthBytes(int64_t num_photos);
 
 }  // namespace semfoam

@@ -15,10 +15,16 @@ namespace semfoam {
 // A room to learn: a red and a blue ball (classes 0 and 1) inside a large chequered sphere (class
 // 2), seen by a ring of pinhole cameras. Everything is computed per ray; every fourth view is held
 // out. With `gloss`, colours depend on the direction: to a linear function of x, at most this much.
+// With `knows_distances`, the rays of every second view know theirs.
 class SyntheticViews final : public TrainingViews {
  public:
-  SyntheticViews(int num_views, int width, int height, float gloss = 0)
-      : num_views_(num_views), width_(width), height_(height), gloss_(gloss) {}
+  SyntheticViews(
+      int num_views, int width, int height, float gloss = 0, bool knows_distances = false)
+      : num_views_(num_views),
+        width_(width),
+        height_(height),
+        gloss_(gloss),
+        knows_distances_(knows_distances) {}
 
   int NumViews() const override { return num_views_; }
   int Width(int) const override { return width_; }
@@ -35,7 +41,17 @@ class SyntheticViews final : public TrainingViews {
     Eigen::Vector3d hit;
     Shade(Origin(view), ray->direction.cast<double>(), &hit, ray);
     ray->color *= 1 + gloss_ * ray->direction.x();
+    if (knows_distances_ && view % 2 == 1) {
+      ray->distance = static_cast<float>(Distance(view, x, y));
+    }
     return true;
+  }
+
+  double Distance(int view, int x, int y) const {
+    TrainingRay ray;
+    Eigen::Vector3d hit;
+    Shade(Origin(view), Direction(view, x, y).cast<double>(), &hit, &ray);
+    return (hit - Origin(view)).norm();
   }
 
   Eigen::Vector3f Direction(int view, int x, int y) const {
@@ -104,6 +120,7 @@ class SyntheticViews final : public TrainingViews {
 
   int num_views_, width_, height_;
   float gloss_;
+  bool knows_distances_;
 };
 
 }  // namespace semfoam

@@ -102,7 +102,7 @@ struct RayBounds {
 };
 
 // Weights of the loss whose gradients are checked.
-inline constexpr RayLossWeights kHardCaseWeights{1, 0.7, 0.3, 0.9};
+inline constexpr RayLossWeights kHardCaseWeights{1, 0.7, 0.3, 0.9, 0, 0.2};
 
 // The largest deviation (as Deviations::gradient) of the hand-written gradient in double from an
 // independent one.

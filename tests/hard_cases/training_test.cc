@@ -196,6 +196,7 @@ constexpr Excess kExcesses[] = {
     {"color_tv_weight", &TrainingOptions::color_tv_weight},
     {"opacity_weight", &TrainingOptions::opacity_weight},
     {"quantile_weight", &TrainingOptions::quantile_weight},
+    {"distance_weight", &TrainingOptions::distance_weight},
     {"identity_weight", &TrainingOptions::identity_weight},
 };
 
@@ -278,6 +279,7 @@ TEST(TrainingGuard, ALossThatIsNotFiniteEndsTheRunAtOnce) {
        [](Iteration* i) { i->batch.mean_loss.quantile = kInfinity; }},
       {"the identity loss is not finite",
        [](Iteration* i) { i->batch.mean_loss.identity = -kInfinity; }},
+      {"the distance loss is not finite", [](Iteration* i) { i->batch.mean_loss.distance = NAN; }},
       {"the total variation loss is not finite", [](Iteration* i) { i->tv_loss = NAN; }},
   };
   for (const auto& [reason, set] : cases) {

@@ -340,6 +340,55 @@ HardCaseResult ColorDifferences(const CheckOptions&) {
   return result;
 }
 
+// The loss of depths in float, from those that are right to those a million times too far or near.
+HardCaseResult DepthDifferences(const CheckOptions&) {
+  HardCaseResult result;
+  const auto check = [&](float depth, float distance) {
+    const double difference = double{depth} / distance - 1;
+    const double beyond = std::max(std::abs(difference) - kDistanceTolerance, 0.);
+    const double root = std::hypot(beyond, kDistanceLossKnee);
+    double loss = root - kDistanceLossKnee, slope = -beyond / root;
+    if (difference > 0) {
+      const double share = 1 / (1 + std::pow(beyond / kDistanceLossReach, 2));
+      loss = (1 - share) * std::pow(kDistanceLossReach, 2) / (2 * kDistanceLossKnee);
+      slope = share * share * beyond / kDistanceLossKnee;
+    }
+    const float found = DistanceLoss(depth, distance);
+    // The ratio of two floats is off by its last place.
+    result.Expect(std::abs(found - loss) <= 1e-6 * (beyond + kDistanceLossKnee),
+                  "the loss of the depth ",
+                  depth,
+                  " at the distance ",
+                  distance,
+                  " is ",
+                  found,
+                  ", not ",
+                  loss);
+    const float found_slope = distance * DistanceLossSlope(depth, distance);
+    result.Expect(std::abs(found_slope - slope) <= 1e-5,
+                  "the slope at the depth ",
+                  depth,
+                  " of the distance ",
+                  distance,
+                  " is ",
+                  found_slope,
+                  ", not ",
+                  slope,
+                  ", times the distance");
+  };
+  for (const float distance : {1e-6f, 0.7f, 1e6f}) {
+    for (double ratio = 1e-6; ratio < 2e6; ratio *= 1.37) {
+      check(static_cast<float>(ratio * distance), distance);
+    }
+    for (const double inside : {0.991, 1., 1.009}) {
+      const auto depth = static_cast<float>(inside * distance);
+      result.Expect(DistanceLoss(depth, distance) == 0 && DistanceLossSlope(depth, distance) == 0,
+                    "a depth within the tolerance has a loss.");
+    }
+  }
+  return result;
+}
+
 // What hangs on the areas of the faces.
 struct FaceMeasures {
   explicit FaceMeasures(const WalkableCells& cells)
@@ -464,6 +513,9 @@ std::vector<HardCase> ValuesCases() {
       {"color_differences_from_0_to_1e17",
        "loss and slope as in double, relative to themselves; those of equal colours are 0 and 1",
        ColorDifferences},
+      {"depths_a_million_times_too_far_or_near",
+       "loss and slope as in double; those of a depth within the tolerance are 0",
+       DepthDifferences},
       {"a_cell_whose_every_face_is_degenerate",
        "areas, volumes, radii and weights are finite; a duplicate has none",
        DegenerateFaces},

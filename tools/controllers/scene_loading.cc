@@ -26,18 +26,18 @@ int MostAtOnce(int64_t room, int64_t bytes) {
 ImageMemory PlanImageMemory(double image_cache_gb,
                             const ScenePlan& plan,
                             const TrainingOptions& training,
-                            int64_t sweep_bytes,
+                            const SweepMemory& sweep,
                             bool draws_any_number,
                             int64_t available) {
   const int num_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
   const MemoryPlan rest =
       PlanMemory(training, num_classes, static_cast<int64_t>(plan.seeds.size()), /*photo_bytes=*/0);
   ImageMemory memory;
-  memory.cache_bytes =
-      image_cache_gb >= 0
-          ? static_cast<int64_t>(1e9 * image_cache_gb)
-          : static_cast<int64_t>(kShareOfFreeMemory * static_cast<double>(std::max<int64_t>(
-                                                          0, available - rest.Total())));
+  memory.cache_bytes = image_cache_gb >= 0
+                           ? static_cast<int64_t>(1e9 * image_cache_gb)
+                           : static_cast<int64_t>(kShareOfFreeMemory *
+                                                  static_cast<double>(std::max<int64_t>(
+                                                      0, available - rest.Total() - sweep.kept)));
   for (size_t i = 0; i < plan.files.size(); ++i) {
     RequireDecodingMemory(plan.files[i], plan.file_sizes[i], plan.photo_decoding[i], available);
   }
@@ -52,8 +52,9 @@ ImageMemory PlanImageMemory(double image_cache_gb,
     const auto loading = static_cast<int64_t>(scene.loading);
     memory.most_at_once = MostAtOnce(std::max(memory.cache_bytes - all, of_foam), loading);
     memory.bytes =
-        all + std::max<int64_t>(
-                  0, std::max({memory.most_at_once * loading, correcting, sweep_bytes}) - of_foam);
+        all + sweep.kept +
+        std::max<int64_t>(
+            0, std::max({memory.most_at_once * loading, correcting, sweep.peak}) - of_foam);
     return memory;
   }
   const auto opening = static_cast<int64_t>(scene.opening);
@@ -62,8 +63,9 @@ ImageMemory PlanImageMemory(double image_cache_gb,
   const bool reads_again = draws_any_number || drawn > memory.cache_bytes;
   // While many are decoded at a time, training waits, and so do triangulations.
   const int64_t at_once = memory.most_at_once * opening - rest.triangulation;
-  const int64_t sweeping = sweep_bytes > 0 ? sweep_bytes + memory.most_at_once * opening : 0;
+  const int64_t sweeping = sweep.peak > 0 ? sweep.peak + memory.most_at_once * opening : 0;
   memory.bytes = (reads_again ? memory.cache_bytes : drawn) + static_cast<int64_t>(scene.always) +
+                 sweep.kept +
                  std::max({int64_t{0},
                            reads_again ? opening : 0,
                            at_once,

@@ -22,16 +22,24 @@ struct ImageMemory {
   bool holds_all = true;
 };
 
+// The memory of a plane sweep in bytes (plugin/stereo/surface_seeds.h).
+struct SweepMemory {
+  // Before the training.
+  int64_t peak = 0;
+  // Of its depths, which the training reads.
+  int64_t kept = 0;
+};
+
 // Plans the memory of the photos and masks of a run. `image_cache_gb` is the option's value, in
 // units of 1e9 bytes, or -1 for three quarters of the available memory that the foam leaves.
-// `sweep_bytes` is the memory of the plane sweep before the training (SurfaceSeedBytes), 0 without.
-// `training` determines how many pixels a run draws; with `draws_any_number`, for a run with a time
-// budget, the number is unknown. Throws UserError, naming the file, where one photo or mask alone
-// takes more memory to decode than is available.
+// `sweep` is the memory of the run's plane sweep, which is added to ImageMemory::bytes. `training`
+// determines how many pixels a run draws; with `draws_any_number`, for a run with a time budget,
+// the number is unknown. Throws UserError, naming the file, where one photo or mask alone takes
+// more memory to decode than is available.
 ImageMemory PlanImageMemory(double image_cache_gb,
                             const ScenePlan& plan,
                             const TrainingOptions& training,
-                            int64_t sweep_bytes,
+                            const SweepMemory& sweep,
                             bool draws_any_number,
                             int64_t available);
 

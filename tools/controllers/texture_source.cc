@@ -42,7 +42,7 @@ TrainingScene LoadPhotos(const SceneOptions& options) {
   const ImageMemory memory = PlanImageMemory(/*image_cache_gb=*/-1,
                                              plan,
                                              TrainingOptions{},
-                                             /*sweep_bytes=*/0,
+                                             SweepMemory{},
                                              /*draws_any_number=*/false,
                                              AvailableMemory());
   return LoadScene(std::move(plan), memory);

@@ -15,16 +15,17 @@ namespace {
 
 constexpr const char* kHead =
     "seconds,iteration,rays,sites,color_loss,opacity_loss,quantile_loss,identity_loss,tv_loss,"
-    "held_out_psnr,held_out_miou";
+    "held_out_psnr,held_out_miou,distance_loss";
 
 // The columns from the fifth on: those that may be empty.
-constexpr std::array<double TrainingProgress::*, 7> kMeasures = {&TrainingProgress::color_loss,
+constexpr std::array<double TrainingProgress::*, 8> kMeasures = {&TrainingProgress::color_loss,
                                                                  &TrainingProgress::opacity_loss,
                                                                  &TrainingProgress::quantile_loss,
                                                                  &TrainingProgress::identity_loss,
                                                                  &TrainingProgress::tv_loss,
                                                                  &TrainingProgress::held_out_psnr,
-                                                                 &TrainingProgress::held_out_miou};
+                                                                 &TrainingProgress::held_out_miou,
+                                                                 &TrainingProgress::distance_loss};
 
 // Returns false where the line is not one of a training log.
 bool ParseLine(const std::string& line, TrainingProgress* report) {

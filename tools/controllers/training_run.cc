@@ -262,11 +262,11 @@ int SweptPhotosWithin(double time_budget) {
   return static_cast<int>(std::min(time_budget, 1e6) / 2);
 }
 
-// Returns the peak memory of the plane sweep in bytes, in addition to photos and masks.
-int64_t SweepBytes(const TrainingRun& run, const ScenePlan& plan) {
-  if (!Sweeps(run)) return 0;
-  return static_cast<int64_t>(
-      SurfaceSeedBytes(std::min<int64_t>(plan.photos.size(), run.sweep_photos)));
+SweepMemory MemoryOfSweep(const TrainingRun& run, const ScenePlan& plan) {
+  if (!Sweeps(run)) return {};
+  const int64_t num_photos = std::min<int64_t>(plan.photos.size(), run.sweep_photos);
+  return {static_cast<int64_t>(SurfaceSeedBytes(num_photos)),
+          static_cast<int64_t>(PhotoDepthBytes(num_photos))};
 }
 
 // Plans the scene and logs its warnings. Throws UserError for what could only fail after the
@@ -303,7 +303,7 @@ ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
   const ImageMemory images = PlanImageMemory(run.image_cache_gb,
                                              plan,
                                              OptionsToPlan(run),
-                                             SweepBytes(run, plan),
+                                             MemoryOfSweep(run, plan),
                                              run.time_budget > 0,
                                              available);
   LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
@@ -607,6 +607,7 @@ std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
   SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos);
   const std::string report = found.Report();
   scene->AddSeeds(std::move(found.points));
+  if (run.training.distance_weight > 0) scene->SetDepths(std::move(found.depths));
   return report;
 }
 
@@ -615,7 +616,7 @@ TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
   const ImageMemory images = PlanImageMemory(run.image_cache_gb,
                                              plan,
                                              run.training,
-                                             SweepBytes(run, plan),
+                                             MemoryOfSweep(run, plan),
                                              /*draws_any_number=*/false,
                                              AvailableMemory());
   return LoadScene(std::move(plan), images);
@@ -628,6 +629,10 @@ void LogWarnings(const TrainingScene& scene) {
 
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const auto begin = std::chrono::steady_clock::now();
+  std::optional<OnInterrupt> log_stop([] {
+    LOG(INFO) << "Stopped before the first iteration; the same command starts again from the same "
+                 "files.";
+  });
   ImportMasksOf(&run->scene, folder->path() / "imported_masks");
   if (folder->preview_every() > 0) RequireReplaceablePreviews(PreviewFolder(*folder));
   ScenePlan plan = PlanRun(*run);
@@ -675,6 +680,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
       &scene, run->effects, effects.lights, std::move(poses), run->training.num_rays);
   // Defers signals that arrive after the last iteration has begun until the result is written.
   const DeferInterruption until_written;
+  log_stop.reset();
   TrainingSummary summary;
   try {
     summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &adaptation, folder);

@@ -44,7 +44,7 @@ struct TrainingRun {
   std::set<std::string> kept_options;
   EffectsOptions effects;
   // Maximum number of photos that are swept for points on surfaces without SfM points
-  // (AddSurfaceSeeds); 0: none. A time budget limits it to one photo a second of the budget.
+  // (AddSurfaceSeeds); 0: none. A time budget limits it to one photo for two seconds of the budget.
   int sweep_photos = 150;
   // See PlanImageMemory.
   double image_cache_gb = -1;
@@ -108,8 +108,9 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 
 // Adds the surface points of a plane sweep (FindSurfaceSeeds) to the seeds of `scene`, whose lights
-// must have been set before, and returns a line about them. Does nothing, and returns nothing, with
-// run.sweep_photos 0 or a dense cloud (run.scene.seed_path), which takes their place.
+// must have been set before, sets its depths, and returns a line about them. Does nothing, and
+// returns nothing, with run.sweep_photos 0 or a dense cloud (run.scene.seed_path), which takes
+// their place, and where one block is trained.
 std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
 
 // Logs the warnings about a dataset: those of its plan and its own.

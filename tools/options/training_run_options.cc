@@ -41,6 +41,9 @@ void AddTrainingOptions(OptionManager* options, Quality* quality, TrainingOption
       "rays stop where this share of the light is left");
   add("opacity_weight", &training->opacity_weight, "weight of the opacity loss");
   add("quantile_weight", &training->quantile_weight, "weight of the depth quantile loss");
+  add("distance_weight",
+      &training->distance_weight,
+      "weight of the loss of depths that differ from those of the plane sweep");
   add("identity_weight", &training->identity_weight, "weight of the labels' cross-entropy");
   add("identity_to_density",
       &training->identity_to_density,

@@ -489,6 +489,9 @@ void AddTraining(py::module_* module) {
       .def_readonly("seconds_left", &TrainingProgress::seconds_left, "Estimate, in seconds.")
       .def_readonly("color_loss", &TrainingProgress::color_loss, "Mean since the last report.")
       .def_readonly("identity_loss", &TrainingProgress::identity_loss, "NaN without masks.")
+      .def_readonly("distance_loss",
+                    &TrainingProgress::distance_loss,
+                    "0 where no plane sweep told distances.")
       .def_readonly("held_out_psnr",
                     &TrainingProgress::held_out_psnr,
                     "dB on held-out photos at the last evaluation; NaN before the first.")

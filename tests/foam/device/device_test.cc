@@ -116,7 +116,7 @@ class DeviceCpuTest : public testing::Test {
   static void TearDownTestSuite() { delete foam_; }
 
   static const SyntheticViews& Views() {
-    static const SyntheticViews views(8, 32, 24, /*gloss=*/0.5f);
+    static const SyntheticViews views(8, 32, 24, /*gloss=*/0.5f, /*knows_distances=*/true);
     return views;
   }
 

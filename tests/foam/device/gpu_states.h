@@ -90,9 +90,10 @@ inline std::vector<BatchRay> RandomRays(const TrainingState& state, int count) {
     ray.start_cell = state.topology.CellAt(origin, 0);
     ray.quantile_tau[0] = 0.3f;
     ray.quantile_tau[1] = 1.2f;
-    ray.target = {{0.2f, 0.9f, 0.4f},
-                  state.foam.num_classes == 0 || i % 4 == 3 ? Value(kUnlabelled)
-                                                            : i % state.foam.num_classes};
+    ray.target = {
+        {0.2f, 0.9f, 0.4f},
+        state.foam.num_classes == 0 || i % 4 == 3 ? Value(kUnlabelled) : i % state.foam.num_classes,
+        i % 3 == 0 ? 0.f : 0.8f};
   }
   return rays;
 }
@@ -101,6 +102,7 @@ inline TrainingStep StepFor(const std::vector<BatchRay>& rays, const Scene& scen
   const bool semantics = scene.num_classes > 0;
   RayLossWeights weights;
   weights.quantile = 0.01;
+  weights.distance = 0.1;
   weights.identity_to_density = semantics ? scene.identity_to_density : 0;
   return {rays,
           weights,

@@ -29,9 +29,9 @@ using Parameters = FoamParameters<double>;
 constexpr int kNumClasses = 5;
 constexpr int kShDegree = 3;
 // Identity bends no geometry, or does so in part or in full.
-constexpr RayLossWeights kCut{1, 0.7, 0.3, 0.9};
-constexpr RayLossWeights kInPart{1, 0.7, 0.3, 0.9, 0.25};
-constexpr RayLossWeights kInFull{1, 0.7, 0.3, 0.9, 1};
+constexpr RayLossWeights kCut{1, 0.7, 0.3, 0.9, 0, 0.2};
+constexpr RayLossWeights kInPart{1, 0.7, 0.3, 0.9, 0.25, 0.2};
+constexpr RayLossWeights kInFull{1, 0.7, 0.3, 0.9, 1, 0.2};
 
 class Scene {
  public:

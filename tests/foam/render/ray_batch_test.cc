@@ -97,7 +97,7 @@ class RayBatch : public testing::TestWithParam<std::string> {
 
 TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
   const FoamParameters<double> p = Cast<double>(parameters_);
-  const RayLossWeights weights{1, 0.7, 0.3, 0.9};
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0, 0.2};
   std::vector<double> identity(kNumSites * kIdentityDim), weight(p.weight.size()),
       bias(kNumClasses);
   for (int i = 0; i < kNumRays; ++i) {
@@ -121,7 +121,7 @@ TEST_P(RayBatch, TrainsIdentitiesAndClassifierAsTheReferenceDoes) {
 
 TEST_P(RayBatch, TrainsColorsAsTheReferenceDoes) {
   const FoamParameters<double> p = Cast<double>(parameters_);
-  const RayLossWeights weights{1, 0.7, 0.3, 0.9};
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0, 0.2};
   std::vector<double> sh(p.sh.size()), color_gradient(p.color_gradient.size());
   for (int i = 0; i < kNumRays; ++i) {
     const RayRecord<double> record =
@@ -151,7 +151,7 @@ TEST_P(RayBatch, TrainsColorsAsTheReferenceDoes) {
 }
 
 TEST_P(RayBatch, DoesNotDependOnTheThreads) {
-  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.25};
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.25, 0.2};
   const auto cast = [&](int threads) {
     const ThreadLimit limit(threads);
     return CastRays(weights);
@@ -172,7 +172,7 @@ TEST_P(RayBatch, BendsGeometryByIdentityAsTheReferenceDoes) {
   for (const double to_density : {0.0, 0.25, 1.0}) {
     SCOPED_TRACE(to_density);
     std::vector<float>& density_gradient = density_gradients.emplace_back();
-    const RayLossWeights weights{1, 0.7, 0.3, 0.9, to_density};
+    const RayLossWeights weights{1, 0.7, 0.3, 0.9, to_density, 0.2};
     std::vector<double> raw_density(kNumSites), position(3 * kNumSites);
     for (int i = 0; i < kNumRays; ++i) {
       const RayRecord<double> record =

@@ -129,7 +129,7 @@ FoamParameters<T> RandomParameters(const std::vector<Eigen::Matrix<T, 3, 1>>& ce
 struct RayCase {
   Eigen::Vector3d origin, direction;
   double quantile_tau[kNumQuantiles] = {0.3, 1.2};
-  RayTarget target{{0.2f, 0.9f, 0.4f}, 1};
+  RayTarget target{{0.2f, 0.9f, 0.4f}, 1, 0.8f};
 };
 
 // Walks and shades the whole ray, however opaque it grows. `density` is [num_cells], activated.

@@ -158,9 +158,10 @@ TEST_F(CheckpointTest, AnotherVersionIsNotDamaged) {
   for (const uint32_t version : {0u, kCheckpointVersion + 1, 0xffffffffu}) {
     std::string bytes = file_;
     std::memcpy(&bytes[8], &version, sizeof(version));
-    const auto names_version = NamesMistake("not damaged: " + path_.string(),
-                                            {"version " + std::to_string(version), "version 3"},
-                                            "format version");
+    const auto names_version = NamesMistake(
+        "not damaged: " + path_.string(),
+        {"version " + std::to_string(version), "version " + std::to_string(kCheckpointVersion)},
+        "format version");
     EXPECT_THAT(Refusal(bytes), names_version);
     EXPECT_THAT(Refusal(bytes.substr(0, 12)), names_version);
     EXPECT_THAT(Refusal(bytes.substr(0, 12) + std::string(1000, '\xff')), names_version);
@@ -193,7 +194,8 @@ TEST_F(CheckpointTest, SaysWhatIsWrong) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   expect(changed(0, 'X'), "no checkpoint");
-  expect(changed(8, 1), "format version 1, and this program reads version 3");
+  expect(changed(8, 1),
+         "format version 1, and this program reads version " + std::to_string(kCheckpointVersion));
   expect(changed(23, 127), "its header is longer than the file");
   expect(changed(30, '!'), "its header has another checksum");
   const size_t arrays = 24 + HeaderBytes() + 8;

@@ -42,7 +42,7 @@ inline TrainingOptions EventfulRun() {
 }
 
 inline const SyntheticViews& Views() {
-  static const SyntheticViews views(12, 32, 24, /*gloss=*/0.5f);
+  static const SyntheticViews views(12, 32, 24, /*gloss=*/0.5f, /*knows_distances=*/true);
   return views;
 }
 

@@ -164,7 +164,7 @@ TEST(Trainer, LearnsColourAndClassesOfASyntheticRoom) {
 }
 
 TEST(Trainer, GivesTheSameBytesOnAnyNumberOfThreads) {
-  const SyntheticViews views(8, 32, 24);
+  const SyntheticViews views(8, 32, 24, /*gloss=*/0, /*knows_distances=*/true);
   TrainingOptions options = SmallRun();
   options.num_rays = 60'000;
   uint64_t digest[3];
@@ -283,6 +283,47 @@ double ColorRoughness(const Foam& foam) {
     }
   }
   return sum / weights;
+}
+
+// The synthetic room in photos of one grey, which tell nothing of what is where.
+class GreyViews final : public TrainingViews {
+ public:
+  int NumViews() const override { return room_.NumViews(); }
+  int Width(int view) const override { return room_.Width(view); }
+  int Height(int view) const override { return room_.Height(view); }
+  bool IsHeldOut(int view) const override { return room_.IsHeldOut(view); }
+  Eigen::Vector3d Origin(int view) const override { return room_.Origin(view); }
+  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
+    if (!room_.Ray(view, x, y, ray)) return false;
+    ray->color.setConstant(0.5f);
+    return true;
+  }
+  const SyntheticViews& room() const { return room_; }
+
+ private:
+  SyntheticViews room_{16, 64, 48, /*gloss=*/0, /*knows_distances=*/true};
+};
+
+TEST(Trainer, MatterIsWhereDistancesAreKnown) {
+  const GreyViews views;
+  TrainingOptions options = SmallRun();
+  // Returns the share of the held-out rays whose depth is right to a twentieth.
+  const auto share_right = [&](double weight) {
+    options.distance_weight = weight;
+    const Foam foam = TrainFoam(views, {}, 0, options, nullptr).foam;
+    const ViewRenderer renderer(foam);
+    int right = 0, all = 0;
+    for (int view = 0; view < views.NumViews(); view += 4) {
+      const RenderedView render = renderer.Render(views.room().Rays(view));
+      for (size_t i = 0; i < render.distance.size(); ++i, ++all) {
+        const double truth = views.room().Distance(view, i % 64, i / 64);
+        right += std::abs(render.distance[i] / truth - 1) < 0.05;
+      }
+    }
+    return double(right) / all;
+  };
+  EXPECT_LT(share_right(0), 0.1);
+  EXPECT_GT(share_right(0.1), 0.5);
 }
 
 TEST(Trainer, NeighboringCellsAgreeInColorWhereTheirVariationCounts) {

@@ -32,6 +32,7 @@ constexpr double kWall = 2, kPlain = 0.45, kBallRadius = 0.35;
 // More than there are in most tests.
 constexpr int kPhotos = 150;
 const Eigen::Vector3d kBall(-0.1, 0, 1.45);
+const Eigen::Vector3d kPatch(0.55, 0.4, kWall);
 
 // A smooth random function of space, 0..1, that changes over some 0.04 units.
 double Texture(const Eigen::Vector3d& x, uint64_t channel) {
@@ -91,6 +92,8 @@ struct Rendering {
   double plain_from = kPlain;
   // Whether all surfaces are of one colour.
   bool is_plain = false;
+  // Radius of a disc on the wall that is of one colour, around kPatch.
+  double patch_radius = 0;
 };
 
 // A workspace of rendered photos, on a grid of cameras that look at the ball.
@@ -166,7 +169,8 @@ class RenderedWorkspace {
 
   Eigen::Vector3d ColorAt(const Eigen::Vector3d& x, int texture) const {
     const bool is_of_plain_wall = x.z() > kWall - 1e-9 && x.x() > rendering_.plain_from;
-    if (rendering_.is_plain || is_of_plain_wall) return {0.95, 0.95, 0.95};
+    const bool is_of_patch = (x - kPatch).norm() < rendering_.patch_radius;
+    if (rendering_.is_plain || is_of_plain_wall || is_of_patch) return {0.95, 0.95, 0.95};
     const auto first = static_cast<uint64_t>(3 * texture);
     return {Texture(x, first), Texture(x, first + 1), Texture(x, first + 2)};
   }
@@ -263,6 +267,57 @@ TEST(SurfaceSeeds, AreOnTheSurfacesWithDistortedCameras) {
 }
 
 TEST(SurfaceSeeds, DoWithoutTracks) { ExpectSurfaces({.num_photos = 9, .has_tracks = false}); }
+
+TEST(SurfaceSeeds, FillPlainPatches) {
+  constexpr double kRadius = 0.12;
+  const RenderedWorkspace workspace({.num_photos = 9, .plain_from = 100, .patch_radius = kRadius});
+  const TrainingScene scene = workspace.Scene();
+  std::vector<Eigen::Vector3d> inside = WorldPositions(scene, FindSurfaceSeeds(scene, kPhotos));
+  // Windows do not reach there.
+  std::erase_if(inside, [](const auto& x) { return (x - kPatch).norm() > 0.6 * kRadius; });
+  EXPECT_GT(inside.size(), 50u);
+  EXPECT_GT(ShareWithin(inside, 1), 0.98);
+}
+
+TEST(SurfaceSeeds, TellRaysTheirDistances) {
+  const RenderedWorkspace workspace({.num_photos = 9});
+  TrainingScene scene = workspace.Scene(/*test_every=*/8);
+  SurfaceSeeds seeds = FindSurfaceSeeds(scene, kPhotos);
+  ASSERT_EQ(seeds.depths.size(), static_cast<size_t>(scene.NumViews()));
+  EXPECT_LE(seeds.depths[1].inverse.size() * sizeof(float), PhotoDepthBytes(1));
+  scene.SetDepths(std::move(seeds.depths));
+  const Similarity& world_from_normalized = scene.WorldFromNormalized();
+  int num_rays = 0, num_known = 0, num_right = 0;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    const Eigen::Vector3d origin = scene.Origin(view);
+    const Eigen::Vector3d eye = world_from_normalized.Apply(origin);
+    for (int y = 0; y < scene.Height(view); ++y) {
+      for (int x = 0; x < scene.Width(view); ++x) {
+        TrainingRay ray;
+        if (!scene.Ray(view, x, y, &ray)) continue;
+        if (scene.IsHeldOut(view)) {
+          ASSERT_EQ(ray.distance, 0);
+          continue;
+        }
+        ++num_rays;
+        if (ray.distance == 0) continue;
+        ++num_known;
+        const Eigen::Vector3d point =
+            world_from_normalized.Apply(origin + ray.distance * ray.direction.cast<double>());
+        const double distance = (Hit(eye, (point - eye).normalized()) - eye).norm();
+        num_right += std::abs((point - eye).norm() / distance - 1) < 0.01;
+      }
+    }
+  }
+  // Not on the plain wall, nor where one photo sees alone.
+  EXPECT_GT(num_known, num_rays / 3);
+  EXPECT_GT(num_right, 0.98 * num_known);
+
+  scene.SetDepths({});
+  TrainingRay ray;
+  ASSERT_TRUE(scene.Ray(1, 100, 80, &ray));
+  EXPECT_EQ(ray.distance, 0);
+}
 
 TEST(SurfaceSeeds, HaveTheColorsOfThePhotos) {
   const RenderedWorkspace workspace({.num_photos = 8});

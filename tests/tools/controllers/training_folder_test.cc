@@ -136,10 +136,11 @@ TEST_F(TrainingFolder, StopsAtCheckpointsOfAnotherVersion) {
     for (const fs::path& path : checkpoints) ChangeVersion(path, version);
     const auto before = BytesBelow(output);
     const Outcome outcome = RunSemfoam(Trainer(Workspace(), output, {"--resume", "1"}));
-    ExpectRefused(outcome,
-                  {checkpoints.back().string(),
-                   {"version " + std::to_string(version), "version 3"},
-                   "format version"});
+    ExpectRefused(
+        outcome,
+        {checkpoints.back().string(),
+         {"version " + std::to_string(version), "version " + std::to_string(kCheckpointVersion)},
+         "format version"});
     EXPECT_THAT(outcome.err, Not(HasSubstr("Loading")));
     EXPECT_TRUE(BytesBelow(output) == before);
 

@@ -15,7 +15,9 @@ namespace {
 
 constexpr const char* kHead =
     "seconds,iteration,rays,sites,color_loss,opacity_loss,quantile_loss,identity_loss,tv_loss,"
-    "held_out_psnr,held_out_miou,distance_loss";
+    "held_out_psnr,held_out_miou";
+// Logs written before there was this loss end without it.
+constexpr const char* kLastColumn = ",distance_loss";
 
 // The columns from the fifth on: those that may be empty.
 constexpr std::array<double TrainingProgress::*, 8> kMeasures = {&TrainingProgress::color_loss,
@@ -27,14 +29,14 @@ constexpr std::array<double TrainingProgress::*, 8> kMeasures = {&TrainingProgre
                                                                  &TrainingProgress::held_out_miou,
                                                                  &TrainingProgress::distance_loss};
 
-// Returns false where the line is not one of a training log.
-bool ParseLine(const std::string& line, TrainingProgress* report) {
+// Returns false where the line is not one of a training log with `num_measures` of kMeasures.
+bool ParseLine(const std::string& line, size_t num_measures, TrainingProgress* report) {
   const std::vector<std::string> fields = SplitAtCommas(line);
-  if (fields.size() != 4 + kMeasures.size()) return false;
+  if (fields.size() != 4 + num_measures) return false;
   bool good = ParseValue(fields[0], &report->seconds) &&
               ParseValue(fields[1], &report->iteration) && ParseValue(fields[2], &report->rays) &&
               ParseValue(fields[3], &report->sites);
-  for (size_t i = 0; i < kMeasures.size(); ++i) {
+  for (size_t i = 0; i < num_measures; ++i) {
     const std::string& field = fields[4 + i];
     good = good && (field.empty() || ParseValue(field, &(report->*kMeasures[i])));
   }
@@ -45,7 +47,7 @@ bool ParseLine(const std::string& line, TrainingProgress* report) {
 
 std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports) {
   std::ostringstream log;
-  log << kHead << '\n';
+  log << kHead << kLastColumn << '\n';
   for (const TrainingProgress& report : reports) {
     log << std::fixed << std::setprecision(3) << report.seconds << ',' << report.iteration << ','
         << report.rays << ',' << report.sites << std::defaultfloat << std::setprecision(6);
@@ -61,7 +63,9 @@ std::string FormatTrainingLog(const std::vector<TrainingProgress>& reports) {
 std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;
-  if (!std::getline(file, line) || line != kHead) {
+  const bool is_read = static_cast<bool>(std::getline(file, line));
+  const bool has_last = line == std::string(kHead) + kLastColumn;
+  if (!is_read || (!has_last && line != kHead)) {
     throw UserError(path.string(),
                     ": is missing or no training log; it should be the training_log.csv of a "
                     "training.");
@@ -69,7 +73,7 @@ std::vector<TrainingProgress> ReadTrainingLog(const std::filesystem::path& path)
   std::vector<TrainingProgress> reports;
   while (std::getline(file, line)) {
     TrainingProgress report;
-    if (!ParseLine(line, &report)) {
+    if (!ParseLine(line, kMeasures.size() - (has_last ? 0 : 1), &report)) {
       throw UserError(path.string(),
                       ": line ",
                       reports.size() + 2,

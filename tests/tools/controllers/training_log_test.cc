@@ -34,15 +34,16 @@ TEST(TrainingLog, HasOneLinePerReportAndAsManyFieldsAsItsHead) {
   known.color_loss = 0.0125;
   known.held_out_psnr = 21.5;
   known.held_out_miou = 0.75;
+  known.distance_loss = 0.5;
   const std::string log = FormatTrainingLog({At(1), known});
   std::istringstream lines(log);
   std::string line;
   std::vector<std::string> all;
   while (std::getline(lines, line)) all.push_back(line);
   ASSERT_EQ(all.size(), 3u);
-  for (const std::string& each : all) EXPECT_EQ(std::count(each.begin(), each.end(), ','), 10);
-  EXPECT_EQ(all[1], "1.000,1,1000,23410,,,,,,,");
-  EXPECT_EQ(all[2], "2.000,2,2000,23410,0.0125,,,,,21.5,0.75");
+  for (const std::string& each : all) EXPECT_EQ(std::count(each.begin(), each.end(), ','), 11);
+  EXPECT_EQ(all[1], "1.000,1,1000,23410,,,,,,,,");
+  EXPECT_EQ(all[2], "2.000,2,2000,23410,0.0125,,,,,21.5,0.75,0.5");
 }
 
 TEST(TrainingLogPlot, ShowsWhatIsKnownOnceForEachEvaluation) {
@@ -92,6 +93,17 @@ TEST(TrainingLog, ReadsWhatItWrote) {
   EXPECT_EQ(FormatTrainingLog(read), text);
 }
 
+TEST(TrainingLog, ReadsLogsThatEndWithoutTheDistanceLoss) {
+  TempFolder folder;
+  WriteFile(folder / "log.csv",
+            "seconds,iteration,rays,sites,color_loss,opacity_loss,quantile_loss,identity_loss,"
+            "tv_loss,held_out_psnr,held_out_miou\n1.5,1,1000,23410,0.01,,,,,21.5,0.75\n");
+  const std::vector<TrainingProgress> read = ReadTrainingLog(folder / "log.csv");
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].held_out_miou, 0.75);
+  EXPECT_TRUE(std::isnan(read[0].distance_loss));
+}
+
 TEST(TrainingLog, RefusesWhatIsNone) {
   TempFolder folder;
   const fs::path path = folder / "log.csv";
@@ -103,7 +115,7 @@ TEST(TrainingLog, RefusesWhatIsNone) {
   EXPECT_THAT([&] { ReadTrainingLog(path); }, says("is missing or no training log"));
   const std::string good = FormatTrainingLog({At(1)});
   for (const char* line :
-       {"1,2,3,4,,,,,,", "1,2,3,4,,,,,,,,", "1,2.5,3,4,,,,,,,", "1,2,3,4,,x,,,,,", ""}) {
+       {"1,2,3,4,,,,,,,", "1,2,3,4,,,,,,,,,", "1,2.5,3,4,,,,,,,,", "1,2,3,4,,x,,,,,,", ""}) {
     WriteFile(path, good + line + "\n");
     EXPECT_THAT([&] { ReadTrainingLog(path); }, says("log.csv: line 3 does not hold the numbers"))
         << line;

@@ -19,7 +19,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tests/foam/synthetic_views.h"
+#include "tests/foam/repainted_views.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,29 +32,6 @@ using ::testing::MatchesRegex;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kNumClasses = 3;
 const char* const kLostPattern = "Training is lost at iteration [0-9]+: the [^.]+ loss .*";
-
-// The synthetic room with its pixels' colours replaced.
-class RepaintedViews final : public TrainingViews {
- public:
-  using Repaint = std::function<void(int view, int x, int y, Eigen::Vector3f* color)>;
-  explicit RepaintedViews(Repaint repaint) : repaint_(std::move(repaint)) {}
-
-  int NumViews() const override { return room_.NumViews(); }
-  int Width(int view) const override { return room_.Width(view); }
-  int Height(int view) const override { return room_.Height(view); }
-  bool IsHeldOut(int view) const override { return room_.IsHeldOut(view); }
-  Eigen::Vector3d Origin(int view) const override { return room_.Origin(view); }
-  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
-    if (!room_.Ray(view, x, y, ray)) return false;
-    repaint_(view, x, y, &ray->color);
-    return true;
-  }
-  std::vector<SeedPoint> Seeds(int count) const { return room_.Seeds(count); }
-
- private:
-  SyntheticViews room_{16, 64, 48};
-  Repaint repaint_;
-};
 
 const RepaintedViews& Room() {
   static const RepaintedViews room([](int, int, int, Eigen::Vector3f*) {});
@@ -102,7 +79,8 @@ void ExpectFinite(const TrainingSummary& summary) {
 TrainingSummary Train(const RepaintedViews& views,
                       const TrainingOptions& options,
                       int num_classes) {
-  const TrainingSummary summary = TrainFoam(views, views.Seeds(800), num_classes, options, nullptr);
+  const TrainingSummary summary =
+      TrainFoam(views, views.room().Seeds(800), num_classes, options, nullptr);
   ExpectFinite(summary);
   EXPECT_EQ(summary.step_limit_hits, 0);
   EXPECT_EQ(summary.nonfinite_gradients, 0);

@@ -16,6 +16,7 @@
 #include <string>
 
 #include "tests/foam/foam_digest.h"
+#include "tests/foam/repainted_views.h"
 #include "tests/foam/synthetic_views.h"
 #include <gtest/gtest.h>
 
@@ -33,36 +34,19 @@ TrainingOptions SmallRun() {
   return options;
 }
 
-// The synthetic room in photos every second of which is darker, until that is taken out.
-class DarkenedViews final : public TrainingViews {
- public:
-  int NumViews() const override { return room_.NumViews(); }
-  int Width(int view) const override { return room_.Width(view); }
-  int Height(int view) const override { return room_.Height(view); }
-  bool IsHeldOut(int view) const override { return room_.IsHeldOut(view); }
-  Eigen::Vector3d Origin(int view) const override { return room_.Origin(view); }
-  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
-    if (!room_.Ray(view, x, y, ray)) return false;
-    if (view % 2 == 1 && !is_corrected) ray->color *= 0.6f;
-    return true;
-  }
-  const SyntheticViews& room() const { return room_; }
-
-  bool is_corrected = false;
-
- private:
-  SyntheticViews room_{16, 64, 48};
-};
-
 TEST(Trainer, AdaptsItsViewsToTheFoamInTraining) {
-  DarkenedViews views;
+  // Every second photo is darker, until that is taken out.
+  bool is_corrected = false;
+  const RepaintedViews views([&](int view, int, int, Eigen::Vector3f* color) {
+    if (view % 2 == 1 && !is_corrected) *color *= 0.6f;
+  });
   const std::vector<SeedPoint> seeds = views.room().Seeds(800);
   const TrainingSummary dark = TrainFoam(views, seeds, 0, SmallRun(), nullptr);
   int calls = 0;
   TrainingHooks hooks;
   hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
     ++calls;
-    views.is_corrected = true;
+    is_corrected = true;
     const std::vector<ViewPixel> pixels = {{2, 10, 10}, {2, 50, 40}, {5, 32, 24}};
     const std::vector<RenderedRay> rendered = render(pixels);
     ASSERT_EQ(rendered.size(), pixels.size());
@@ -285,27 +269,11 @@ double ColorRoughness(const Foam& foam) {
   return sum / weights;
 }
 
-// The synthetic room in photos of one grey, which tell nothing of what is where.
-class GreyViews final : public TrainingViews {
- public:
-  int NumViews() const override { return room_.NumViews(); }
-  int Width(int view) const override { return room_.Width(view); }
-  int Height(int view) const override { return room_.Height(view); }
-  bool IsHeldOut(int view) const override { return room_.IsHeldOut(view); }
-  Eigen::Vector3d Origin(int view) const override { return room_.Origin(view); }
-  bool Ray(int view, int x, int y, TrainingRay* ray) const override {
-    if (!room_.Ray(view, x, y, ray)) return false;
-    ray->color.setConstant(0.5f);
-    return true;
-  }
-  const SyntheticViews& room() const { return room_; }
-
- private:
-  SyntheticViews room_{16, 64, 48, /*gloss=*/0, /*knows_distances=*/true};
-};
-
 TEST(Trainer, MatterIsWhereDistancesAreKnown) {
-  const GreyViews views;
+  // Photos of one grey, which tell nothing of what is where.
+  const RepaintedViews views(
+      [](int, int, int, Eigen::Vector3f* color) { color->setConstant(0.5f); },
+      {16, 64, 48, /*gloss=*/0, /*knows_distances=*/true});
   TrainingOptions options = SmallRun();
   // Returns the share of the held-out rays whose depth is right to a twentieth.
   const auto share_right = [&](double weight) {

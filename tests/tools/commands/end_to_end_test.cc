@@ -312,7 +312,7 @@ TEST_F(EndToEndTest, TheLogGoesOverTheWholeRun) {
   std::vector<std::string> fields;
   std::istringstream words(last);
   for (std::string field; std::getline(words, field, ',');) fields.push_back(field);
-  ASSERT_THAT(fields, SizeIs(11));
+  ASSERT_THAT(fields, SizeIs(12));
   // In batches of 512.
   EXPECT_EQ(std::stoll(fields[1]), 586);
   EXPECT_GE(std::stoll(fields[2]), 300000);

@@ -194,6 +194,7 @@ TEST_F(Resume, KeepsTheScheduleOfATimeBudget) {
                                      "--FoamTraining.time_budget"};
   // Where measuring the machine takes all of it, as with sanitizers, there is nothing to stop.
   const auto is_stopped = [&](const char* seconds) {
+    fs::remove_all(output);
     std::vector<std::string> first = budget;
     first.insert(first.end(), {seconds, "--checkpoint_every", "0.001"});
     Running running(first);

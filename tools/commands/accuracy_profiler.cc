@@ -72,6 +72,7 @@ class Study {
     LOG(INFO) << scene_.MaskReport();
     LogWarnings(scene_);
     fits_exposure_ = BringToReferenceExposure(&scene_);
+    AddSurfaceSeeds(run_, &scene_);
   }
 
   void Run() {
@@ -82,9 +83,7 @@ class Study {
       TakeSchedule(OptionsForQuality(quality.value), run_.kept_options, &run.training);
       if (quality.name != base.value) runs.push_back(std::move(run));
     }
-    for (StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
-      runs.push_back(std::move(run));
-    }
+    for (StudyRun& run : SweepsAroundBase(base)) runs.push_back(std::move(run));
     Announce(base, &runs);
 
     const auto begin = std::chrono::steady_clock::now();
@@ -111,7 +110,7 @@ class Study {
     if (quality_is_given_) return base;
     const auto seconds = [&] {
       double sum = time_.TrainingSeconds(base.training);
-      for (const StudyRun& run : SweepsAround(base.training, LongestSide(scene_))) {
+      for (const StudyRun& run : SweepsAroundBase(base)) {
         sum += time_.TrainingSeconds(run.training);
       }
       return sum;
@@ -126,6 +125,10 @@ class Study {
       if (base.training.num_rays == before) break;  // the user gave it
     }
     return base;
+  }
+
+  std::vector<StudyRun> SweepsAroundBase(const StudyRun& base) const {
+    return SweepsAround(base.training, LongestSide(scene_), Sweeps(run_));
   }
 
   // Drops what the budget does not hold, the sweeps having precedence over the presets, and says
@@ -155,39 +158,41 @@ class Study {
     *runs = std::move(kept);
   }
 
-  // As a training does, which also sweeps for surface seeds. Returns whether exposure is on.
+  // Fits the photos' light as a training does. Returns whether exposure is on.
   bool BringToReferenceExposure(TrainingScene* scene) const {
     SceneEffects effects = ProbeEffects(*scene, run_.effects);
     scene->SetLights(std::move(effects.lights));
-    AddSurfaceSeeds(run_, scene);
     return effects.Find("exposure").on;
+  }
+
+  // Loads the photos for one run: at its size, and without a plane sweep where it has none.
+  TrainingScene SceneOf(const StudyRun& run) const {
+    SceneOptions options = run_.scene;
+    if (run.max_image_size > 0) options.max_image_size = run.max_image_size;
+    TrainingScene scene = LoadScene(run_, options);
+    BringToReferenceExposure(&scene);
+    if (run.sweeps) AddSurfaceSeeds(run_, &scene);
+    return scene;
   }
 
   // Trains, scores, adds the row and writes all that is known by then.
   void TrainAndScore(const StudyRun& run, bool with_exports) {
+    std::optional<TrainingScene> own_scene;
+    const bool is_reduced = run.max_image_size > 0 && run.max_image_size < LongestSide(scene_);
+    if (is_reduced || !run.sweeps) own_scene.emplace(SceneOf(run));
+    const TrainingScene& scene = own_scene ? *own_scene : scene_;
     const auto begin = std::chrono::steady_clock::now();
-    TrainingSummary summary;
-    int image_size = LongestSide(scene_);
-    if (run.max_image_size > 0 && run.max_image_size < image_size) {
-      SceneOptions reduced = run_.scene;
-      reduced.max_image_size = run.max_image_size;
-      TrainingScene scene = LoadScene(run_, reduced);
-      BringToReferenceExposure(&scene);
-      image_size = LongestSide(scene);
-      summary =
-          TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr, run_.device);
-    } else {
-      summary = TrainFoam(
-          scene_, scene_.Seeds(), scene_.NumClasses(), run.training, nullptr, run_.device);
-    }
+    TrainingSummary summary =
+        TrainFoam(scene, scene.Seeds(), scene.NumClasses(), run.training, nullptr, run_.device);
     AccuracyRow row{run.sweep,
                     run.value,
                     summary.last.rays,
                     summary.last.sites,
                     run.training.sh_degree,
-                    image_size,
+                    LongestSide(scene),
                     run.training.transmittance_cutoff};
     row.seconds = SecondsSince(begin);
+    own_scene.reset();
 
     Model model;
     model.foam = std::move(summary.foam);
@@ -195,17 +200,8 @@ class Study {
     model.world_from_normalized = scene_.WorldFromNormalized();
     model.labels = scene_.Labels();
     model.photos = scene_.Photos();  // at full size, whatever was trained on
-    const Scores scores = ScoreModel(
-        model,
-        "the study's foam",
-        {run_.scene.image_path, truth_, fits_exposure_, kDefaultSupersample, run_.device});
-    if (rows_.empty()) {
-      for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
-    }
-    row.psnr = MeanOf(scores.views).psnr;
-    row.ssim = MeanOf(scores.views).ssim;
-    const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
-    row.miou = exact.has_value() ? exact->iou : summary.last.held_out_miou;
+    row.miou = summary.last.held_out_miou;
+    Score(model, kDefaultSupersample, &row);
     const ViewRenderer renderer(model.foam, run_.device);
     const double scale = model.world_from_normalized.scale;
     row.surface_error = scale * SurfaceError(depth_views_, [&](const DepthView& view) {
@@ -213,10 +209,30 @@ class Study {
                         });
     Add(row);
     if (with_exports) {
+      AccuracyRow one_ray = row;
+      one_ray.sweep = "supersample";
+      one_ray.value = "1";
+      Score(model, 1, &one_ray);
+      Add(one_ray);
       const auto begin_exports = std::chrono::steady_clock::now();
       Export(row, model, renderer);
       seconds_exporting_ = SecondsSince(begin_exports);
     }
+  }
+
+  // Scores the pictures and, where there are exact masks, the labels of `model`.
+  void Score(const Model& model, int supersample, AccuracyRow* row) const {
+    const Scores scores =
+        ScoreModel(model,
+                   "the study's foam",
+                   {run_.scene.image_path, truth_, fits_exposure_, supersample, run_.device});
+    if (rows_.empty()) {
+      for (const std::string& sentence : scores.unscored) LOG(WARNING) << sentence;
+    }
+    row->psnr = MeanOf(scores.views).psnr;
+    row->ssim = MeanOf(scores.views).ssim;
+    const std::optional<LabelScore> exact = MeanOf(scores.objects, /*direct=*/true);
+    if (exact.has_value()) row->miou = exact->iou;
   }
 
   // What exports of one foam keep of its surfaces, over the points in the box of its volume.

@@ -254,8 +254,6 @@ TrainingSummary Train(const TrainingScene& scene,
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
-bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
-
 // Returns the number of photos that are swept with a time budget: a photo takes about 0.3 s of one
 // core, so this is at most a sixth of the budget.
 int SweptPhotosWithin(double time_budget) {
@@ -601,6 +599,8 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
           {"sh_degree", FormatValue(training.sh_degree)},
           {"densify_events", FormatValue(training.densify_events)}};
 }
+
+bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
 
 std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
   if (!Sweeps(run) || !run.block_seeds.empty()) return "";

@@ -107,10 +107,13 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
 // Loads the dataset of `scene`, within run.image_cache_gb.
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 
+// Returns whether a plane sweep looks for surfaces: not with run.sweep_photos 0 or a dense cloud
+// (run.scene.seed_path), which takes its place.
+bool Sweeps(const TrainingRun& run);
+
 // Adds the surface points of a plane sweep (FindSurfaceSeeds) to the seeds of `scene`, whose lights
 // must have been set before, sets its depths, and returns a line about them. Does nothing, and
-// returns nothing, with run.sweep_photos 0 or a dense cloud (run.scene.seed_path), which takes
-// their place, and where one block is trained.
+// returns nothing, unless run Sweeps, and where one block is trained.
 std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
 
 // Logs the warnings about a dataset: those of its plan and its own.

@@ -42,7 +42,9 @@ std::string Text(const char* format, double value) {
 
 }  // namespace
 
-std::vector<StudyRun> SweepsAround(const TrainingOptions& base, int longest_side) {
+std::vector<StudyRun> SweepsAround(const TrainingOptions& base,
+                                   int longest_side,
+                                   bool base_sweeps) {
   std::vector<StudyRun> runs;
   const auto add = [&](const char* sweep, auto value, auto change) {
     StudyRun run{sweep, FormatValue(value), base, -1};
@@ -71,7 +73,17 @@ std::vector<StudyRun> SweepsAround(const TrainingOptions& base, int longest_side
       run->training.transmittance_cutoff = value;
     });
   };
+  const auto without = [&](const char* name, double TrainingOptions::*weight) {
+    if (base.*weight == 0) return;
+    add(name, 0, [&](StudyRun* run) { run->training.*weight = 0; });
+  };
   rays(0.25), sites(0.25), size(2), degree(0), cutoff(0.1);
+  without("color_gradient_rate", &TrainingOptions::color_gradient_rate);
+  without("color_tv_weight", &TrainingOptions::color_tv_weight);
+  if (base_sweeps) {
+    without("distance_weight", &TrainingOptions::distance_weight);
+    add("sweep_photos", 0, [](StudyRun* run) { run->sweeps = false; });
+  }
   rays(0.5), sites(0.5), size(4), degree(1), cutoff(0.01);
   rays(2), sites(2), degree(2), cutoff(1e-4);
   degree(3);

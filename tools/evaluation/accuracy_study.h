@@ -20,12 +20,16 @@ struct StudyRun {
   TrainingOptions training;
   // SceneOptions::max_image_size.
   int max_image_size = -1;
+  // Whether there is a plane sweep (TrainingRun::sweep_photos), where the base has one.
+  bool sweeps = true;
 };
 
-// Returns runs of the base with one option changed at a time: rays, sites, photos' size, SH degree,
-// transmittance cut-off. The first change of each option comes before the second of any, so that an
-// interrupted study has results for each. `longest_side` is that of the photos, in pixels.
-std::vector<StudyRun> SweepsAround(const TrainingOptions& base, int longest_side);
+// Returns runs of the base with one option changed at a time. First the amounts: rays, sites,
+// photos' size, SH degree, transmittance cut-off. Then what can be left out, where the base has it:
+// colour gradients, the colours' variation, the plane sweep (`base_sweeps`) and its distances. The
+// first change of each option comes before the second of any, so that an interrupted study has
+// results for each. `longest_side` is that of the photos, in pixels.
+std::vector<StudyRun> SweepsAround(const TrainingOptions& base, int longest_side, bool base_sweeps);
 
 // One row of the table. NaN: not known.
 struct AccuracyRow {

@@ -29,27 +29,51 @@ AccuracyRow Row(const std::string& sweep, const std::string& value, double secon
 TEST(AccuracyProfilerStudy, ChangesOneThingAtATime) {
   TrainingOptions base;
   base.sh_degree = 1;
-  const std::vector<StudyRun> runs = SweepsAround(base, 640);
+  const std::vector<StudyRun> runs = SweepsAround(base, 640, /*base_sweeps=*/true);
   std::map<std::string, int> counts;
   for (const StudyRun& run : runs) {
     ++counts[run.sweep];
     const TrainingOptions& o = run.training;
     const int changed = (o.num_rays != base.num_rays) + (o.final_sites != base.final_sites) +
                         (run.max_image_size != -1) + (o.sh_degree != base.sh_degree) +
-                        (o.transmittance_cutoff != base.transmittance_cutoff);
+                        (o.transmittance_cutoff != base.transmittance_cutoff) +
+                        (o.color_gradient_rate != base.color_gradient_rate) +
+                        (o.color_tv_weight != base.color_tv_weight) +
+                        (o.distance_weight != base.distance_weight) + !run.sweeps;
     EXPECT_EQ(changed, 1) << run.sweep << " " << run.value;
     EXPECT_EQ(o.Check(), "");
   }
-  EXPECT_EQ(counts.size(), 5u);
-  for (const auto& [sweep, count] : counts) EXPECT_GE(count, 2) << sweep;
+  const std::set<std::string> left_out = {
+      "color_gradient_rate", "color_tv_weight", "distance_weight", "sweep_photos"};
+  EXPECT_EQ(counts.size(), 5 + left_out.size());
+  for (const auto& [sweep, count] : counts) {
+    if (left_out.contains(sweep)) {
+      EXPECT_EQ(count, 1) << sweep;
+    } else {
+      EXPECT_GE(count, 2) << sweep;
+    }
+  }
   EXPECT_EQ(counts["sh_degree"], 3);
-  // Whatever is cut off at the end, the first five are five different ones.
+  // Whatever is cut off at the end, the first ones are different ones.
   std::set<std::string> first;
-  for (int i = 0; i < 5; ++i) first.insert(runs[i].sweep);
-  EXPECT_EQ(first.size(), 5u);
+  for (size_t i = 0; i < counts.size(); ++i) first.insert(runs[i].sweep);
+  EXPECT_EQ(first.size(), counts.size());
   // Sites out of range are left out, not trained.
   base.final_sites = 100;
-  for (const StudyRun& run : SweepsAround(base, 640)) EXPECT_GE(run.training.final_sites, 64);
+  for (const StudyRun& run : SweepsAround(base, 640, true)) {
+    EXPECT_GE(run.training.final_sites, 64);
+  }
+}
+
+TEST(AccuracyProfilerStudy, LeavesOutWhatTheBaseHasOnly) {
+  TrainingOptions base;
+  base.color_tv_weight = 0;
+  for (const StudyRun& run : SweepsAround(base, 640, /*base_sweeps=*/false)) {
+    EXPECT_TRUE(run.sweeps);
+    EXPECT_NE(run.sweep, "color_tv_weight");
+    EXPECT_NE(run.sweep, "distance_weight");
+    EXPECT_NE(run.sweep, "sweep_photos");
+  }
 }
 
 TEST(AccuracyProfilerStudy, TheFrontIsWhatNothingBeats) {
@@ -115,6 +139,7 @@ TEST(AccuracyProfiler, StudiesTheTabletopInSeconds) {
   // The table is 2 m wide and seen from some 3 m.
   EXPECT_LT(surface_errors["base"][0], 1);
   // How much more there is, is a matter of time.
+  EXPECT_EQ(surface_errors["supersample"].size(), 1u);
   EXPECT_GE(surface_errors["surface"].size(), 1u);
   EXPECT_GE(surface_errors["VolumeExport.max_resolution"].size(), 1u);
 }

@@ -8,10 +8,12 @@
 #include "foam/model/activation.h"
 #include "foam/model/spherical_harmonics.h"
 #include "foam/util/error.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glog/logging.h>
@@ -27,12 +29,6 @@ constexpr double kLeastDensity = 1e-9;
 
 // Of a cell's radius: by so much floats may move its site.
 constexpr double kLargestError = 0.01;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // So that the sites lie around the origin, at about unit distance.
 Similarity FrameOfSites(const std::vector<Eigen::Vector3d>& sites) {

@@ -3,6 +3,7 @@
 
 #include "export/scene/object_selection.h"
 #include "foam/util/error.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -17,14 +18,6 @@ constexpr size_t kFewestSamples = 10;
 constexpr double kMostWeight = 4;
 constexpr double kToleranceRadii = 2;
 constexpr double kToleranceShare = 0.01;
-
-template <typename T>
-T MedianOf(std::vector<T> values) {
-  CHECK(!values.empty());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void RequireEnough(size_t count, const std::string& of, const char* what, const char* right) {
   if (count >= kFewestSamples) return;
@@ -82,9 +75,9 @@ SurfaceSamples LevelSurface(const ExportableScene& scene, const LevelChoice& lev
                 level.by == LevelBy::kPlane ? "plane" : "'" + level.labels + "'",
                 "cells",
                 "a larger thing");
-  const double most = kMostWeight * MedianOf(samples.weights);
+  const double most = kMostWeight * Median(samples.weights);
   for (double& weight : samples.weights) weight = std::min(weight, most);
-  samples.tolerance = kToleranceRadii * MedianOf(radii) * scene.colmap_from_normalized.scale;
+  samples.tolerance = kToleranceRadii * Median(radii) * scene.colmap_from_normalized.scale;
   return samples;
 }
 
@@ -107,11 +100,11 @@ SurfaceSamples LevelSurface(const std::vector<Eigen::Vector3d>& points, const Le
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> coordinates;
     for (const Eigen::Vector3d& x : samples.points) coordinates.push_back(x[axis]);
-    middle[axis] = MedianOf(coordinates);
+    middle[axis] = Median(coordinates);
   }
   std::vector<double> distances;
   for (const Eigen::Vector3d& x : samples.points) distances.push_back((x - middle).norm());
-  samples.tolerance = kToleranceShare * MedianOf(distances);
+  samples.tolerance = kToleranceShare * Median(distances);
   if (!(samples.tolerance > 0)) {
     throw FieldError("level",
                      " is plane, but most points of the model are in one place; choose cameras.");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/object_surface.h"
 
+#include "foam/util/median.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -179,10 +181,7 @@ int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surf
         (scene.voronoi_vertices[tet] - scene.cell_positions[cell].cast<double>()).norm());
   }
   if (distances.empty()) return 0;
-  std::vector<double> sorted = distances;
-  const auto middle = sorted.begin() + sorted.size() / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double limit = 8 * *middle;
+  const double limit = 8 * Median(distances);
   return std::count_if(
       distances.begin(), distances.end(), [&](double distance) { return distance > limit; });
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface/contact_planes.h"
 
+#include "foam/util/median.h"
+
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <glog/logging.h>
@@ -38,12 +41,6 @@ constexpr int kFillRounds = 5;
 
 Vector3d Site(const ExportableScene& scene, uint32_t cell) {
   return scene.cell_positions[cell].cast<double>();
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // By least squares over the points within three median distances of the plane before.

@@ -2,11 +2,13 @@
 #include "export/surface/flat_parts.h"
 
 #include "foam/geometry/plane_fit.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <glog/logging.h>
@@ -53,13 +55,6 @@ std::vector<Vector3d> SmoothNormals(const Triangles& triangles,
   AddNeighbors(triangles, kNormalSteps, &normals);
   for (Vector3d& normal : normals) normal = normal.stableNormalized();
   return normals;
-}
-
-template <typename T>
-T Median(std::vector<T> values) {
-  CHECK(!values.empty());
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 // Directions evenly over the sphere (Fibonacci's lattice).

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface/open_sheet.h"
 
+#include "foam/util/median.h"
+
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -129,9 +132,8 @@ void RemoveLongFaces(const ObjectSurface& surface,
     }
   }
   if (lengths.empty()) return;
-  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
   const double long_side = surface.object_id == kNoObject ? kLongSideOfScene : kLongSide;
-  const double limit = long_side * long_side * lengths[lengths.size() / 2];
+  const double limit = long_side * long_side * Median(std::move(lengths));
   std::vector<uint32_t> to_look_at;
   for (uint32_t f = 0; f < behind.size(); ++f) {
     if (!(*is_shown)[f]) to_look_at.push_back(f);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface/surface_box.h"
 
+#include "foam/util/median.h"
+
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace semfoam {
 namespace {
@@ -27,16 +30,15 @@ Eigen::AlignedBox3d SurfaceBox(const ExportableScene& scene, const std::vector<u
   if (shown.empty()) return box;
   std::vector<double> radii;
   for (const uint32_t cell : shown) radii.push_back(scene.radius[cell]);
-  const auto middle = radii.begin() + radii.size() / 2;
-  std::nth_element(radii.begin(), middle, radii.end());
+  const double radius = Median(std::move(radii));
   std::vector<double> places(shown.size());
   const auto rank = static_cast<size_t>(kLeftOut * static_cast<double>(shown.size() - 1));
   for (int axis = 0; axis < 3; ++axis) {
     for (size_t k = 0; k < shown.size(); ++k) places[k] = scene.cell_positions[shown[k]][axis];
     std::sort(places.begin(), places.end());
     const double from = places[rank], to = places[places.size() - 1 - rank];
-    const double margin = std::max(kMargin * (to - from), *middle);
-    const double far = std::max(kFar * (to - from), 2 * *middle);
+    const double margin = std::max(kMargin * (to - from), radius);
+    const double far = std::max(kFar * (to - from), 2 * radius);
     double low = from, high = to;
     for (const uint32_t cell : cells) {
       low = std::min<double>(low, scene.cell_positions[cell][axis]);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/transfer/label_source.h"
 
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 
-#include <algorithm>
 #include <iterator>
 #include <sstream>
+#include <utility>
 
 namespace semfoam {
 namespace {
@@ -31,12 +32,10 @@ std::string FoamLabels::Why(const std::vector<Eigen::Vector3d>& places) const {
   ParallelForBlocks(std::ssize(places), 8, [&](int64_t begin, int64_t end) {
     for (int64_t k = begin; k < end; ++k) distances[k] = search_.DistanceToMatter(places[k]);
   });
-  const auto middle = distances.begin() + std::ssize(distances) / 2;
-  std::nth_element(distances.begin(), middle, distances.end());
   std::ostringstream text;
   text.precision(6);
   text << "are farther than " << search_.tolerance()
-       << " from all matter of the foam, half of them farther than " << *middle
+       << " from all matter of the foam, half of them farther than " << Median(std::move(distances))
        << MeansApart(places, "the matter", search_.MiddleOfMatter());
   return text.str();
 }

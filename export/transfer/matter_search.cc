@@ -2,6 +2,7 @@
 #include "export/transfer/matter_search.h"
 
 #include "export/volume/volume_extent.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,10 +33,7 @@ double MedianRadius(const ExportableScene& scene) {
       if (scene.photographed[cell] && scene.is_matter[cell]) radii.push_back(scene.radius[cell]);
     }
   }
-  CHECK(!radii.empty());
-  const auto middle = radii.begin() + std::ssize(radii) / 2;
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return Median(std::move(radii));
 }
 
 }  // namespace

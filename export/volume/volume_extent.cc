@@ -2,11 +2,13 @@
 #include "export/volume/volume_extent.h"
 
 #include "foam/util/error.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include <glog/logging.h>
 
@@ -49,9 +51,7 @@ double MedianRadius(const ExportableScene& scene, const std::vector<uint32_t>& c
   std::vector<float> radii;
   radii.reserve(cells.size());
   for (const uint32_t cell : cells) radii.push_back(scene.radius[cell]);
-  const auto middle = radii.begin() + radii.size() / 2;
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return Median(std::move(radii));
 }
 
 // Returns about how much of the box the cells fill, normalised frame: cells reach out of it, but

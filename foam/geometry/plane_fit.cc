@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/geometry/plane_fit.h"
 
+#include "foam/util/median.h"
 #include "foam/util/random.h"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -161,10 +163,9 @@ double InlierDistance(const std::vector<Eigen::Vector3d>& points,
     if (weights[i] > 0 && distance <= tolerance) distances.push_back(distance);
   }
   if (distances.empty()) return tolerance;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return std::clamp(
-      kInlierDeviations * *middle / kMedianOfDeviation, kLeastTolerance * tolerance, tolerance);
+  return std::clamp(kInlierDeviations * Median(std::move(distances)) / kMedianOfDeviation,
+                    kLeastTolerance * tolerance,
+                    tolerance);
 }
 
 }  // namespace

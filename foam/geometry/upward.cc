@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/geometry/upward.h"
 
+#include "foam/util/median.h"
 #include "foam/util/random.h"
 
 #include <algorithm>
@@ -27,12 +28,6 @@ constexpr double kLeastRatio = 9;
 constexpr double kLeastPitch = 0.2;
 
 using Directions = std::vector<Eigen::Vector3d>;
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double AngleDegrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   // Not by an arc cosine, which has no digits for small angles.
@@ -135,7 +130,7 @@ std::optional<CameraUp> UpOfCameras(const std::vector<Eigen::Quaterniond>& cam_f
     off.push_back(result.by_horizon ? std::abs(90 - AngleDegrees(right[i], result.up))
                                     : AngleDegrees(upward[i], result.up));
   }
-  result.spread_degrees = MedianOf(off);
+  result.spread_degrees = Median(off);
   return result;
 }
 

@@ -208,12 +208,18 @@ inline constexpr double kDistanceLossKnee = 0.02;
 // From about this share on, a depth behind a known distance counts less and less: the ray goes on
 // to what a glossy surface mirrors, what glass shows, or what lies farther away than was looked
 // for.
-inline constexpr double kDistanceLossReach = 0.03;
+inline constexpr double kDistanceLossReach = 0.05;
+inline constexpr double kSquaredDistanceKnee = kDistanceLossKnee * kDistanceLossKnee;
+inline constexpr double kSquaredDistanceReach = kDistanceLossReach * kDistanceLossReach;
+// Depths so many times as far as a known distance count as if they were no farther, so that squares
+// stay finite.
+inline constexpr double kFarthestDepth = 1e9;
 
 // Returns the part of `depth` / `distance` - 1 beyond the tolerance; 0 within it.
 template <typename T>
 SEMFOAM_HOST_DEVICE T DistanceExcess(const T& depth, double distance) {
   const T difference = depth / T(distance) - T(1);
+  if (difference > T(kFarthestDepth)) return T(kFarthestDepth);
   if (difference > T(kDistanceTolerance)) return difference - T(kDistanceTolerance);
   if (difference < T(-kDistanceTolerance)) return difference + T(kDistanceTolerance);
   return T(0);
@@ -227,28 +233,25 @@ SEMFOAM_HOST_DEVICE T DistanceExcess(const T& depth, double distance) {
 template <typename T>
 SEMFOAM_HOST_DEVICE T DistanceLoss(const T& depth, double distance) {
   using std::sqrt;
-  constexpr double kSquaredKnee = kDistanceLossKnee * kDistanceLossKnee;
-  constexpr double kSquaredReach = kDistanceLossReach * kDistanceLossReach;
   const T x = DistanceExcess(depth, distance);
   if (x > T(0)) {
-    return T(kSquaredReach / (2 * kDistanceLossKnee)) * (x * x / (x * x + T(kSquaredReach)));
+    return T(kSquaredDistanceReach / (2 * kDistanceLossKnee)) *
+           (x * x / (x * x + T(kSquaredDistanceReach)));
   }
   // sqrt(x^2 + knee^2) - knee without cancellation.
-  return x * x / (sqrt(x * x + T(kSquaredKnee)) + T(kDistanceLossKnee));
+  return x * x / (sqrt(x * x + T(kSquaredDistanceKnee)) + T(kDistanceLossKnee));
 }
 
 // Returns the derivative of DistanceLoss by the depth.
 template <typename T>
 SEMFOAM_HOST_DEVICE T DistanceLossSlope(const T& depth, double distance) {
   using std::sqrt;
-  constexpr double kSquaredKnee = kDistanceLossKnee * kDistanceLossKnee;
-  constexpr double kSquaredReach = kDistanceLossReach * kDistanceLossReach;
   const T x = DistanceExcess(depth, distance);
   if (x > T(0)) {
-    const T share = T(kSquaredReach) / (x * x + T(kSquaredReach));
+    const T share = T(kSquaredDistanceReach) / (x * x + T(kSquaredDistanceReach));
     return share * share * x / T(kDistanceLossKnee * distance);
   }
-  return x / (sqrt(x * x + T(kSquaredKnee)) * T(distance));
+  return x / (sqrt(x * x + T(kSquaredDistanceKnee)) * T(distance));
 }
 
 // Returns all terms, unweighted. `logits` is scratch of num_classes values; afterwards it holds the

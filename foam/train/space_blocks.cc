@@ -2,6 +2,7 @@
 #include "foam/train/space_blocks.h"
 
 #include "foam/render/ray_tracer.h"
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 #include "foam/util/random.h"
 
@@ -234,8 +235,7 @@ float HaloWidth(const std::vector<float>& radii, const DensificationStatistics& 
     if (statistics.contribution[i] > kSeen) seen.push_back(radii[i]);
   }
   if (seen.empty()) return 0;
-  std::nth_element(seen.begin(), seen.begin() + seen.size() / 2, seen.end());
-  return kLayers * seen[seen.size() / 2];
+  return kLayers * Median(std::move(seen));
 }
 
 std::vector<BlockRays> ChooseRays(const TrainingViews& views,

@@ -2,21 +2,17 @@
 #include "plugin/colmap/normalized_frame.h"
 
 #include "foam/geometry/guard_sites.h"
+#include "foam/util/median.h"
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <glog/logging.h>
 
 namespace semfoam {
 namespace {
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photometric/pose_refinement.h"
 
+#include "foam/util/median.h"
 #include "plugin/photometric/camera_placement.h"
 #include "plugin/photometric/track_adjustment.h"
 #include "plugin/util/files.h"
@@ -30,13 +31,6 @@ std::vector<Pose> PosesOf(const TrainingScene& scene) {
   poses.reserve(scene.NumViews());
   for (const PhotoRecord& photo : scene.Photos()) poses.push_back(PoseOf(photo));
   return poses;
-}
-
-// Returns the median; `values` must not be empty.
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -168,9 +162,9 @@ PoseRefiner::Movements PoseRefiner::MeasureMovements() const {
   }
   Movements result;
   if (degrees.empty()) return result;
-  result.median_degrees = MedianOf(degrees);
+  result.median_degrees = Median(degrees);
   result.largest_degrees = *std::max_element(degrees.begin(), degrees.end());
-  result.median_shift = MedianOf(shifts);
+  result.median_shift = Median(shifts);
   result.largest_shift = *std::max_element(shifts.begin(), shifts.end());
   return result;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photometric/track_adjustment.h"
 
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -94,11 +95,8 @@ bool IsBefore(const Observation& seen,
   return seen.frame.direction.dot(SeenFrom(placement, position)) > 0;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double MedianOrZero(std::vector<double> values) {
+  return values.empty() ? 0 : Median(std::move(values));
 }
 
 // Appends the errors of a point in pixels.
@@ -253,12 +251,12 @@ std::vector<CameraPlacement> AdjustToTracks(const AdjustableTracks& tracks,
       AppendErrors(points[i], points[i].position, moved, &errors);
       movements.push_back((points[i].position - given[i].position).norm());
     }
-    const double scale = std::max(Median(std::move(errors)), kLeastScale);
+    const double scale = std::max(MedianOrZero(std::move(errors)), kLeastScale);
     // All errors have the unit of pixels, and the noise this scale; so do those of the priors.
     const auto weight_of = [&](double first_size, double size) {
       return scale / (round == 0 ? first_size : std::max(size, kLeastMotion));
     };
-    point_weight = weight_of(kFirstPointPrior, Median(std::move(movements)));
+    point_weight = weight_of(kFirstPointPrior, MedianOrZero(std::move(movements)));
     turn_weight = weight_of(kFirstMotionPrior, std::sqrt(turns / (3 * num_moved)));
     shift_weight = weight_of(kFirstMotionPrior, std::sqrt(shifts / (3 * num_moved)));
     loss->Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
@@ -285,9 +283,9 @@ double TrackGain(const AdjustableTracks& tracks,
   for (size_t i = first; i < tracks.points.size(); i += step) {
     AppendErrors(tracks.points[i], tracks.points[i].position, before, &given);
   }
-  const double scale = std::max(Median(std::move(given)), kLeastScale);
+  const double scale = std::max(MedianOrZero(std::move(given)), kLeastScale);
   const std::vector<double> errors_before = ErrorsOf(tracks, before, scale, first, step);
-  const double cap = kErrorCap * Median(errors_before);
+  const double cap = kErrorCap * MedianOrZero(errors_before);
   const auto squared = [cap](const std::vector<double>& errors) {
     double sum = 0;
     for (const double error : errors) sum += std::pow(std::min(error, cap), 2);

@@ -2,6 +2,7 @@
 #include "plugin/photometric/transient_things.h"
 
 #include "foam/image/srgb.h"
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -123,10 +124,7 @@ Difference Compare(const TrainingScene& scene,
     result.square[i] = result.signed_mean[i].squaredNorm() / 3;
     squares.push_back(result.square[i]);
   }
-  if (!squares.empty()) {
-    std::nth_element(squares.begin(), squares.begin() + squares.size() / 2, squares.end());
-    result.own = squares[squares.size() / 2];
-  }
+  if (!squares.empty()) result.own = Median(std::move(squares));
   return result;
 }
 
@@ -194,13 +192,13 @@ std::vector<std::vector<float>> UsualSquares(const std::vector<Difference>& phot
       means.push_back(static_cast<float>(sum / num));
     }
     if (std::ssize(means) < kFewestViews) continue;
-    std::nth_element(means.begin(), means.begin() + means.size() / 2, means.end());
+    const float median = Median(means);
     for (size_t k = begin; k < end; ++k) {
       const VoxelSample& sample = samples[k];
       const auto level = static_cast<int8_t>(sample.voxel[0]);
       if (level >= level_of[sample.photo][sample.place]) continue;
       level_of[sample.photo][sample.place] = level;
-      usual[sample.photo][sample.place] = means[means.size() / 2];
+      usual[sample.photo][sample.place] = median;
     }
   }
   return usual;

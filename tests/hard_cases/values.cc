@@ -380,6 +380,18 @@ HardCaseResult DepthDifferences(const CheckOptions&) {
     for (double ratio = 1e-6; ratio < 2e6; ratio *= 1.37) {
       check(static_cast<float>(ratio * distance), distance);
     }
+    for (const double ratio : {1e8, 1e12, 1e20, 1e30}) {  // squares of these are infinite
+      const auto depth = static_cast<float>(ratio * distance);
+      const double most = kSquaredDistanceReach / (2 * kDistanceLossKnee);
+      result.Expect(std::abs(DistanceLoss(depth, distance) - most) <= 1e-6 * most,
+                    "the loss of a depth that is farther by ",
+                    ratio,
+                    " is ",
+                    DistanceLoss(depth, distance),
+                    ", not ",
+                    most);
+      check(depth, distance);
+    }
     for (const double inside : {0.991, 1., 1.009}) {
       const auto depth = static_cast<float>(inside * distance);
       result.Expect(DistanceLoss(depth, distance) == 0 && DistanceLossSlope(depth, distance) == 0,

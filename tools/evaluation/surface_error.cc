@@ -2,6 +2,7 @@
 #include "tools/evaluation/surface_error.h"
 
 #include "foam/render/ray_tracer.h"
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace semfoam {
 namespace {
@@ -197,9 +199,7 @@ double SurfaceError(const std::vector<DepthView>& views, const DistancesOf& dist
     }
   }
   if (errors.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = errors.begin() + static_cast<int64_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return Median(std::move(errors));
 }
 
 }  // namespace semfoam

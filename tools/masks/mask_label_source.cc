@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/masks/mask_label_source.h"
 
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -71,9 +72,7 @@ void MaskLabels::LookAt(const PolygonMesh& mesh) {
     if (size > 0) sizes.push_back(size);
   }
   if (sizes.empty()) return;
-  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  resolution_ = kPixelsApart * *middle * transform_.scale;
+  resolution_ = kPixelsApart * Median(std::move(sizes)) * transform_.scale;
 }
 
 LabelSource::Answer MaskLabels::Ask(const Eigen::Vector3d& x,

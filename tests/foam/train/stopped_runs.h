@@ -39,7 +39,7 @@ inline TrainingOptions EventfulRun() {
   options.densify_events = 4;
   options.position_rate = 0.3;
   // So few cells are larger than the distances are exact.
-  options.distance_weight = 1e-3;
+  options.distance_weight = 3.6e-4;
   return options;
 }
 

@@ -4,6 +4,7 @@
 #include "foam/data/training_views.h"
 #include "foam/geometry/delaunay.h"
 #include "foam/model/foam.h"
+#include "foam/train/harmonic_extension.h"
 #include "foam/util/ids.h"
 #include "foam/view/cell_statistics.h"
 
@@ -27,35 +28,12 @@ namespace semfoam {
 // Returns whether less than half of the views that are not held out, but one at least, have labels.
 bool FewViewsHaveLabels(const TrainingViews& views);
 
-// A symmetric graph over N nodes in the layout of Delaunay: the edges of node i are neighbors and
-// conductance [offsets[i]] .. [offsets[i + 1]].
-struct ConductanceGraph {
-  std::vector<uint32_t> offsets;    // [N + 1]
-  std::vector<uint32_t> neighbors;  // [2 E]
-  // [2 E] >= 0, the same in both directions.
-  std::vector<float> conductance;
-
-  int64_t NumNodes() const { return static_cast<int64_t>(offsets.size()) - 1; }
-};
-
 // Returns the edges between sites; those to guards are left out.
 ConductanceGraph MakeConductanceGraph(const Delaunay& delaunay,
                                       const CellStatistics& statistics,
                                       const Foam& foam);
 
 using IdentityVector = Eigen::Matrix<float, kIdentityDim, 1>;
-
-// Returns for each node the x that minimises, in each dimension,
-//
-//   sum over edges of conductance (x_i - x_j)^2 + sum over nodes of hold_i S_i (x_i - target_i)^2,
-//
-// where S_i is the sum of the node's conductances. `hold` [N] >= 0 is 0 where a node has no target.
-// Nodes from which no way leads to one with a target are 0. Solved by conjugate gradients, until
-// no longer improved or for a fixed number of iterations; the result does not depend on the number
-// of threads.
-std::vector<IdentityVector> ExtendHarmonically(const ConductanceGraph& graph,
-                                               const std::vector<float>& hold,
-                                               const std::vector<IdentityVector>& target);
 
 // Returns one unit vector for each class, as far from each other as they are easily placed: the
 // axes for up to kIdentityDim classes. Identities that are mixtures of these have the class with

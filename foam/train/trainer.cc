@@ -3,6 +3,7 @@
 
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
+#include "foam/train/hidden_cells.h"
 #include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
@@ -204,7 +205,15 @@ TrainingSummary Trainer::Finish(const Device& device) {
   const bool spreads_labels =
       summary_.foam.HasSemantics() && !TrainsBlock() && FewViewsHaveLabels(views_);
   const int stride = StatisticsStride(views_, options_.num_rays);
-  summary_.statistics = MeasureCells(summary_.foam, renderer, views_, stride);
+  CellMeasurements measured = MeasureCells(summary_.foam, renderer, views_, stride);
+  summary_.statistics = std::move(measured.statistics);
+  // Of a block's cells most are seen by photos of other blocks, too.
+  if (!TrainsBlock()) {
+    summary_.hidden_cells = RecolorHiddenCells(renderer.delaunay(),
+                                               measured.transmittance,
+                                               &summary_.foam,
+                                               &summary_.statistics.mean_color);
+  }
   if (spreads_labels) {
     summary_.spreading = SpreadLabels(
         renderer.delaunay(),

@@ -76,6 +76,9 @@ struct TrainingSummary {
   int64_t unstable_iterations = 0;
   // TrainingGuard::explained_contrast at the end.
   double explained_contrast = NAN;
+  // Number of cells that photos see through others only, whose colours are those of their
+  // neighbours (foam/train/hidden_cells.h).
+  int64_t hidden_cells = 0;
   // How labels were spread; without a value they were not, as enough views have labels.
   std::optional<SpreadingResult> spreading;
   // All reports.

@@ -19,6 +19,8 @@ namespace {
 struct CellObservation {
   uint32_t cell;
   float weight;
+  // Transmittance where the ray enters the cell.
+  float transmittance;
   // Light that passes the cell and that it stops, as in CellStatistics.
   float passed;
   float stopped;
@@ -53,6 +55,7 @@ void AddObservations(const RayTrace& trace,
     if (trace.segments[k].cell >= num_sites) continue;  // a guard
     observations->push_back({trace.segments[k].cell,
                              trace.weight[k],
+                             before,
                              passed,
                              stopped,
                              {trace.color[0][k], trace.color[1][k], trace.color[2][k]},
@@ -125,38 +128,43 @@ class ObservationSums {
         stopped_(num_sites, 0.0),
         weight_(num_sites, 0.0),
         weighted_color_(num_sites, Eigen::Vector3d::Zero()) {
-    statistics_.contribution.assign(num_sites, 0.f);
+    measured_.statistics.contribution.assign(num_sites, 0.f);
+    measured_.transmittance.assign(num_sites, 0.f);
   }
 
   void Add(const CellObservation& s) {
     passed_[s.cell] += s.passed;
     stopped_[s.cell] += s.stopped;
+    float& transmittance = measured_.transmittance[s.cell];
+    transmittance = std::max(transmittance, s.transmittance);
     if (!(s.weight > kNegligibleWeight)) return;
-    statistics_.contribution[s.cell] = std::max(statistics_.contribution[s.cell], s.weight);
+    float& contribution = measured_.statistics.contribution[s.cell];
+    contribution = std::max(contribution, s.weight);
     weight_[s.cell] += s.weight;
     weighted_color_[s.cell] += s.weight * s.color.cast<double>();
   }
 
   // Call it once, after the last Add. Cells that no ray saw get the colour of their constant SH
   // term.
-  CellStatistics Finish(const Foam& foam) {
+  CellMeasurements Finish(const Foam& foam) {
+    CellStatistics& statistics = measured_.statistics;
     const size_t n = weight_.size();
-    statistics_.passed.assign(passed_.begin(), passed_.end());
-    statistics_.stopped.assign(stopped_.begin(), stopped_.end());
-    statistics_.mean_color.resize(n);
+    statistics.passed.assign(passed_.begin(), passed_.end());
+    statistics.stopped.assign(stopped_.begin(), stopped_.end());
+    statistics.mean_color.resize(n);
     for (size_t i = 0; i < n; ++i) {
       const float* sh = &foam.sh[i * foam.ShStride()];
       const Eigen::Vector3f color =
           weight_[i] > 0
               ? Eigen::Vector3f((weighted_color_[i] / weight_[i]).cast<float>())
               : Eigen::Vector3f(Eigen::Vector3f(sh[0], sh[1], sh[2]).array() * float(kShDc) + 0.5f);
-      statistics_.mean_color[i] = color.cwiseMax(0.f).cwiseMin(1.f);
+      statistics.mean_color[i] = color.cwiseMax(0.f).cwiseMin(1.f);
     }
-    return std::move(statistics_);
+    return std::move(measured_);
   }
 
  private:
-  CellStatistics statistics_;
+  CellMeasurements measured_;
   std::vector<double> passed_, stopped_;
   std::vector<double> weight_;
   std::vector<Eigen::Vector3d> weighted_color_;
@@ -225,10 +233,10 @@ int64_t CellStatisticsBytes(int64_t num_sites) {
   return static_cast<int64_t>(2 * kRaysInMemory * observations * sizeof(CellObservation));
 }
 
-CellStatistics MeasureCells(const Foam& foam,
-                            const ViewRenderer& renderer,
-                            const TrainingViews& views,
-                            int stride) {
+CellMeasurements MeasureCells(const Foam& foam,
+                              const ViewRenderer& renderer,
+                              const TrainingViews& views,
+                              int stride) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
   for (int view = 0; view < views.NumViews(); ++view) {

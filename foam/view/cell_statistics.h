@@ -11,14 +11,22 @@
 
 namespace semfoam {
 
+// What the views that are not held out see of the cells.
+struct CellMeasurements {
+  CellStatistics statistics;
+  // [N], 0 to 1: the largest transmittance of a ray where it enters the cell, of the cells that
+  // pass, stop or show something; else 0.
+  std::vector<float> transmittance;
+};
+
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
-// each cell the largest weight, the weight-averaged visible colour, and how much light passes and
-// is stopped (CellStatistics). A cell that no ray meets has zeros and the colour of its constant SH
-// term.
-CellStatistics MeasureCells(const Foam& foam,
-                            const ViewRenderer& renderer,
-                            const TrainingViews& views,
-                            int stride);
+// each cell the largest weight, the weight-averaged visible colour, how much light passes and is
+// stopped (CellStatistics), and how much arrives. A cell that no ray meets has zeros and the colour
+// of its constant SH term.
+CellMeasurements MeasureCells(const Foam& foam,
+                              const ViewRenderer& renderer,
+                              const TrainingViews& views,
+                              int stride);
 
 // How much of a class the masks show in a cell.
 struct LabelVote {

@@ -419,6 +419,13 @@ std::string NamesOf(const std::vector<Label>& labels) {
   return text;
 }
 
+// Logs how many cells have the colours of their neighbours.
+void ReportHiddenCells(const TrainingSummary& summary) {
+  if (summary.hidden_cells == 0) return;
+  LOG(INFO) << summary.hidden_cells << " of " << summary.foam.NumSites()
+            << " cells, which photos see through others only, have the colours of their neighbours";
+}
+
 // Logs how labels were spread, and which are smaller than cells. `labels` [classes].
 void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labels) {
   std::vector<Label> small;
@@ -693,6 +700,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   effects.effects.push_back(adaptation.poses().MakeEffect());
   effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
+  ReportHiddenCells(summary);
   ReportLabels(summary, scene.Labels());
   LogWarnings(summary);
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);

@@ -49,11 +49,11 @@ TEST(LabelSpreading, AChainOfResistorsDividesTheVoltage) {
   const ConductanceGraph graph =
       GraphOf(6, {{0, 1, 1.f}, {1, 2, 0.5f}, {2, 3, 1.f}, {3, 4, 0.25f}, {4, 5, 0.5f}});
   std::vector<float> hold(6, 0.f);
-  hold[0] = hold[5] = 1e6f;
+  hold[0] = hold[5] = kFirmHold;
   std::vector<IdentityVector> target = Targets(6);
   target[0][0] = 1;
   target[5][1] = 1;
-  const std::vector<IdentityVector> x = ExtendHarmonically(graph, hold, target);
+  const std::vector<IdentityVector> x = ExtendHarmonically<kIdentityDim>(graph, hold, target);
   const double passed[] = {0, 1, 3, 4, 8, 10};
   for (int i = 0; i < 6; ++i) {
     EXPECT_NEAR(x[i][0], 1 - passed[i] / 10, 1e-4) << i;
@@ -67,7 +67,8 @@ TEST(LabelSpreading, AHeldNodeGivesWayInProportionToItsNeighbours) {
   const ConductanceGraph graph = GraphOf(2, {{0, 1, 3.f}});
   std::vector<IdentityVector> target = Targets(2);
   target[0][0] = 1;
-  const std::vector<IdentityVector> x = ExtendHarmonically(graph, {1.f, 1e6f}, target);
+  const std::vector<IdentityVector> x =
+      ExtendHarmonically<kIdentityDim>(graph, {1.f, kFirmHold}, target);
   EXPECT_NEAR(x[0][0], 0.5, 1e-4);
   EXPECT_NEAR(x[1][0], 0, 1e-4);
 }
@@ -77,7 +78,7 @@ TEST(LabelSpreading, NodesWithoutAWayToATargetAreZero) {
   std::vector<IdentityVector> target = Targets(5);
   target[0][4] = 1;
   const std::vector<IdentityVector> x =
-      ExtendHarmonically(graph, {1.f, 0.f, 0.f, 0.f, 0.f}, target);
+      ExtendHarmonically<kIdentityDim>(graph, {1.f, 0.f, 0.f, 0.f, 0.f}, target);
   EXPECT_NEAR(x[1][4], 1, 1e-4);
   for (int i = 2; i < 5; ++i) EXPECT_TRUE(x[i].isZero()) << i;
 }

@@ -35,9 +35,11 @@ TEST(CellStatistics, AreTheSumsOfTheirDefinition) {
   const Foam foam = RandomFoam();
   const SyntheticViews views(6, 32, 24);
   const ViewRenderer renderer(foam);
-  const CellStatistics got = MeasureCells(foam, renderer, views, kStride);
+  const CellMeasurements measured = MeasureCells(foam, renderer, views, kStride);
+  const CellStatistics& got = measured.statistics;
 
-  std::vector<double> contribution(400, 0.0), passed(400, 0.0), stopped(400, 0.0);
+  std::vector<double> contribution(400, 0.0), transmittance(400, 0.0), passed(400, 0.0),
+      stopped(400, 0.0);
   double rays = 0, left_over = 0;
   RayRecord<float> record;
   for (int view = 0; view < views.NumViews(); ++view) {
@@ -63,6 +65,10 @@ TEST(CellStatistics, AreTheSumsOfTheirDefinition) {
           }
           if (segment.cell < 400) {
             contribution[segment.cell] = std::max(contribution[segment.cell], before - behind);
+            if (behind > 0.5 || behind < std::min(before, 0.5) ||
+                before - behind > kNegligibleWeight) {
+              transmittance[segment.cell] = std::max(transmittance[segment.cell], before);
+            }
             // Of the light above one half, what is left; below it, what is taken.
             if (behind > 0.5) passed[segment.cell] += 2 * (behind - 0.5);
             if (behind < 0.5) stopped[segment.cell] += 2 * (std::min(before, 0.5) - behind);
@@ -77,6 +83,7 @@ TEST(CellStatistics, AreTheSumsOfTheirDefinition) {
   double all_stopped = 0;
   for (int i = 0; i < 400; ++i) {
     EXPECT_NEAR(got.contribution[i], contribution[i], 2e-4);
+    EXPECT_NEAR(measured.transmittance[i], transmittance[i], 2e-4);
     EXPECT_NEAR(got.passed[i], passed[i], 1e-4 * (1 + passed[i]));
     EXPECT_NEAR(got.stopped[i], stopped[i], 1e-4 * (1 + stopped[i]));
     all_stopped += got.stopped[i];
@@ -94,13 +101,14 @@ TEST(CellStatistics, AreTheSameOnAnyNumberOfThreads) {
     const ThreadLimit limit(threads);
     return MeasureCells(foam, renderer, views, 1);
   };
-  const CellStatistics one = measure(1);
+  const CellMeasurements one = measure(1);
   for (const int threads : {2, 5}) {
-    const CellStatistics more = measure(threads);
-    EXPECT_EQ(more.contribution, one.contribution);
-    EXPECT_EQ(more.mean_color, one.mean_color);
-    EXPECT_EQ(more.passed, one.passed);
-    EXPECT_EQ(more.stopped, one.stopped);
+    const CellMeasurements more = measure(threads);
+    EXPECT_EQ(more.transmittance, one.transmittance);
+    EXPECT_EQ(more.statistics.contribution, one.statistics.contribution);
+    EXPECT_EQ(more.statistics.mean_color, one.statistics.mean_color);
+    EXPECT_EQ(more.statistics.passed, one.statistics.passed);
+    EXPECT_EQ(more.statistics.stopped, one.statistics.stopped);
   }
 }
 

@@ -33,7 +33,7 @@ inline constexpr double kTransparentDensity = 1e-6;
 // A segment of this weight or less is shaded with the mean colour of its cell, and without
 // identity: its higher SH degrees and its feature would not be visible, and reading them costs
 // time.
-inline constexpr float kNegligibleWeight = 1e-4f;
+inline constexpr float kNegligibleWeight = 1e-3f;
 
 inline constexpr int kNumQuantiles = 2;
 

@@ -110,7 +110,8 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   plan.parameters = of_sites(parameter_bytes) + 3 * 4 * classifier;
   plan.planes = of_sites(kPlaneBytesPerSite);
   plan.triangulation = of_sites(topology_bytes);
-  // When the training is done, the cells' statistics take the place of batch and triangulation.
+  // When the training is done, the cells' statistics take the place of batch and triangulation, and
+  // after them the graph of hidden cells, which is smaller.
   plan.batch = std::max(kBytesPerRay * options.rays_per_iteration + ClassGradientBytes(num_classes),
                         CellStatisticsBytes(plan.sites) - plan.triangulation);
   plan.batch += kTraceBytesPerThread * NumThreads();

@@ -24,7 +24,7 @@ namespace {
 
 // The variations touch every cell, the rays only some: each takes one step in so many, with so many
 // times the weight; that of the colours half-way between those of the identities.
-constexpr int64_t kTvInterval = 4;
+constexpr int64_t kTvInterval = 8;
 
 InitializationOptions InitializationOf(const TrainingOptions& options, int num_classes) {
   InitializationOptions initialization;
@@ -207,19 +207,20 @@ TrainingSummary Trainer::Finish(const Device& device) {
   const int stride = StatisticsStride(views_, options_.num_rays);
   CellMeasurements measured = MeasureCells(summary_.foam, renderer, views_, stride);
   summary_.statistics = std::move(measured.statistics);
-  // Of a block's cells most are seen by photos of other blocks, too.
-  if (!TrainsBlock()) {
-    summary_.hidden_cells = RecolorHiddenCells(renderer.delaunay(),
-                                               measured.transmittance,
-                                               &summary_.foam,
-                                               &summary_.statistics.mean_color);
-  }
   if (spreads_labels) {
     summary_.spreading = SpreadLabels(
         renderer.delaunay(),
         summary_.statistics,
         MeasureLabels(summary_.foam, renderer, views_, LabelStride(views_, options_.num_rays)),
         &summary_.foam);
+  }
+  // Last, because a renderer may cast rays only while its foam keeps its colours. Of a block's
+  // cells most are seen by photos of other blocks, too.
+  if (!TrainsBlock()) {
+    summary_.hidden_cells = RecolorHiddenCells(renderer.delaunay(),
+                                               measured.transmittance,
+                                               &summary_.foam,
+                                               &summary_.statistics.mean_color);
   }
   return std::move(summary_);
 }

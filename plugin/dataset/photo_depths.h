@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,6 +25,17 @@ struct PhotoDepths {
   // pixels around the ray is not known, or where they are not of one surface: they differ by more
   // than 5 %.
   float DistanceAlong(const Eigen::Vector3f& direction) const;
+
+  // Hints that DistanceAlong is about to be called for a pixel at these shares, in [0, 1], of the
+  // photo's width and height. Lens distortion is neglected.
+  void Prefetch(float share_of_width, float share_of_height) const {
+    if (width < 2 || height < 2) return;
+    const int left = std::clamp(static_cast<int>(share_of_width * width - 0.5f), 0, width - 2);
+    const int top = std::clamp(static_cast<int>(share_of_height * height - 0.5f), 0, height - 2);
+    const float* const upper = inverse.data() + static_cast<size_t>(top) * width + left;
+    __builtin_prefetch(upper);
+    __builtin_prefetch(upper + width);
+  }
 };
 
 }  // namespace semfoam

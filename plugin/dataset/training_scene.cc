@@ -224,6 +224,10 @@ void TrainingScene::Prefetch(int view, int x, int y) const {
   __builtin_prefetch(v.photo.data.data() + 3 * pixel);
   v.classes.Prefetch(pixel);
   v.rays->Prefetch(x, y);
+  if (!depths_.empty()) {
+    depths_[view].Prefetch((x + 0.5f) / static_cast<float>(v.photo.width),
+                           (y + 0.5f) / static_cast<float>(v.photo.height));
+  }
 }
 
 bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const {

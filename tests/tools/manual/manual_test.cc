@@ -64,7 +64,7 @@ TEST(Manual, EveryCommandHasAPageWithAllItsOptions) {
   }
   EXPECT_THAT(FilesBelow(kManual / "man1"), testing::UnorderedElementsAreArray(expected));
   EXPECT_THAT(Page("semfoam-foam_trainer.1.gz"),
-              HasSubstr("\\-\\-FoamTraining.num_rays 400000000"));
+              HasSubstr("\\-\\-FoamTraining.num_rays 190000000"));
 }
 
 // As far as the checkers are installed.

@@ -21,6 +21,7 @@ void GatherSites(const std::vector<uint32_t>& sites, Model* model) {
   CellStatistics& statistics = model->statistics;
   Gather(sites, 1, &foam.positions);
   Gather(sites, 1, &foam.raw_density);
+  Gather(sites, 1, &foam.assumed_density);
   Gather(sites, foam.ShStride(), &foam.sh);
   Gather(sites, kColorGradientDim, &foam.color_gradient);
   Gather(sites, kIdentityDim, &foam.identity);
@@ -53,6 +54,12 @@ void AppendSites(const Model& other, Model* model) {
     Append(other.foam.color_gradient, &gradients);
     gradients.resize(n * kColorGradientDim, 0.f);
   }
+  if (!model->foam.assumed_density.empty() || !other.foam.assumed_density.empty()) {
+    std::vector<float>& densities = model->foam.assumed_density;
+    densities.resize(model->foam.NumSites(), 0.f);
+    Append(other.foam.assumed_density, &densities);
+    densities.resize(n, 0.f);
+  }
   Append(other.foam.positions, &model->foam.positions);
   Append(other.foam.raw_density, &model->foam.raw_density);
   Append(other.foam.sh, &model->foam.sh);
@@ -80,6 +87,7 @@ void RaiseShDegree(int sh_degree, Foam* foam) {
 
 void MakeEmpty(uint32_t site, Model* model) {
   model->foam.raw_density[site] = kTransparentRawDensity;
+  if (!model->foam.assumed_density.empty()) model->foam.assumed_density[site] = 0;
   CellStatistics& statistics = model->statistics;
   if (!statistics.contribution.empty()) statistics.contribution[site] = 0;
   if (!statistics.passed.empty()) {

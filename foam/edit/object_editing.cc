@@ -84,6 +84,7 @@ ExtractedObjects ExtractObjects(const Model& model,
     extracted.object_of_site.push_back(object_of_site[i]);
   }
   extracted.model = WithSites(model, kept);
+  extracted.model.foam.assumed_density.clear();
   std::vector<ClassIndex> classes(objects.size());
   for (size_t k = 0; k < objects.size(); ++k) classes[k] = objects[k].class_index;
   KeepClasses(classes, &extracted.model);
@@ -102,6 +103,8 @@ Model RemoveObjects(const Model& model,
   const std::vector<int32_t> object_of_site = ObjectOfSite(model, objects);
   const CellStatistics& statistics = model.statistics;
   Model edited = model;
+  // What was assumed behind the objects would stand where they were.
+  edited.foam.assumed_density.clear();
   for (const ObjectCells& object : objects) {
     std::vector<uint8_t> is_reached(delaunay.num_sites, 0);
     std::vector<uint32_t> reached = object.cells;

@@ -226,6 +226,8 @@ Insertion InsertObjects(const Model& scene,
 
   Model& model = insertion.model;
   model = WithSites(scene, sites.origin);
+  // What is assumed where no photo looks would hide an object that is put there.
+  model.foam.assumed_density.clear();
   if (model.foam.HasColorGradients()) {
     for (size_t i = 0; i < sites.positions.size(); ++i) {
       ShiftColor(sites.positions[i] - model.foam.positions[i],

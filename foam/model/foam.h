@@ -22,7 +22,7 @@ SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
 }
 
 // The foam: N sites whose Voronoi cells partition space. Holds all parameters that training
-// changes, and nothing else. Positions are in the normalised frame (see Similarity); structure of
+// changes, and what is assumed of the rest. Positions are in the normalised frame (see Similarity); structure of
 // arrays, sites in Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
 struct Foam {
   // Degree of the spherical harmonics, 0..3.
@@ -34,6 +34,10 @@ struct Foam {
   std::vector<Eigen::Vector3f> positions;
   // [N] Densities before the activation (activation.h).
   std::vector<float> raw_density;
+  // [N] or empty. Density, after the activation, that views show at least of a cell that no
+  // training photo sees (foam/train/hidden_cells.h); 0: none. Labels, objects and exports of
+  // geometry do not count it: nothing is known there.
+  std::vector<float> assumed_density;
   // [N][(sh_degree + 1)^2][3] SH coefficients: coefficient-major, channels interleaved.
   LargePageVector<float> sh;
   // [N][3 axes][3 channels] Derivative of the colour by position: at x, the SH colour of site p

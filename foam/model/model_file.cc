@@ -6,6 +6,7 @@
 #include "foam/util/json_file.h"
 #include "foam/util/photo_name.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -54,6 +55,9 @@ std::vector<ArrayView> Arrays(const Model& model) {
                                    {"raw_density", {n}, Floats(foam.raw_density)},
                                    {"sh", {n, sh, 3}, Floats(foam.sh)}};
   // What a model does not have takes no bytes.
+  if (!foam.assumed_density.empty()) {
+    arrays.push_back({"assumed_density", {n}, Floats(foam.assumed_density)});
+  }
   if (foam.HasColorGradients()) {
     arrays.push_back({"color_gradient", {n, 3, 3}, Floats(foam.color_gradient)});
   }
@@ -260,6 +264,14 @@ void ReadArrays(const Content& content, const Json& header, Model* model) {
   read_vectors("positions", &foam.positions);
   read("raw_density", n, &foam.raw_density);
   read("sh", n * foam.ShStride(), &foam.sh);
+  if (table.contains("assumed_density")) {
+    read("assumed_density", n, &foam.assumed_density);
+    if (std::any_of(foam.assumed_density.begin(), foam.assumed_density.end(), [](float density) {
+          return density < 0;
+        })) {
+      throw std::string("array 'assumed_density' holds a negative density");
+    }
+  }
   if (table.contains("color_gradient")) {
     read("color_gradient", n * kColorGradientDim, &foam.color_gradient);
   }

@@ -12,7 +12,10 @@ namespace semfoam {
 // The arrays that rays read of a foam: its densities after the activation, its SH colours,
 // identities and classifier.
 
-// Computes the activated densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
+// Returns the density of a cell that views show: after the activation, and at least the assumed one.
+float ShownDensity(const Foam& foam, size_t site);
+
+// Computes the shown densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].
 std::vector<float> CellDensities(const Foam& foam);
 
 // Returns views of a foam and of its densities (CellDensities), which must outlive them.

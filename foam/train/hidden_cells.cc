@@ -7,7 +7,6 @@
 #include "foam/model/spherical_harmonics.h"
 #include "foam/render/color_variation.h"
 #include "foam/train/harmonic_extension.h"
-#include "foam/util/median.h"
 
 #include <algorithm>
 #include <utility>
@@ -17,34 +16,31 @@
 namespace semfoam {
 namespace {
 
-// The cells that are hidden or that no ray meets, opaque or not, and the opaque ones beside them
-// that photos see.
+// The hidden cells, opaque or not, and the opaque ones beside them that photos see.
 struct HiddenGraph {
-  // Cells of the nodes: first those without a colour.
+  // Cells of the nodes: first the hidden ones.
   std::vector<uint32_t> cells;
-  size_t num_without_color = 0;
-  // Edges with a cell without a colour at one end at least, all of conductance 1.
+  size_t num_hidden = 0;
+  // Edges with a hidden cell at one end at least, all of conductance 1.
   ConductanceGraph graph;
 };
 
-// Returns whether the rays that met the cell's neighbours would have met it, too, were it not
-// behind them: it is as large as half of these.
-bool IsLargeEnoughToMeet(const Delaunay& delaunay,
-                         const std::vector<float>& transmittance,
-                         const std::vector<float>& radii,
-                         uint32_t cell) {
-  std::vector<float> met;
-  for (const uint32_t j : delaunay.Neighbors(cell)) {
-    if (j < delaunay.num_sites && transmittance[j] > 0) met.push_back(radii[j]);
-  }
-  return met.empty() || radii[cell] >= Median(std::move(met));
+bool IsHidden(const CellMeasurements& measured, uint32_t cell) {
+  const float rays = measured.potential_rays[cell];
+  if (rays > 0 && rays < kFewestPotentialRays) return false;
+  return measured.weight[cell] <= kHiddenShare * rays;
+}
+
+// Returns whether a hidden cell lies where photos look, and none sees it.
+bool IsUnseen(const CellMeasurements& measured, uint32_t cell) {
+  return measured.potential_rays[cell] > 0 && measured.transmittance[cell] < kUnseenTransmittance;
 }
 
 HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
-                            const std::vector<float>& transmittance,
+                            const CellMeasurements& measured,
                             const std::vector<uint8_t>& is_opaque) {
   const uint32_t n = delaunay.num_sites;
-  const auto has_color = [&](uint32_t i) { return transmittance[i] >= kHiddenTransmittance; };
+  std::vector<uint8_t> is_hidden(n);
   HiddenGraph result;
   std::vector<uint32_t> node_of(n, kNoCell);
   const auto add_node = [&](uint32_t cell) {
@@ -53,10 +49,11 @@ HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
     result.cells.push_back(cell);
   };
   for (uint32_t i = 0; i < n; ++i) {
-    if (!has_color(i)) add_node(i);
+    is_hidden[i] = IsHidden(measured, i);
+    if (is_hidden[i] != 0) add_node(i);
   }
-  result.num_without_color = result.cells.size();
-  for (size_t h = 0; h < result.num_without_color; ++h) {
+  result.num_hidden = result.cells.size();
+  for (size_t h = 0; h < result.num_hidden; ++h) {
     for (const uint32_t j : delaunay.Neighbors(result.cells[h])) {
       if (j < n && is_opaque[j] != 0) add_node(j);
     }
@@ -65,7 +62,7 @@ HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
   graph.offsets.push_back(0);
   for (const uint32_t i : result.cells) {
     for (const uint32_t j : delaunay.Neighbors(i)) {
-      if (j >= n || node_of[j] == kNoCell || (has_color(i) && has_color(j))) continue;
+      if (j >= n || node_of[j] == kNoCell || is_hidden[i] + is_hidden[j] == 0) continue;
       graph.neighbors.push_back(node_of[j]);
     }
     graph.offsets.push_back(static_cast<uint32_t>(graph.neighbors.size()));
@@ -85,42 +82,47 @@ void SetColor(const Eigen::Vector3f& color, uint32_t cell, Foam* foam) {
 
 }  // namespace
 
-int64_t RecolorHiddenCells(const Delaunay& delaunay,
-                           const std::vector<float>& transmittance,
-                           Foam* foam,
-                           std::vector<Eigen::Vector3f>* mean_color) {
+HiddenCellChanges CompleteHiddenCells(const Delaunay& delaunay,
+                                      CellMeasurements* measured,
+                                      Foam* foam) {
   const uint32_t n = delaunay.num_sites;
+  std::vector<Eigen::Vector3f>& mean_color = measured->statistics.mean_color;
   CHECK_EQ(n, foam->NumSites());
-  CHECK_EQ(n, transmittance.size());
-  CHECK_EQ(n, mean_color->size());
+  CHECK_EQ(n, measured->transmittance.size());
+  CHECK_EQ(n, measured->weight.size());
+  CHECK_EQ(n, measured->potential_rays.size());
+  CHECK_EQ(n, mean_color.size());
   const std::vector<float> radii = CellRadii(WithGuardSites(foam->positions), delaunay);
   std::vector<uint8_t> is_opaque(n);
   for (uint32_t i = 0; i < n; ++i) {
     is_opaque[i] = CellOpacity(Density(foam->raw_density[i]), radii[i]) > 0;
   }
-  const HiddenGraph hidden = MakeHiddenGraph(delaunay, transmittance, is_opaque);
+  const HiddenGraph hidden = MakeHiddenGraph(delaunay, *measured, is_opaque);
 
   // The fourth number is 1 where there is a way to a seen cell, else 0.
   std::vector<float> hold(hidden.cells.size(), 0.f);
   std::vector<Eigen::Vector4f> target(hidden.cells.size(), Eigen::Vector4f::Zero());
-  for (size_t k = hidden.num_without_color; k < hidden.cells.size(); ++k) {
+  for (size_t k = hidden.num_hidden; k < hidden.cells.size(); ++k) {
     hold[k] = kFirmHold;
-    target[k] << (*mean_color)[hidden.cells[k]], 1;
+    target[k] << mean_color[hidden.cells[k]], 1;
   }
   const std::vector<Eigen::Vector4f> extended = ExtendHarmonically<4>(hidden.graph, hold, target);
-  int64_t num_changed = 0;
-  for (size_t k = 0; k < hidden.num_without_color; ++k) {
+  HiddenCellChanges changes;
+  std::vector<float> assumed_density(n, 0.f);
+  for (size_t k = 0; k < hidden.num_hidden; ++k) {
     const uint32_t cell = hidden.cells[k];
-    if (is_opaque[cell] == 0 || extended[k][3] < 0.5f) continue;
-    if (transmittance[cell] == 0 && !IsLargeEnoughToMeet(delaunay, transmittance, radii, cell)) {
-      continue;
-    }
+    const bool is_unseen = IsUnseen(*measured, cell) && radii[cell] > 0;
+    if (extended[k][3] < 0.5f || (is_opaque[cell] == 0 && !is_unseen)) continue;
     const Eigen::Vector3f color = extended[k].head<3>().cwiseMax(0.f).cwiseMin(1.f);
     SetColor(color, cell, foam);
-    (*mean_color)[cell] = color;
-    ++num_changed;
+    mean_color[cell] = color;
+    changes.recolored += is_opaque[cell];
+    if (!is_unseen) continue;
+    assumed_density[cell] = kFilledOpticalDepth / radii[cell];
+    ++changes.filled;
   }
-  return num_changed;
+  if (changes.filled > 0) foam->assumed_density = std::move(assumed_density);
+  return changes;
 }
 
 }  // namespace semfoam

@@ -131,7 +131,7 @@ class TopologyUpdater {
   // The iteration whose sites were triangulated last.
   int64_t last_triangulation_ = 0;
   int64_t num_triangulations_ = 0;
-  // Sum of the numbers of sites of all triangulations but the first.
+  // Sum of the numbers of sites of all triangulations but the first and those of densifications.
   int64_t triangulated_sites_ = 0;
   // Seconds that iterations waited for triangulations.
   double seconds_triangulating_ = 0;

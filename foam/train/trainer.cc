@@ -3,7 +3,6 @@
 
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
-#include "foam/train/hidden_cells.h"
 #include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
@@ -206,22 +205,19 @@ TrainingSummary Trainer::Finish(const Device& device) {
       summary_.foam.HasSemantics() && !TrainsBlock() && FewViewsHaveLabels(views_);
   const int stride = StatisticsStride(views_, options_.num_rays);
   CellMeasurements measured = MeasureCells(summary_.foam, renderer, views_, stride);
-  summary_.statistics = std::move(measured.statistics);
   if (spreads_labels) {
     summary_.spreading = SpreadLabels(
         renderer.delaunay(),
-        summary_.statistics,
+        measured.statistics,
         MeasureLabels(summary_.foam, renderer, views_, LabelStride(views_, options_.num_rays)),
         &summary_.foam);
   }
   // Last, because a renderer may cast rays only while its foam keeps its colours. Of a block's
   // cells most are seen by photos of other blocks, too.
   if (!TrainsBlock()) {
-    summary_.hidden_cells = RecolorHiddenCells(renderer.delaunay(),
-                                               measured.transmittance,
-                                               &summary_.foam,
-                                               &summary_.statistics.mean_color);
+    summary_.hidden_cells = CompleteHiddenCells(renderer.delaunay(), &measured, &summary_.foam);
   }
+  summary_.statistics = std::move(measured.statistics);
   return std::move(summary_);
 }
 

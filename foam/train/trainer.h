@@ -7,6 +7,7 @@
 #include "foam/model/foam.h"
 #include "foam/render/ray_caster.h"
 #include "foam/train/checkpoint.h"
+#include "foam/train/hidden_cells.h"
 #include "foam/train/label_spreading.h"
 #include "foam/train/training_options.h"
 #include "foam/util/device_kind.h"
@@ -76,9 +77,7 @@ struct TrainingSummary {
   int64_t unstable_iterations = 0;
   // TrainingGuard::explained_contrast at the end.
   double explained_contrast = NAN;
-  // Number of cells that photos see through others only, whose colours are those of their
-  // neighbours (foam/train/hidden_cells.h).
-  int64_t hidden_cells = 0;
+  HiddenCellChanges hidden_cells;
   // How labels were spread; without a value they were not, as enough views have labels.
   std::optional<SpreadingResult> spreading;
   // All reports.

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/view/cell_statistics.h"
 
+#include "foam/geometry/voronoi.h"
 #include "foam/model/spherical_harmonics.h"
 #include "foam/render/ray_tracer.h"
 #include "foam/util/parallel.h"
+#include "foam/view/ray_density.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -149,6 +152,7 @@ class ObservationSums {
   CellMeasurements Finish(const Foam& foam) {
     CellStatistics& statistics = measured_.statistics;
     const size_t n = weight_.size();
+    measured_.weight.assign(weight_.begin(), weight_.end());
     statistics.passed.assign(passed_.begin(), passed_.end());
     statistics.stopped.assign(stopped_.begin(), stopped_.end());
     statistics.mean_color.resize(n);
@@ -208,6 +212,34 @@ void ForEachObservation(const PixelGrid& grid, size_t num_sites, Add&& add) {
   }
 }
 
+// Adds to each cell the number of the grid's rays towards the ball of radius `radii` around its
+// site. A ball in which the camera is takes half of all directions.
+void AddPotentialRays(const PixelGrid& grid,
+                      const std::vector<Eigen::Vector3f>& positions,
+                      const std::vector<float>& radii,
+                      RayDensity* density,
+                      std::vector<float>* potential_rays) {
+  const TrainingViews& views = grid.views;
+  density->Clear();
+  Eigen::Vector3f direction;
+  for (int y = 0; y < views.Height(grid.view); y += grid.stride) {
+    for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
+      if (views.RayDirection(grid.view, x, y, &direction)) density->Add(direction);
+    }
+  }
+  const Eigen::Vector3f origin = views.Origin(grid.view).cast<float>();
+  constexpr float kPi = std::numbers::pi_v<float>;
+  ParallelForBlocks(std::ssize(positions), 4096, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const Eigen::Vector3f to_site = positions[i] - origin;
+      const float squared_distance = to_site.squaredNorm();
+      if (!(squared_distance > 0)) continue;
+      const float solid_angle = std::min(kPi * radii[i] * radii[i] / squared_distance, 2 * kPi);
+      (*potential_rays)[i] += solid_angle * density->At(to_site);
+    }
+  });
+}
+
 // Sorts votes by cell, then class, and adds up those of the same cell and class, in their order.
 void AddUpVotes(std::vector<LabelVote>* votes) {
   std::stable_sort(votes->begin(), votes->end(), [](const LabelVote& a, const LabelVote& b) {
@@ -239,14 +271,20 @@ CellMeasurements MeasureCells(const Foam& foam,
                               int stride) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
+  const std::vector<float> radii = CellRadii(renderer.geometry().positions, renderer.delaunay());
+  std::vector<float> potential_rays(n, 0.f);
+  RayDensity density;
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
+    const PixelGrid grid =
+        MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr);
     ForEachObservation(
-        MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr),
-        n,
-        [&](const CellObservation& observation) { sums.Add(observation); });
+        grid, n, [&](const CellObservation& observation) { sums.Add(observation); });
+    AddPotentialRays(grid, foam.positions, radii, &density, &potential_rays);
   }
-  return sums.Finish(foam);
+  CellMeasurements measured = sums.Finish(foam);
+  measured.potential_rays = std::move(potential_rays);
+  return measured;
 }
 
 std::vector<LabelVote> MeasureLabels(const Foam& foam,

@@ -17,11 +17,16 @@ struct CellMeasurements {
   // [N], 0 to 1: the largest transmittance of a ray where it enters the cell, of the cells that
   // pass, stop or show something; else 0.
   std::vector<float> transmittance;
+  // [N] Sum over the rays of the cell's rendering weight.
+  std::vector<float> weight;
+  // [N] How many rays would meet a ball of the cell's radius (CellRadii) around its site, were
+  // nothing before it.
+  std::vector<float> potential_rays;
 };
 
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
 // each cell the largest weight, the weight-averaged visible colour, how much light passes and is
-// stopped (CellStatistics), and how much arrives. A cell that no ray meets has zeros and the colour
+// stopped (CellStatistics), how much arrives, and how many rays show it of those that could. A cell that no ray meets has zeros and the colour
 // of its constant SH term.
 CellMeasurements MeasureCells(const Foam& foam,
                               const ViewRenderer& renderer,

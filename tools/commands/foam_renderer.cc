@@ -140,6 +140,7 @@ Eigen::AlignedBox3d ShowAlone(const std::string& object, Model* model) {
     for (const uint32_t cell : one->cells) density[cell] = model->foam.raw_density[cell];
   }
   model->foam.raw_density = std::move(density);
+  model->foam.assumed_density.clear();
   return box;
 }
 

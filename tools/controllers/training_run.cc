@@ -421,9 +421,11 @@ std::string NamesOf(const std::vector<Label>& labels) {
 
 // Logs how many cells have the colours of their neighbours.
 void ReportHiddenCells(const TrainingSummary& summary) {
-  if (summary.hidden_cells == 0) return;
-  LOG(INFO) << summary.hidden_cells << " of " << summary.foam.NumSites()
-            << " cells, which photos see through others only, have the colours of their neighbours";
+  const HiddenCellChanges& changes = summary.hidden_cells;
+  if (changes.recolored + changes.filled == 0) return;
+  LOG(INFO) << "Of " << summary.foam.NumSites() << " cells, " << changes.recolored
+            << " opaque ones that photos hardly see have the colours of their neighbours, and "
+            << changes.filled << " that no photo sees are shown as opaque";
 }
 
 // Logs how labels were spread, and which are smaller than cells. `labels` [classes].

@@ -2,9 +2,9 @@
 #include "tools/report/foam_pack.h"
 
 #include "foam/geometry/guard_sites.h"
-#include "foam/model/activation.h"
 #include "foam/model/classifier.h"
 #include "foam/model/spherical_harmonics.h"
+#include "foam/render/cell_shading.h"
 
 #include <algorithm>
 #include <bit>
@@ -133,7 +133,7 @@ void PackRecord(const Foam& foam,
                 char* record) {
   const int stride = foam.ShStride();
   const float* const sh = &foam.sh[size_t{site} * stride];
-  Store(Half(Density(foam.raw_density[site])), record);
+  Store(Half(ShownDensity(foam, site)), record);
   for (int c = 0; c < 3; ++c) Store(Half(sh[c]), record + 2 + 2 * c);
   Store(packed_class, record + 8);
   if (foam.HasColorGradients()) {

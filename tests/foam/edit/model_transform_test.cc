@@ -16,6 +16,8 @@ const Sim3 kTransform = {
 Model SomeModel(int sh_degree) {
   Model model = RingTableBallModel(sh_degree);
   model.world_from_normalized = {0.5, {10, 20, 30}};
+  model.foam.assumed_density.assign(model.foam.NumSites(), 0.f);
+  for (size_t i = 0; i < model.foam.NumSites(); i += 50) model.foam.assumed_density[i] = 5;
   PhotoRecord photo;
   photo.name = "a.jpg";
   photo.cam_from_world_rotation = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 1, 0).normalized());

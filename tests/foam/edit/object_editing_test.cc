@@ -117,6 +117,18 @@ TEST(ObjectEditingExtract, HiddenCellsOfOtherClassesBecomeTheObjects) {
   }
 }
 
+// Nothing is known where no photo looks: there an object must not hide behind what was assumed.
+TEST(ObjectEditing, WhatIsAssumedWhereNoPhotoLooksGoes) {
+  Model scene = RingTableBallModel();
+  const Model plain = Remove(scene, kRing);
+  scene.foam.assumed_density.assign(scene.foam.NumSites(), 0.f);
+  for (size_t i = 0; i < scene.foam.NumSites(); i += 3) scene.foam.assumed_density[i] = 500;
+  EXPECT_TRUE(Extract(scene, kRing).model.foam.assumed_density.empty());
+  const Model removed = Remove(scene, kRing);
+  EXPECT_TRUE(removed.foam.assumed_density.empty());
+  EXPECT_EQ(removed.foam.raw_density, plain.foam.raw_density);
+}
+
 TEST(ObjectEditingExtract, StatisticsComeAlongAndCallTheRingEmpty) {
   Model scene = RingTableBallModel();
   const size_t n = scene.foam.NumSites();

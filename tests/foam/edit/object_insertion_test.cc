@@ -70,6 +70,13 @@ TEST(ObjectInsertion, WhereItWasTakenFromEverythingIsAsItWas) {
   }
 }
 
+TEST(ObjectInsertion, WhatIsAssumedWhereNoPhotoLooksGoes) {
+  Model scene = RingTableBallModel();
+  const ExtractedObjects ring = Extract(scene, kRing);
+  scene.foam.assumed_density.assign(scene.foam.NumSites(), 500.f);
+  EXPECT_TRUE(Insert(scene, ring).model.foam.assumed_density.empty());
+}
+
 TEST(ObjectInsertion, LabelsAreThoseOfBoth) {
   const Model scene = RingTableBallModel();
   const Insertion insertion = Insert(Remove(scene, kRing), Extract(scene, kRing));

@@ -45,6 +45,7 @@ class ModelFile : public testing::Test {
     fill(5, &foam.raw_density);
     fill(5 * foam.ShStride(), &foam.sh);
     if (semantics) {
+      foam.assumed_density = {0, 2.5f, 0, 1e4f, 0};
       fill(5 * kColorGradientDim, &foam.color_gradient);
       fill(5 * kIdentityDim, &foam.identity);
       fill(2 * kIdentityDim, &foam.classifier_weight);
@@ -87,6 +88,13 @@ class ModelFile : public testing::Test {
   fs::path folder_, path_;
 };
 
+TEST_F(ModelFile, ANegativeAssumedDensityIsAnError) {
+  Model model = SmallModel(/*semantics=*/true);
+  model.foam.assumed_density[1] = -1;
+  WriteModel(path_, model);
+  EXPECT_THROW(ReadModel(path_), UserError);
+}
+
 TEST_F(ModelFile, ComesBackAsItWas) {
   for (const bool semantics : {true, false}) {
     const Model model = SmallModel(semantics);
@@ -96,6 +104,7 @@ TEST_F(ModelFile, ComesBackAsItWas) {
     EXPECT_EQ(back.foam.num_classes, model.foam.num_classes);
     EXPECT_EQ(back.foam.positions, model.foam.positions);
     EXPECT_EQ(back.foam.raw_density, model.foam.raw_density);
+    EXPECT_EQ(back.foam.assumed_density, model.foam.assumed_density);
     EXPECT_EQ(back.foam.sh, model.foam.sh);
     EXPECT_EQ(back.foam.color_gradient, model.foam.color_gradient);
     EXPECT_EQ(back.foam.identity, model.foam.identity);

@@ -21,9 +21,9 @@ SEMFOAM_HOST_DEVICE inline constexpr int NumShCoefficients(int sh_degree) {
   return (sh_degree + 1) * (sh_degree + 1);
 }
 
-// The foam: N sites whose Voronoi cells partition space. Holds all parameters that training
-// changes, and what is assumed of the rest. Positions are in the normalised frame (see Similarity); structure of
-// arrays, sites in Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
+// The foam: N sites whose Voronoi cells partition space. Holds all parameters of training, and what
+// is assumed. Positions are in the normalised frame (see Similarity); structure of arrays, sites in
+// Hilbert order. The guard sites (foam/geometry/guard_sites.h) are not part of it.
 struct Foam {
   // Degree of the spherical harmonics, 0..3.
   int sh_degree = 0;

@@ -12,7 +12,7 @@ namespace semfoam {
 // The arrays that rays read of a foam: its densities after the activation, its SH colours,
 // identities and classifier.
 
-// Returns the density of a cell that views show: after the activation, and at least the assumed one.
+// Returns the density of a cell that views show: the activated one, and at least the assumed one.
 float ShownDensity(const Foam& foam, size_t site);
 
 // Computes the shown densities of all cells, 0 for the guards: [num_sites + kNumGuardSites].

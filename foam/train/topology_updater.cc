@@ -24,10 +24,10 @@ constexpr int64_t kRefreshInterval = 2;
 
 // A new topology comes when the old one has begun to lead rays astray, which shows in cells that a
 // ray leaves before it has entered them, and after so many iterations at the latest. But a stale
-// one is only renewed while the sites triangulated so far, densifications left out, are no more than
-// so many per segment of a ray cast: some 10 % of the time of a run, whatever the scene. Did
-// densifications count, none would be renewed between them, and held-out PSNR would fall by 1.4 dB.
-// Counted in sites and segments, not seconds, so that the machine changes no byte.
+// one is only renewed while the sites triangulated so far, those of densifications left out, are no
+// more than so many per segment of a ray cast: some 10 % of the time of a run, whatever the scene.
+// If densifications counted, a stale topology would stay between them, and held-out PSNR would fall
+// by 1.4 dB. Counted in sites and segments, not seconds, so that the machine changes no byte.
 constexpr double kStaleShare = 2e-3;
 constexpr double kTriangulatedSitesPerSegment = 4e-3;
 constexpr int64_t kMinTriangulationInterval = 20;

@@ -278,8 +278,7 @@ CellMeasurements MeasureCells(const Foam& foam,
     if (views.IsHeldOut(view)) continue;
     const PixelGrid grid =
         MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr);
-    ForEachObservation(
-        grid, n, [&](const CellObservation& observation) { sums.Add(observation); });
+    ForEachObservation(grid, n, [&](const CellObservation& observation) { sums.Add(observation); });
     AddPotentialRays(grid, foam.positions, radii, &density, &potential_rays);
   }
   CellMeasurements measured = sums.Finish(foam);

@@ -26,8 +26,8 @@ struct CellMeasurements {
 
 // Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
 // each cell the largest weight, the weight-averaged visible colour, how much light passes and is
-// stopped (CellStatistics), how much arrives, and how many rays show it of those that could. A cell that no ray meets has zeros and the colour
-// of its constant SH term.
+// stopped (CellStatistics), how much arrives, and how many rays show it of those that could. A cell
+// that no ray meets has zeros and the colour of its constant SH term.
 CellMeasurements MeasureCells(const Foam& foam,
                               const ViewRenderer& renderer,
                               const TrainingViews& views,

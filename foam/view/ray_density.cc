@@ -25,8 +25,7 @@ Texel TexelOf(const Eigen::Vector3f& direction) {
   float squared_distance = 1;
   for (int k = 0; k < 2; ++k) {
     const float at = direction[(axis + 1 + k) % 3] / longest;
-    place[k] =
-        std::clamp(static_cast<int>((at + 1) * (kTexelsPerSide / 2)), 0, kTexelsPerSide - 1);
+    place[k] = std::clamp(static_cast<int>((at + 1) * (kTexelsPerSide / 2)), 0, kTexelsPerSide - 1);
     const float center = (static_cast<float>(place[k]) + 0.5f) * (2.f / kTexelsPerSide) - 1;
     squared_distance += center * center;
   }

@@ -71,6 +71,21 @@ HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
   return result;
 }
 
+// Returns the harmonic extension of the values of the graph's seen cells to its hidden ones:
+// [nodes].
+template <int Dim, typename ValueOf>
+std::vector<Eigen::Matrix<float, Dim, 1>> ExtendFromSeenCells(const HiddenGraph& hidden,
+                                                              ValueOf&& value_of) {
+  std::vector<float> hold(hidden.cells.size(), 0.f);
+  std::vector<Eigen::Matrix<float, Dim, 1>> target(hidden.cells.size(),
+                                                   Eigen::Matrix<float, Dim, 1>::Zero());
+  for (size_t k = hidden.num_hidden; k < hidden.cells.size(); ++k) {
+    hold[k] = kFirmHold;
+    target[k] = value_of(hidden.cells[k]);
+  }
+  return ExtendHarmonically<Dim>(hidden.graph, hold, target);
+}
+
 void SetColor(const Eigen::Vector3f& color, uint32_t cell, Foam* foam) {
   float* const sh = &foam->sh[size_t{cell} * foam->ShStride()];
   std::fill_n(sh, foam->ShStride(), 0.f);
@@ -100,13 +115,14 @@ HiddenCellChanges CompleteHiddenCells(const Delaunay& delaunay,
   const HiddenGraph hidden = MakeHiddenGraph(delaunay, *measured, is_opaque);
 
   // The fourth number is 1 where there is a way to a seen cell, else 0.
-  std::vector<float> hold(hidden.cells.size(), 0.f);
-  std::vector<Eigen::Vector4f> target(hidden.cells.size(), Eigen::Vector4f::Zero());
-  for (size_t k = hidden.num_hidden; k < hidden.cells.size(); ++k) {
-    hold[k] = kFirmHold;
-    target[k] << mean_color[hidden.cells[k]], 1;
-  }
-  const std::vector<Eigen::Vector4f> extended = ExtendHarmonically<4>(hidden.graph, hold, target);
+  const std::vector<Eigen::Vector4f> extended = ExtendFromSeenCells<4>(
+      hidden, [&](uint32_t cell) -> Eigen::Vector4f { return mean_color[cell].homogeneous(); });
+  using Identity = Eigen::Matrix<float, kIdentityDim, 1>;
+  const auto identity_of = [&](uint32_t cell) {
+    return Eigen::Map<Identity>(&foam->identity[size_t{cell} * kIdentityDim]);
+  };
+  std::vector<Identity> identities;
+  if (foam->HasSemantics()) identities = ExtendFromSeenCells<kIdentityDim>(hidden, identity_of);
   HiddenCellChanges changes;
   std::vector<float> assumed_density(n, 0.f);
   for (size_t k = 0; k < hidden.num_hidden; ++k) {
@@ -116,6 +132,7 @@ HiddenCellChanges CompleteHiddenCells(const Delaunay& delaunay,
     const Eigen::Vector3f color = extended[k].head<3>().cwiseMax(0.f).cwiseMin(1.f);
     SetColor(color, cell, foam);
     mean_color[cell] = color;
+    if (!identities.empty()) identity_of(cell) = identities[k];
     changes.recolored += is_opaque[cell];
     if (!is_unseen) continue;
     assumed_density[cell] = kFilledOpticalDepth / radii[cell];

@@ -34,12 +34,12 @@ struct HiddenCellChanges {
 };
 
 // Gives hidden cells what is most likely there. Hidden opaque cells (CellOpacity), and those that
-// are filled, get one colour in all directions: the harmonic extension, over the Voronoi graph, of
-// the mean colours of the opaque cells that are not hidden. It passes through hidden cells whether
-// opaque or not. Cells outside of all photos are as if they were hidden. Also writes the colour to
-// the cell's `statistics.mean_color`. Cells in the picture of a photo that are unseen are filled:
-// they get a Foam::assumed_density. Trained densities and identities stay, and so does a cell from
-// which no way leads to a seen one.
+// are filled, get one colour in all directions, and an identity: the harmonic extensions, over the
+// Voronoi graph, of the mean colours and the identities of the opaque cells that are not hidden.
+// These pass through hidden cells whether opaque or not. Cells outside of all photos are as if they
+// were hidden. Also writes the colour to the cell's `statistics.mean_color`. Cells in the picture
+// of a photo that are unseen are filled: they get a Foam::assumed_density. Trained densities stay,
+// and so does a cell from which no way leads to a seen one.
 //
 // `delaunay` is the triangulation of the sites and the guards, and `measured` what MeasureCells
 // returned. The result does not depend on the number of threads.

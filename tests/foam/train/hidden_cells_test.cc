@@ -164,6 +164,26 @@ TEST(HiddenCells, AreFilledWherePhotosLookAndNoneSeesThem) {
   EXPECT_FLOAT_EQ(shown[5], 500.f);
 }
 
+TEST(HiddenCells, HaveTheIdentitiesOfSeenCells) {
+  Scene scene = Row();
+  for (const uint32_t i : {1, 2}) scene.measured.potential_rays[i] = 100;
+  scene.foam.num_classes = 2;
+  for (int i = 0; i < 6; ++i) {
+    for (int c = 0; c < kIdentityDim; ++c) {
+      scene.foam.identity.push_back(c == (i == 5 ? 0 : 1) ? 3.f : 0.f);
+    }
+  }
+  const Scene before = scene;
+  Complete(&scene);
+  for (int i = 0; i < 6; ++i) {
+    // Cells 0, 1 and 2 are hidden and opaque or filled.
+    const float* const expected = &before.foam.identity[(i < 3 ? 5 : i) * kIdentityDim];
+    for (int c = 0; c < kIdentityDim; ++c) {
+      EXPECT_NEAR(scene.foam.identity[i * kIdentityDim + c], expected[c], 1e-3f) << i;
+    }
+  }
+}
+
 TEST(HiddenCells, StayWhereTheyAreSmallerThanTheRaysAreApart) {
   Scene scene = RandomScene();
   for (float& rays : scene.measured.potential_rays) rays = 0.9f * kFewestPotentialRays;

@@ -2,10 +2,10 @@
 //
 // The report's page in a real browser: what its shader draws and picks against the renderer, what
 // its controls do, and that it stays whole whatever names are in it.
+#include "foam/edit/model_sites.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/image/metrics.h"
 #include "foam/model/model.h"
-#include "foam/util/array_rows.h"
 #include "foam/view/view_renderer.h"
 #include "plugin/colmap/camera_models.h"
 #include "plugin/colmap/camera_rays.h"
@@ -612,23 +612,15 @@ TEST_F(ReportPageTest, ShowsFoamsOfEveryKind) {
 // The most cells that a page shows unless told otherwise.
 TEST_F(ReportPageTest, LoadsHalfAMillionCells) {
   constexpr size_t kNumCells = 500'000;
-  Model large = WithoutSemantics(ReadModel(Trained()));
-  const size_t before = large.foam.NumSites();
+  const Model model = WithoutSemantics(ReadModel(Trained()));
+  const size_t before = model.foam.NumSites();
   std::vector<uint32_t> origin(kNumCells);
   for (size_t i = 0; i < kNumCells; ++i) origin[i] = static_cast<uint32_t>(i % before);
-  Foam& foam = large.foam;
-  Gather(origin, 1, &foam.positions);
-  Gather(origin, 1, &foam.raw_density);
-  Gather(origin, foam.ShStride(), &foam.sh);
-  Gather(origin, kColorGradientDim, &foam.color_gradient);
-  Gather(origin, 1, &large.statistics.contribution);
-  Gather(origin, 1, &large.statistics.mean_color);
-  Gather(origin, 1, &large.statistics.passed);
-  Gather(origin, 1, &large.statistics.stopped);
+  Model large = WithSites(model, origin);
   std::mt19937 random(0);
   std::uniform_real_distribution<float> offset(-0.03f, 0.03f);
   for (size_t i = before; i < kNumCells; ++i) {
-    foam.positions[i] += Eigen::Vector3f(offset(random), offset(random), offset(random));
+    large.foam.positions[i] += Eigen::Vector3f(offset(random), offset(random), offset(random));
   }
   Browser browser;
   const fs::path report = Report("large", large);

@@ -132,8 +132,8 @@ template std::vector<Eigen::Matrix<float, kIdentityDim, 1>> ExtendHarmonically(
     const ConductanceGraph&,
     const std::vector<float>&,
     const std::vector<Eigen::Matrix<float, kIdentityDim, 1>>&);
-template std::vector<Eigen::Vector4f> ExtendHarmonically(const ConductanceGraph&,
+template std::vector<Eigen::Vector3f> ExtendHarmonically(const ConductanceGraph&,
                                                          const std::vector<float>&,
-                                                         const std::vector<Eigen::Vector4f>&);
+                                                         const std::vector<Eigen::Vector3f>&);
 
 }  // namespace semfoam

@@ -9,6 +9,7 @@
 #include "foam/train/harmonic_extension.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include <glog/logging.h>
@@ -23,12 +24,15 @@ struct HiddenGraph {
   size_t num_hidden = 0;
   // Edges with a hidden cell at one end at least, all of conductance 1.
   ConductanceGraph graph;
+  // Whether a way leads from the node to a seen cell.
+  std::vector<uint8_t> reaches_seen;
 };
 
-bool IsHidden(const CellMeasurements& measured, uint32_t cell) {
+// Returns whether a cell shows in no more than `share` of the rays that could meet it.
+bool IsHidden(const CellMeasurements& measured, float share, uint32_t cell) {
   const float rays = measured.potential_rays[cell];
   if (rays > 0 && rays < kFewestPotentialRays) return false;
-  return measured.weight[cell] <= kHiddenShare * rays;
+  return measured.weight[cell] <= share * rays;
 }
 
 // Returns whether a hidden cell lies where photos look, and none sees it.
@@ -38,7 +42,8 @@ bool IsUnseen(const CellMeasurements& measured, uint32_t cell) {
 
 HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
                             const CellMeasurements& measured,
-                            const std::vector<uint8_t>& is_opaque) {
+                            const std::vector<uint8_t>& is_opaque,
+                            float share) {
   const uint32_t n = delaunay.num_sites;
   std::vector<uint8_t> is_hidden(n);
   HiddenGraph result;
@@ -49,7 +54,7 @@ HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
     result.cells.push_back(cell);
   };
   for (uint32_t i = 0; i < n; ++i) {
-    is_hidden[i] = IsHidden(measured, i);
+    is_hidden[i] = IsHidden(measured, share, i);
     if (is_hidden[i] != 0) add_node(i);
   }
   result.num_hidden = result.cells.size();
@@ -68,6 +73,22 @@ HiddenGraph MakeHiddenGraph(const Delaunay& delaunay,
     graph.offsets.push_back(static_cast<uint32_t>(graph.neighbors.size()));
   }
   graph.conductance.assign(graph.neighbors.size(), 1.f);
+
+  std::vector<uint8_t>& reaches_seen = result.reaches_seen;
+  reaches_seen.assign(result.cells.size(), 0);
+  std::fill(reaches_seen.begin() + result.num_hidden, reaches_seen.end(), uint8_t{1});
+  std::vector<uint32_t> front(result.cells.size() - result.num_hidden);
+  std::iota(front.begin(), front.end(), static_cast<uint32_t>(result.num_hidden));
+  while (!front.empty()) {
+    const uint32_t node = front.back();
+    front.pop_back();
+    for (uint32_t e = graph.offsets[node]; e < graph.offsets[node + 1]; ++e) {
+      const uint32_t next = graph.neighbors[e];
+      if (reaches_seen[next] != 0) continue;
+      reaches_seen[next] = 1;
+      front.push_back(next);
+    }
+  }
   return result;
 }
 
@@ -95,6 +116,25 @@ void SetColor(const Eigen::Vector3f& color, uint32_t cell, Foam* foam) {
   }
 }
 
+// Gives hidden cells, opaque or unseen, the harmonic extensions of the identities of seen ones.
+void CompleteIdentities(const Delaunay& delaunay,
+                        const CellMeasurements& measured,
+                        const std::vector<uint8_t>& is_opaque,
+                        Foam* foam) {
+  using Identity = Eigen::Matrix<float, kIdentityDim, 1>;
+  const auto identity_of = [&](uint32_t cell) {
+    return Eigen::Map<Identity>(&foam->identity[size_t{cell} * kIdentityDim]);
+  };
+  const HiddenGraph hidden = MakeHiddenGraph(delaunay, measured, is_opaque, kHiddenIdentityShare);
+  const std::vector<Identity> extended = ExtendFromSeenCells<kIdentityDim>(hidden, identity_of);
+  for (size_t k = 0; k < hidden.num_hidden; ++k) {
+    const uint32_t cell = hidden.cells[k];
+    if (hidden.reaches_seen[k] == 0) continue;
+    if (is_opaque[cell] == 0 && !IsUnseen(measured, cell)) continue;
+    identity_of(cell) = extended[k];
+  }
+}
+
 }  // namespace
 
 HiddenCellChanges CompleteHiddenCells(const Delaunay& delaunay,
@@ -112,32 +152,25 @@ HiddenCellChanges CompleteHiddenCells(const Delaunay& delaunay,
   for (uint32_t i = 0; i < n; ++i) {
     is_opaque[i] = CellOpacity(Density(foam->raw_density[i]), radii[i]) > 0;
   }
-  const HiddenGraph hidden = MakeHiddenGraph(delaunay, *measured, is_opaque);
+  const HiddenGraph hidden = MakeHiddenGraph(delaunay, *measured, is_opaque, kHiddenShare);
 
-  // The fourth number is 1 where there is a way to a seen cell, else 0.
-  const std::vector<Eigen::Vector4f> extended = ExtendFromSeenCells<4>(
-      hidden, [&](uint32_t cell) -> Eigen::Vector4f { return mean_color[cell].homogeneous(); });
-  using Identity = Eigen::Matrix<float, kIdentityDim, 1>;
-  const auto identity_of = [&](uint32_t cell) {
-    return Eigen::Map<Identity>(&foam->identity[size_t{cell} * kIdentityDim]);
-  };
-  std::vector<Identity> identities;
-  if (foam->HasSemantics()) identities = ExtendFromSeenCells<kIdentityDim>(hidden, identity_of);
+  const std::vector<Eigen::Vector3f> extended =
+      ExtendFromSeenCells<3>(hidden, [&](uint32_t cell) { return mean_color[cell]; });
   HiddenCellChanges changes;
   std::vector<float> assumed_density(n, 0.f);
   for (size_t k = 0; k < hidden.num_hidden; ++k) {
     const uint32_t cell = hidden.cells[k];
     const bool is_unseen = IsUnseen(*measured, cell) && radii[cell] > 0;
-    if (extended[k][3] < 0.5f || (is_opaque[cell] == 0 && !is_unseen)) continue;
-    const Eigen::Vector3f color = extended[k].head<3>().cwiseMax(0.f).cwiseMin(1.f);
+    if (hidden.reaches_seen[k] == 0 || (is_opaque[cell] == 0 && !is_unseen)) continue;
+    const Eigen::Vector3f color = extended[k].cwiseMax(0.f).cwiseMin(1.f);
     SetColor(color, cell, foam);
     mean_color[cell] = color;
-    if (!identities.empty()) identity_of(cell) = identities[k];
     changes.recolored += is_opaque[cell];
     if (!is_unseen) continue;
     assumed_density[cell] = kFilledOpticalDepth / radii[cell];
     ++changes.filled;
   }
+  if (foam->HasSemantics()) CompleteIdentities(delaunay, *measured, is_opaque, foam);
   if (changes.filled > 0) foam->assumed_density = std::move(assumed_density);
   return changes;
 }

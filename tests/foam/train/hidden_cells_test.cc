@@ -164,15 +164,20 @@ TEST(HiddenCells, AreFilledWherePhotosLookAndNoneSeesThem) {
   EXPECT_FLOAT_EQ(shown[5], 500.f);
 }
 
+// Gives the last cell of a row another identity than the others.
+void AddIdentities(Foam* foam) {
+  foam->num_classes = 2;
+  for (int i = 0; i < 6; ++i) {
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam->identity.push_back(c == (i == 5 ? 0 : 1) ? 3.f : 0.f);
+    }
+  }
+}
+
 TEST(HiddenCells, HaveTheIdentitiesOfSeenCells) {
   Scene scene = Row();
   for (const uint32_t i : {1, 2}) scene.measured.potential_rays[i] = 100;
-  scene.foam.num_classes = 2;
-  for (int i = 0; i < 6; ++i) {
-    for (int c = 0; c < kIdentityDim; ++c) {
-      scene.foam.identity.push_back(c == (i == 5 ? 0 : 1) ? 3.f : 0.f);
-    }
-  }
+  AddIdentities(&scene.foam);
   const Scene before = scene;
   Complete(&scene);
   for (int i = 0; i < 6; ++i) {
@@ -182,6 +187,24 @@ TEST(HiddenCells, HaveTheIdentitiesOfSeenCells) {
       EXPECT_NEAR(scene.foam.identity[i * kIdentityDim + c], expected[c], 1e-3f) << i;
     }
   }
+}
+
+TEST(HiddenCells, GetIdentitiesAtALargerShareThanColours) {
+  Scene scene = Row();
+  AddIdentities(&scene.foam);
+  scene.measured.weight[0] = 0.5f * (kHiddenShare + kHiddenIdentityShare) * 100;
+  const Scene before = scene;
+  EXPECT_EQ(Complete(&scene).recolored, 0);
+  EXPECT_EQ(scene.foam.sh, before.foam.sh);
+  EXPECT_NEAR(scene.foam.identity[0], 3, 1e-3f);
+  EXPECT_NEAR(scene.foam.identity[1], 0, 1e-3f);
+  // Air outside of all photos keeps its identity.
+  EXPECT_EQ(scene.foam.identity[kIdentityDim + 1], 3);
+
+  scene = before;
+  scene.measured.weight[0] = 1.1f * kHiddenIdentityShare * 100;
+  Complete(&scene);
+  EXPECT_EQ(scene.foam.identity, before.foam.identity);
 }
 
 TEST(HiddenCells, StayWhereTheyAreSmallerThanTheRaysAreApart) {

@@ -14,11 +14,8 @@ namespace semfoam {
 // Returns the depths of `known`, and of the pixels that are unknown there and that known ones
 // surround on one plane; 0 elsewhere, as in `known`.
 //
-// At each pixel a plane is fitted to the known inverse depths, weighted by exp(-c / 0.08 - s / r)
-// where s is the length of a path to them, first along rows, then along columns or the other way
-// round, and c the sum of the changes of display values on it (after the domain transform of Gastal
-// and Oliveira, SIGGRAPH 2011). r is 4 pixels; where that fails 8, 16 and 32. The pixel stays
-// unknown where
+// At each pixel a plane is fitted to the known inverse depths around it (ImagePaths), of which
+// those within some 4 pixels count; where that fails 8, 16 and 32. The pixel stays unknown where
 // - the weights sum up to less than that of two pixels,
 // - it lies outside the known ones: its Mahalanobis distance from their mean is above sqrt(2),
 // - they are not on one plane: their deviation from the fit is above 2 % of its value.

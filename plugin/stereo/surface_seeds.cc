@@ -6,6 +6,7 @@
 #include "foam/util/elapsed_time.h"
 #include "foam/util/parallel.h"
 #include "plugin/stereo/depth_filling.h"
+#include "plugin/stereo/plane_filling.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
 #include "plugin/stereo/view_overlap.h"
@@ -148,7 +149,7 @@ std::vector<DepthMap> FillAll(const std::vector<StereoView>& views,
                               const std::vector<DepthMap>& known) {
   std::vector<DepthMap> filled(views.size());
   ForEachView(views, [&](int64_t i) {
-    if (!known[i].inverse.empty()) filled[i] = FillDepths(views[i], known[i]);
+    if (!known[i].inverse.empty()) filled[i] = FillPlanes(views[i], FillDepths(views[i], known[i]));
   });
   return filled;
 }
@@ -229,7 +230,7 @@ uint64_t SurfaceSeedBytes(int64_t num_photos) {
   // Merged points wait in an array of twice their number, and are copied as it grows.
   constexpr double kBytesOfMerging = 3 * 64;
   const double merged = std::min<double>(pixels, kMostSurfaceSeeds);
-  const int64_t of_thread = std::max(SweepPlanesBytes(), FillDepthsBytes());
+  const int64_t of_thread = std::max({SweepPlanesBytes(), FillDepthsBytes(), FillPlanesBytes()});
   return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
                                static_cast<double>(of_thread) * NumThreads());
 }

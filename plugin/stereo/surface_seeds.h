@@ -38,10 +38,10 @@ inline constexpr int kMostSurfaceSeeds = 500'000;
 // in about the same colour, and which fewer views contradict: those that see through the point, or
 // see another colour there (at the outlines of things, windows carry the depth of the thing over to
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
-// the same voxel are merged (PointMerger). Then fills the maps (FillDepths), and keeps what is new
-// by the same rules, merged to an eighth of the number of points that were measured. Colours are
-// those of the reference exposure. Finds nothing where fewer than three photos overlap. The result
-// does not depend on the number of threads. Throws as TrainingScene::OpenView does.
+// the same voxel are merged (PointMerger). Then fills the maps (FillDepths, FillPlanes), and keeps
+// what is new by the same rules, merged to an eighth of the number of points that were measured.
+// Colours are those of the reference exposure. Finds nothing where fewer than three photos overlap.
+// The result does not depend on the number of threads. Throws as TrainingScene::OpenView does.
 SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
 
 // Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos

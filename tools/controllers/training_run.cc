@@ -254,8 +254,8 @@ TrainingSummary Train(const TrainingScene& scene,
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
-// Returns the number of photos that are swept with a time budget: a photo takes about 0.3 s of one
-// core, so this is at most a sixth of the budget.
+// Returns the number of photos that are swept with a time budget: a photo takes about 0.4 s of one
+// core, so this is at most a fifth of the budget.
 int SweptPhotosWithin(double time_budget) {
   return static_cast<int>(std::min(time_budget, 1e6) / 2);
 }

@@ -3,10 +3,9 @@
 
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <limits>
 
-#include <Eigen/Core>
+#include "tests/plugin/stereo/plain_views.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,38 +13,6 @@ namespace semfoam {
 namespace {
 
 using ::testing::Each;
-
-constexpr int kWidth = 60, kHeight = 40;
-
-using Colors = std::function<float(int x, int y)>;
-using Depths = std::function<double(int x, int y)>;
-
-StereoView ViewOf(const Colors& color) {
-  StereoView view;
-  view.width = kWidth;
-  view.height = kHeight;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      view.color.push_back(Eigen::Vector3f::Constant(color(x, y)));
-      view.grey.push_back(color(x, y) - 0.5f);
-    }
-  }
-  return view;
-}
-
-DepthMap MapOf(const Depths& inverse) {
-  DepthMap map;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) map.inverse.push_back(static_cast<float>(inverse(x, y)));
-  }
-  return map;
-}
-
-float At(const DepthMap& map, int x, int y) {
-  return map.inverse[static_cast<size_t>(y) * kWidth + x];
-}
-
-float Grey(int, int) { return 0.5f; }
 
 double Plane(int x, int y) { return 0.4 + 2e-3 * x - 1e-3 * y; }
 

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plugin/stereo/plane_filling.h"
+
+#include "foam/geometry/plane_fit.h"
+#include "plugin/stereo/image_paths.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <glog/logging.h>
+
+namespace semfoam {
+namespace {
+
+constexpr int kMostPlanes = 7;
+// Fewest known pixels of a plane, as a share of the photo's.
+constexpr double kLeastShare = 0.005;
+// A pixel lies within a plane's known part if those this far to all four sides are on it, too.
+// Outlines of things have a border of the thing's depth, and that of a ball lies on a plane.
+constexpr int kSolid = 3;
+// Most pixels that a plane is fitted to.
+constexpr size_t kMostSamples = 4000;
+// Share of the inverse depth up to which a pixel is on a plane: as planes are found, and as pixels
+// vote.
+constexpr double kTolerance = 0.007, kVoteTolerance = 0.012;
+// Planes whose inverse depth changes faster are seen edge-on.
+constexpr double kLeastSlant = 0.05;
+// Largest Mahalanobis distance from a plane's known pixels, squared.
+constexpr double kMostSquaredDistance = 36;
+// Of ImagePaths: in pixels, and in display values.
+constexpr double kReach = 128, kColorReach = 0.02;
+constexpr float kLeastVotes = 2;
+constexpr float kLeastShareOfVotes = 0.5f;
+
+// Votes for each plane, then the number of voters: pixels where planes meet vote for each of them.
+using Votes = Eigen::Array<float, kMostPlanes + 1, 1>;
+constexpr int kVoters = kMostPlanes;
+
+// Inverse depth as a linear function of the pixel, and where it is known.
+struct ImagePlane {
+  Eigen::Vector3d coefficients;  // of x, y and 1
+  Eigen::Vector2d mean;
+  Eigen::Matrix2d inverse_covariance;
+
+  double InverseDepthAt(double x, double y) const {
+    return coefficients.dot(Eigen::Vector3d(x, y, 1));
+  }
+  double SquaredDistance(double x, double y) const {
+    const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - mean;
+    return offset.dot(inverse_covariance * offset);
+  }
+};
+
+struct KnownPixel {
+  double x = 0, y = 0, inverse = 0;
+};
+
+// Returns the known pixel of this index.
+KnownPixel PixelAt(const StereoView& view, const DepthMap& known, size_t i) {
+  return {
+      static_cast<double>(i % view.width), static_cast<double>(i / view.width), known.inverse[i]};
+}
+
+bool IsOn(const ImagePlane& plane, const KnownPixel& pixel, double tolerance) {
+  return std::abs(plane.InverseDepthAt(pixel.x, pixel.y) - pixel.inverse) <=
+         tolerance * pixel.inverse;
+}
+
+// Returns how many of the pixels have others kSolid to the left, to the right, above and below.
+size_t CountSolid(const StereoView& view, const std::vector<KnownPixel>& pixels) {
+  std::vector<uint8_t> is_in(view.NumPixels());
+  const auto index = [&](const KnownPixel& p) {
+    return static_cast<size_t>(p.y) * view.width + static_cast<size_t>(p.x);
+  };
+  for (const KnownPixel& p : pixels) is_in[index(p)] = 1;
+  return std::count_if(pixels.begin(), pixels.end(), [&](const KnownPixel& p) {
+    if (p.x < kSolid || p.y < kSolid || p.x >= view.width - kSolid || p.y >= view.height - kSolid) {
+      return false;
+    }
+    const size_t i = index(p), rows = static_cast<size_t>(kSolid) * view.width;
+    return is_in[i - kSolid] + is_in[i + kSolid] + is_in[i - rows] + is_in[i + rows] == 4;
+  });
+}
+
+// A plane and the known pixels that are on it and that are not.
+struct FoundPlane {
+  ImagePlane plane;
+  std::vector<KnownPixel> inliers, rest;
+};
+
+// Finds the plane that most of the pixels are on. `scale` is a typical inverse depth.
+std::optional<FoundPlane> FindPlane(const StereoView& view,
+                                    double scale,
+                                    const std::vector<KnownPixel>& pixels) {
+  SurfaceSamples samples;
+  samples.tolerance = kTolerance;
+  const double width = view.width;
+  const size_t step = 1 + pixels.size() / kMostSamples;
+  for (size_t i = 0; i < pixels.size(); i += step) {
+    const KnownPixel& p = pixels[i];
+    samples.points.emplace_back(p.x / width, p.y / width, p.inverse / scale);
+    samples.weights.push_back(1);
+  }
+  const std::optional<PlaneFit> fit = FitPlane(samples);
+  if (!fit || !(std::abs(fit->normal.z()) >= kLeastSlant)) return {};
+  FoundPlane found;
+  ImagePlane& plane = found.plane;
+  const Eigen::Vector3d n = fit->normal / fit->normal.z();
+  plane.coefficients = scale * Eigen::Vector3d(-n.x() / width, -n.y() / width, n.dot(fit->point));
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const KnownPixel& p : pixels) {
+    if (!IsOn(plane, p, kTolerance)) {
+      found.rest.push_back(p);
+      continue;
+    }
+    found.inliers.push_back(p);
+    const Eigen::Vector2d at(p.x, p.y);
+    sum += at;
+    squares += at * at.transpose();
+  }
+  if (found.inliers.empty()) return {};
+  const auto count = static_cast<double>(found.inliers.size());
+  plane.mean = sum / count;
+  Eigen::Matrix2d covariance = squares / count - plane.mean * plane.mean.transpose();
+  // A pixel has an extent.
+  covariance.diagonal().array() += 0.25;
+  plane.inverse_covariance = covariance.inverse();
+  return found;
+}
+
+std::vector<ImagePlane> FindPlanes(const StereoView& view, const DepthMap& known) {
+  std::vector<KnownPixel> pixels;
+  double sum = 0;
+  for (size_t i = 0; i < known.inverse.size(); ++i) {
+    if (!(known.inverse[i] > 0)) continue;
+    pixels.push_back(PixelAt(view, known, i));
+    sum += known.inverse[i];
+  }
+  const double scale = sum / static_cast<double>(std::max<size_t>(1, pixels.size()));
+  const auto least = static_cast<size_t>(kLeastShare * static_cast<double>(view.NumPixels()));
+  std::vector<ImagePlane> planes;
+  for (int k = 0; k < kMostPlanes && pixels.size() > least; ++k) {
+    std::optional<FoundPlane> found = FindPlane(view, scale, pixels);
+    if (!found || found->inliers.size() <= least) break;
+    if (CountSolid(view, found->inliers) > least) planes.push_back(found->plane);
+    pixels = std::move(found->rest);
+  }
+  return planes;
+}
+
+// Returns the votes of each known pixel.
+std::vector<Votes> OwnVotes(const StereoView& view,
+                            const DepthMap& known,
+                            const std::vector<ImagePlane>& planes) {
+  std::vector<Votes> own(known.inverse.size(), Votes::Zero());
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (!(known.inverse[i] > 0)) continue;
+    const KnownPixel pixel = PixelAt(view, known, i);
+    for (size_t p = 0; p < planes.size(); ++p) {
+      if (IsOn(planes[p], pixel, kVoteTolerance)) own[i][static_cast<int>(p)] = 1;
+    }
+    own[i][kVoters] = 1;
+  }
+  return own;
+}
+
+}  // namespace
+
+DepthMap FillPlanes(const StereoView& view, const DepthMap& known) {
+  CHECK_EQ(known.inverse.size(), view.NumPixels());
+  const std::vector<ImagePlane> planes = FindPlanes(view, known);
+  if (planes.empty()) return known;
+  const std::vector<Votes> votes = ImagePaths(view, kColorReach, kReach, PhotoNoise(view))
+                                       .SumsAround(OwnVotes(view, known, planes));
+  DepthMap filled = known;
+  for (size_t i = 0; i < votes.size(); ++i) {
+    if (filled.inverse[i] > 0 || std::isnan(view.grey[i])) continue;
+    Eigen::Index best = 0;
+    const float most = votes[i].head<kMostPlanes>().maxCoeff(&best);
+    if (!(most >= std::max(kLeastVotes, kLeastShareOfVotes * votes[i][kVoters]))) continue;
+    const ImagePlane& plane = planes[best];
+    const auto x = static_cast<double>(i % view.width), y = static_cast<double>(i / view.width);
+    if (!(plane.SquaredDistance(x, y) <= kMostSquaredDistance)) continue;
+    filled.inverse[i] = static_cast<float>(std::max(0.0, plane.InverseDepthAt(x, y)));
+  }
+  return filled;
+}
+
+int64_t FillPlanesBytes() {
+  constexpr int64_t kBytesOfPixel = 3 * sizeof(Votes) + 2 * sizeof(float) + sizeof(KnownPixel) * 2 +
+                                    2 * sizeof(Eigen::Vector3d) + sizeof(double);
+  return kBytesOfPixel * kStereoPixels * 102 / 100;
+}
+
+}  // namespace semfoam

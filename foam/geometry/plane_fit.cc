@@ -19,8 +19,6 @@ namespace semfoam {
 namespace {
 
 constexpr int kDraws = 4000;
-// So many samples, drawn in proportion to their weights, judge the planes that are drawn.
-constexpr size_t kJudges = 4000;
 constexpr int kRefinements = 20;
 // Standard deviations, and what the median of absolute normal deviations is of one.
 constexpr double kInlierDeviations = 2.5;
@@ -70,13 +68,15 @@ Moments MomentsOf(const std::vector<Eigen::Vector3d>& points,
 // Returns points drawn in proportion to their weights, at even steps of the cumulative weight.
 std::vector<Eigen::Vector3d> DrawJudges(const std::vector<Eigen::Vector3d>& points,
                                         const std::vector<double>& weights,
-                                        double total) {
+                                        double total,
+                                        size_t num_judges) {
   std::vector<Eigen::Vector3d> judges;
+  const auto count = static_cast<double>(num_judges);
   double cumulative = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     cumulative += weights[i];
-    while (judges.size() < kJudges &&
-           (static_cast<double>(judges.size()) + 0.5) * total < cumulative * kJudges) {
+    while (judges.size() < num_judges &&
+           (static_cast<double>(judges.size()) + 0.5) * total < cumulative * count) {
       judges.push_back(points[i]);
     }
   }
@@ -176,6 +176,7 @@ std::optional<PlaneFit> FitPlane(const SurfaceSamples& samples,
   const double tolerance = samples.tolerance;
   CHECK_EQ(samples.points.size(), weights.size());
   CHECK_GT(tolerance, 0);
+  CHECK_GT(samples.num_judges, 0u);
   if (std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0; }) < 3) {
     return std::nullopt;
   }
@@ -187,8 +188,8 @@ std::optional<PlaneFit> FitPlane(const SurfaceSamples& samples,
   for (const Eigen::Vector3d& x : samples.points) points.emplace_back(x - moments.mean);
 
   const Limit allowed(limit);
-  std::optional<Plane> plane =
-      BestOfDraws(DrawJudges(points, weights, moments.weight), tolerance, allowed);
+  std::optional<Plane> plane = BestOfDraws(
+      DrawJudges(points, weights, moments.weight, samples.num_judges), tolerance, allowed);
   double near = tolerance;
   for (int k = 0; k < kRefinements && plane; ++k) {
     const std::optional<Plane> better = Refit(points, weights, *plane, near);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -16,6 +17,8 @@ struct SurfaceSamples {
   std::vector<double> weights;
   // Distance up to which points are near a plane, > 0; about twice their noise.
   double tolerance = 0;
+  // Number of points, drawn by weight, that choose among planes, > 0. The time grows with it.
+  size_t num_judges = 4000;
 };
 
 // A plane that passes through many of the samples.

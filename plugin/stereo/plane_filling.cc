@@ -27,6 +27,8 @@ constexpr double kLeastShare = 0.005;
 constexpr int kSolid = 3;
 // Most pixels that a plane is fitted to.
 constexpr size_t kMostSamples = 4000;
+// Number of them that choose among planes (SurfaceSamples).
+constexpr size_t kJudges = 400;
 // Share of the inverse depth up to which a pixel is on a plane: as planes are found, and as pixels
 // vote.
 constexpr double kTolerance = 0.007, kVoteTolerance = 0.012;
@@ -101,6 +103,7 @@ std::optional<FoundPlane> FindPlane(const StereoView& view,
                                     const std::vector<KnownPixel>& pixels) {
   SurfaceSamples samples;
   samples.tolerance = kTolerance;
+  samples.num_judges = kJudges;
   const double width = view.width;
   const size_t step = 1 + pixels.size() / kMostSamples;
   for (size_t i = 0; i < pixels.size(); i += step) {

@@ -21,7 +21,11 @@ import numpy as np
 
 
 def main():
+    if len(sys.argv) != 3:
+        sys.exit("usage: tests/plain_scene/score_depth.py FOLDER RENDERS")
     folder, renders = sys.argv[1:]
+    if not os.path.exists(folder + "/labels.json"):
+        sys.exit(folder + "/labels.json: there is no such file; tests/plain_scene/make writes it")
     labels = json.load(open(folder + "/labels.json"))["labels"]
     errors = {name: [] for name in labels.values()}
     paths = sorted(glob.glob(renders + "/depth/*.exr"))

@@ -2,13 +2,13 @@
 #include "plugin/stereo/depth_filling.h"
 
 #include "plugin/stereo/image_paths.h"
+#include "plugin/stereo/pixel_spread.h"
 
 #include <cmath>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <glog/logging.h>
 
 namespace semfoam {
@@ -20,8 +20,8 @@ constexpr double kLeastWeight = 2;
 constexpr double kMostSquaredDistance = 2;
 constexpr double kMostDeviation = 0.02;
 
-// Weighted sums over known pixels at (x, y) of inverse depth d: of 1, x, y, xx, xy, yy, d, xd, yd
-// and dd.
+// Weighted sums over known pixels at (x, y) of inverse depth d: PixelSums, then of d, xd, yd and
+// dd.
 using Sums = Eigen::Array<double, 10, 1>;
 
 // Returns the sums of each pixel alone; zeros where it is unknown.
@@ -31,7 +31,7 @@ std::vector<Sums> OwnSums(const DepthMap& known, int width) {
     const double d = known.inverse[i];
     if (!(d > 0)) continue;
     const auto x = static_cast<double>(i % width), y = static_cast<double>(i / width);
-    own[i] << 1, x, y, x * x, x * y, y * y, d, x * d, y * d, d * d;
+    own[i] << PixelSumsAt(x, y), d, x * d, y * d, d * d;
   }
   return own;
 }
@@ -40,19 +40,13 @@ std::vector<Sums> OwnSums(const DepthMap& known, int width) {
 // it.
 std::optional<double> InverseDepthAt(double x, double y, const Sums& sums) {
   if (!(sums[0] >= kLeastWeight)) return {};
-  const Sums mean = sums / sums[0];
-  const Eigen::Vector2d offset(x - mean[1], y - mean[2]);
-  Eigen::Matrix2d covariance;
-  covariance << mean[3] - mean[1] * mean[1], mean[4] - mean[1] * mean[2],
-      mean[4] - mean[1] * mean[2], mean[5] - mean[2] * mean[2];
-  // A pixel has an extent: keeps the slope across a line of pixels small.
-  covariance.diagonal().array() += 0.25;
-  const Eigen::Matrix2d inverse_covariance = covariance.inverse();
-  if (!(offset.dot(inverse_covariance * offset) <= kMostSquaredDistance)) return {};
-  const Eigen::Vector2d by_depth(mean[7] - mean[1] * mean[6], mean[8] - mean[2] * mean[6]);
-  const Eigen::Vector2d slope = inverse_covariance * by_depth;
-  const double inverse_depth = mean[6] + slope.dot(offset);
-  const double variance = mean[9] - mean[6] * mean[6] - slope.dot(by_depth);
+  const PixelSpread spread(sums.head<6>());
+  if (!(spread.SquaredDistance(x, y) <= kMostSquaredDistance)) return {};
+  const Eigen::Vector4d mean = sums.tail<4>() / sums[0];
+  const Eigen::Vector2d by_depth = mean.segment<2>(1) - spread.mean * mean[0];
+  const Eigen::Vector2d slope = spread.inverse_covariance * by_depth;
+  const double inverse_depth = mean[0] + slope.dot(Eigen::Vector2d(x, y) - spread.mean);
+  const double variance = mean[3] - mean[0] * mean[0] - slope.dot(by_depth);
   const double most = kMostDeviation * inverse_depth;
   if (!(inverse_depth > 0 && variance <= most * most)) return {};
   return inverse_depth;
@@ -64,8 +58,9 @@ DepthMap FillDepths(const StereoView& view, const DepthMap& known) {
   CHECK_EQ(known.inverse.size(), view.NumPixels());
   DepthMap filled = known;
   const std::vector<Sums> own = OwnSums(known, view.width);
+  const ImagePaths paths(view, kColorReach);
   for (const double reach : kReaches) {
-    const std::vector<Sums> sums = ImagePaths(view, kColorReach, reach).SumsAround(own);
+    const std::vector<Sums> sums = paths.SumsAround(own, reach);
     for (size_t i = 0; i < sums.size(); ++i) {
       if (filled.inverse[i] > 0 || std::isnan(view.grey[i])) continue;
       const auto x = static_cast<double>(i % view.width), y = static_cast<double>(i / view.width);

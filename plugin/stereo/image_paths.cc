@@ -21,7 +21,7 @@ bool IsShown(const StereoView& view, size_t i) { return !std::isnan(view.grey[i]
 
 }  // namespace
 
-ImagePaths::ImagePaths(const StereoView& view, double color_reach, double reach, double free_change)
+ImagePaths::ImagePaths(const StereoView& view, double color_reach, double free_change)
     : width_(view.width),
       height_(view.height),
       right_(view.NumPixels(), 0.f),
@@ -30,7 +30,7 @@ ImagePaths::ImagePaths(const StereoView& view, double color_reach, double reach,
     // Nothing passes where the photo shows nothing.
     if (!IsShown(view, i) || !IsShown(view, j)) return 0.f;
     const double change = std::max(0.0, ChangeBetween(view, i, j) - free_change);
-    return static_cast<float>(std::exp(-1 / reach - change / color_reach));
+    return static_cast<float>(std::exp(-change / color_reach));
   };
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {

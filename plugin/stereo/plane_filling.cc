@@ -3,6 +3,7 @@
 
 #include "foam/geometry/plane_fit.h"
 #include "plugin/stereo/image_paths.h"
+#include "plugin/stereo/pixel_spread.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <glog/logging.h>
 
 namespace semfoam {
@@ -31,11 +31,13 @@ constexpr size_t kMostSamples = 4000;
 constexpr size_t kJudges = 400;
 // Share of the inverse depth up to which a pixel is on a plane: as planes are found, and as pixels
 // vote.
-constexpr double kTolerance = 0.007, kVoteTolerance = 0.012;
+constexpr double kTolerance = 0.007, kVoteTolerance = 0.03;
 // Planes whose inverse depth changes faster are seen edge-on.
 constexpr double kLeastSlant = 0.05;
-// Largest Mahalanobis distance from a plane's known pixels, squared.
-constexpr double kMostSquaredDistance = 36;
+// Largest Mahalanobis distance from the voters, squared. Beside the edge of a thing before a plain
+// background, the windows of matching give a line of pixels of the background the thing's depth: a
+// line of voters tells nothing of what lies off it.
+constexpr double kMostSquaredDistance = 64;
 // Of ImagePaths: in pixels, and in display values.
 constexpr double kReach = 128, kColorReach = 0.02;
 constexpr float kLeastVotes = 2;
@@ -45,18 +47,12 @@ constexpr float kLeastShareOfVotes = 0.5f;
 using Votes = Eigen::Array<float, kMostPlanes + 1, 1>;
 constexpr int kVoters = kMostPlanes;
 
-// Inverse depth as a linear function of the pixel, and where it is known.
+// Inverse depth as a linear function of the pixel.
 struct ImagePlane {
   Eigen::Vector3d coefficients;  // of x, y and 1
-  Eigen::Vector2d mean;
-  Eigen::Matrix2d inverse_covariance;
 
   double InverseDepthAt(double x, double y) const {
     return coefficients.dot(Eigen::Vector3d(x, y, 1));
-  }
-  double SquaredDistance(double x, double y) const {
-    const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - mean;
-    return offset.dot(inverse_covariance * offset);
   }
 };
 
@@ -117,25 +113,9 @@ std::optional<FoundPlane> FindPlane(const StereoView& view,
   ImagePlane& plane = found.plane;
   const Eigen::Vector3d n = fit->normal / fit->normal.z();
   plane.coefficients = scale * Eigen::Vector3d(-n.x() / width, -n.y() / width, n.dot(fit->point));
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (const KnownPixel& p : pixels) {
-    if (!IsOn(plane, p, kTolerance)) {
-      found.rest.push_back(p);
-      continue;
-    }
-    found.inliers.push_back(p);
-    const Eigen::Vector2d at(p.x, p.y);
-    sum += at;
-    squares += at * at.transpose();
+    (IsOn(plane, p, kTolerance) ? found.inliers : found.rest).push_back(p);
   }
-  if (found.inliers.empty()) return {};
-  const auto count = static_cast<double>(found.inliers.size());
-  plane.mean = sum / count;
-  Eigen::Matrix2d covariance = squares / count - plane.mean * plane.mean.transpose();
-  // A pixel has an extent.
-  covariance.diagonal().array() += 0.25;
-  plane.inverse_covariance = covariance.inverse();
   return found;
 }
 
@@ -175,30 +155,58 @@ std::vector<Votes> OwnVotes(const StereoView& view,
   return own;
 }
 
+// Returns the plane that the votes around each pixel choose; -1: none, or its depth is known.
+std::vector<int> ChosenPlanes(const StereoView& view,
+                              const DepthMap& known,
+                              const std::vector<Votes>& votes) {
+  std::vector<int> chosen(votes.size(), -1);
+  for (size_t i = 0; i < votes.size(); ++i) {
+    if (known.inverse[i] > 0 || std::isnan(view.grey[i])) continue;
+    Eigen::Index best = 0;
+    const float most = votes[i].head<kMostPlanes>().maxCoeff(&best);
+    if (most >= std::max(kLeastVotes, kLeastShareOfVotes * votes[i][kVoters])) {
+      chosen[i] = static_cast<int>(best);
+    }
+  }
+  return chosen;
+}
+
+// Returns the sums of each pixel alone; zeros where it does not vote for the plane.
+std::vector<PixelSums> OwnSums(const StereoView& view, const std::vector<Votes>& own, int plane) {
+  std::vector<PixelSums> sums(own.size(), PixelSums::Zero());
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (!(own[i][plane] > 0)) continue;
+    sums[i] = PixelSumsAt(static_cast<double>(i % view.width), static_cast<double>(i / view.width));
+  }
+  return sums;
+}
+
 }  // namespace
 
 DepthMap FillPlanes(const StereoView& view, const DepthMap& known) {
   CHECK_EQ(known.inverse.size(), view.NumPixels());
   const std::vector<ImagePlane> planes = FindPlanes(view, known);
   if (planes.empty()) return known;
-  const std::vector<Votes> votes = ImagePaths(view, kColorReach, kReach, PhotoNoise(view))
-                                       .SumsAround(OwnVotes(view, known, planes));
+  const ImagePaths paths(view, kColorReach, PhotoNoise(view));
+  const std::vector<Votes> own = OwnVotes(view, known, planes);
+  const std::vector<int> chosen = ChosenPlanes(view, known, paths.SumsAround(own, kReach));
   DepthMap filled = known;
-  for (size_t i = 0; i < votes.size(); ++i) {
-    if (filled.inverse[i] > 0 || std::isnan(view.grey[i])) continue;
-    Eigen::Index best = 0;
-    const float most = votes[i].head<kMostPlanes>().maxCoeff(&best);
-    if (!(most >= std::max(kLeastVotes, kLeastShareOfVotes * votes[i][kVoters]))) continue;
-    const ImagePlane& plane = planes[best];
-    const auto x = static_cast<double>(i % view.width), y = static_cast<double>(i / view.width);
-    if (!(plane.SquaredDistance(x, y) <= kMostSquaredDistance)) continue;
-    filled.inverse[i] = static_cast<float>(std::max(0.0, plane.InverseDepthAt(x, y)));
+  for (int p = 0; p < static_cast<int>(planes.size()); ++p) {
+    if (std::find(chosen.begin(), chosen.end(), p) == chosen.end()) continue;
+    const std::vector<PixelSums> voters = paths.SumsAround(OwnSums(view, own, p), kReach);
+    for (size_t i = 0; i < chosen.size(); ++i) {
+      if (chosen[i] != p) continue;
+      const auto x = static_cast<double>(i % view.width), y = static_cast<double>(i / view.width);
+      if (!(PixelSpread(voters[i]).SquaredDistance(x, y) <= kMostSquaredDistance)) continue;
+      filled.inverse[i] = static_cast<float>(std::max(0.0, planes[p].InverseDepthAt(x, y)));
+    }
   }
   return filled;
 }
 
 int64_t FillPlanesBytes() {
-  constexpr int64_t kBytesOfPixel = 3 * sizeof(Votes) + 2 * sizeof(float) + sizeof(KnownPixel) * 2 +
+  constexpr int64_t kBytesOfPixel = 3 * sizeof(Votes) + 3 * sizeof(PixelSums) + 2 * sizeof(float) +
+                                    sizeof(int) + 2 * sizeof(KnownPixel) +
                                     2 * sizeof(Eigen::Vector3d) + sizeof(double);
   return kBytesOfPixel * kStereoPixels * 102 / 100;
 }

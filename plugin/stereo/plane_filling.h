@@ -18,8 +18,7 @@ namespace semfoam {
 // plane, one after the other, each to what is not on one before. Each known pixel votes for the
 // planes that it is on; an unknown one gets the depth of the plane that has the majority of those
 // to which paths through pixels of like colour lead, past the noise of the photo (ImagePaths). It
-// stays unknown where they are few, and far from the plane's known part (a Mahalanobis distance of
-// 6).
+// stays unknown where they are few, and off their line where they are on one.
 //
 // `known` has the view's pixels. The result says nothing of what other views see there.
 DepthMap FillPlanes(const StereoView& view, const DepthMap& known);

@@ -103,6 +103,19 @@ TEST(FillPlanes, IsUnknownWhereVotesDisagree) {
   }
 }
 
+TEST(FillPlanes, DoesNotGoOnFromALine) {
+  // A thing with texture before a plain background, two pixels of which matching takes for it.
+  const auto is_thing = [](int x, int, int beside) { return x < 20 + beside; };
+  const StereoView view = ViewOf([&](int x, int y) {
+    return !is_thing(x, y, 0) ? 0.5f : (x / 3 + y / 3) % 2 == 0 ? 0.9f : 0.1f;
+  });
+  const DepthMap filled =
+      FillPlanes(view, MapOf([&](int x, int y) { return is_thing(x, y, 2) ? Wall(x, y) : 0; }));
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 30; x < kWidth; ++x) EXPECT_EQ(At(filled, x, y), 0) << x << " " << y;
+  }
+}
+
 TEST(FillPlanes, NeedsAPlaneOfSomeSize) {
   const StereoView view = ViewOf(Grey);
   EXPECT_THAT(FillPlanes(view, MapOf([](int, int) { return 0; })).inverse, Each(0.f));

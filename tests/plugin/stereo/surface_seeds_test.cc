@@ -33,7 +33,7 @@ constexpr double kWall = 2, kPlain = 0.45, kBallRadius = 0.35;
 // More than there are in most tests.
 constexpr int kPhotos = 150;
 const Eigen::Vector3d kBall(-0.1, 0, 1.45);
-const Eigen::Vector3d kPatch(0.55, 0.4, kWall);
+const Eigen::Vector3d kPatch(0.55, 0.4, kWall), kPrint(0.75, 0, kWall);
 
 // A smooth random function of space, 0..1, that changes over some 0.04 units.
 double Texture(const Eigen::Vector3d& x, uint64_t channel) {
@@ -95,6 +95,8 @@ struct Rendering {
   bool is_plain = false;
   // Radius of a disc on the wall that is of one colour, around kPatch.
   double patch_radius = 0;
+  // Radius of a disc on the wall, around kPrint, that has texture where the wall is of one colour.
+  double print_radius = 0;
 };
 
 // A workspace of rendered photos, on a grid of cameras that look at the ball.
@@ -169,7 +171,8 @@ class RenderedWorkspace {
   }
 
   Eigen::Vector3d ColorAt(const Eigen::Vector3d& x, int texture) const {
-    const bool is_of_plain_wall = x.z() > kWall - 1e-9 && x.x() > rendering_.plain_from;
+    const bool is_of_plain_wall = x.z() > kWall - 1e-9 && x.x() > rendering_.plain_from &&
+                                  (x - kPrint).norm() >= rendering_.print_radius;
     const bool is_of_patch = (x - kPatch).norm() < rendering_.patch_radius;
     if (rendering_.is_plain || is_of_plain_wall || is_of_patch) return {0.95, 0.95, 0.95};
     const auto first = static_cast<uint64_t>(3 * texture);
@@ -239,10 +242,10 @@ void ExpectSurfaces(const Rendering& rendering) {
   EXPECT_GT(ShareWithin(positions, 0.5), 0.9);
   EXPECT_GT(ShareWithin(positions, 1), 0.98);
 
-  // The wall's plane goes on where it is of one colour.
+  // The wall's plane goes on around a print where it is of one colour.
   std::vector<Eigen::Vector3d> plain;
-  std::copy_if(positions.begin(), positions.end(), std::back_inserter(plain), [](const auto& x) {
-    return x.x() > kPlain + 0.04;
+  std::copy_if(positions.begin(), positions.end(), std::back_inserter(plain), [&](const auto& x) {
+    return x.x() > kPlain + 0.04 && (x - kPrint).norm() > rendering.print_radius + 0.04;
   });
   EXPECT_GT(plain.size(), 2000u);
   EXPECT_GT(ShareWithin(plain, 1), 0.99);
@@ -263,13 +266,17 @@ void ExpectSurfaces(const Rendering& rendering) {
                         std::to_string(rendering.num_photos) + " photos in "));
 }
 
-TEST(SurfaceSeeds, AreOnTheSurfaces) { ExpectSurfaces({.camera_models = {1}, .num_photos = 9}); }
-
-TEST(SurfaceSeeds, AreOnTheSurfacesWithDistortedCameras) {
-  ExpectSurfaces({.camera_models = {1, 2}, .num_photos = 9});
+TEST(SurfaceSeeds, AreOnTheSurfaces) {
+  ExpectSurfaces({.camera_models = {1}, .num_photos = 9, .print_radius = 0.15});
 }
 
-TEST(SurfaceSeeds, DoWithoutTracks) { ExpectSurfaces({.num_photos = 9, .has_tracks = false}); }
+TEST(SurfaceSeeds, AreOnTheSurfacesWithDistortedCameras) {
+  ExpectSurfaces({.camera_models = {1, 2}, .num_photos = 9, .print_radius = 0.15});
+}
+
+TEST(SurfaceSeeds, DoWithoutTracks) {
+  ExpectSurfaces({.num_photos = 9, .has_tracks = false, .print_radius = 0.15});
+}
 
 TEST(SurfaceSeeds, FillPlainPatches) {
   constexpr double kRadius = 0.12;

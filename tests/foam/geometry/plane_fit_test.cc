@@ -45,6 +45,15 @@ TEST(PlaneFit, ANoisyFloorAmongThingsIsFoundToATenthOfADegree) {
   }
 }
 
+TEST(PlaneFit, JudgesChooseThePlaneAndAllPointsFitIt) {
+  SurfaceSamples samples = TiltedFloor(0.01, Eigen::Vector3d::Zero());
+  samples.num_judges = 200;
+  EXPECT_LT(AngleDegrees(FitPlane(samples)->normal, kTilt.col(2)), 0.1);
+  // No plane passes through two alone.
+  samples.num_judges = 2;
+  EXPECT_FALSE(FitPlane(samples));
+}
+
 TEST(PlaneFit, TheSameInputGivesTheSameBits) {
   const SurfaceSamples samples = TiltedFloor(0.01, Eigen::Vector3d::Zero());
   EXPECT_EQ(FitPlane(samples)->normal, FitPlane(samples)->normal);

@@ -199,9 +199,10 @@ SEMFOAM_HOST_DEVICE T ColorLossSlope(const T& mean_square) {
   return T(1) / sqrt(sqrt(T(1) + mean_square / T(kSquaredKnee)));
 }
 
-// Depths that differ from a known distance by less than this share of it are right: known distances
-// are no better.
-inline constexpr double kDistanceTolerance = 0.01;
+// Depths that differ from a known distance by less than this share of it are right: about half of
+// the known distances are no better. A surface that is seen at a grazing angle bends visibly by
+// less than 1 %.
+inline constexpr double kDistanceTolerance = 0.004;
 // From about this share on, beyond the tolerance, a depth before a known distance counts by its
 // difference and not by the square of it: some distances are wrong.
 inline constexpr double kDistanceLossKnee = 0.02;

@@ -10,6 +10,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include <glog/logging.h>
@@ -21,7 +23,8 @@ constexpr double kLeastGainSpread = 0.01;
 constexpr double kLeastColorSpread = 0.01;
 constexpr double kLeastFalloff = 0.03;  // of the corners' light
 constexpr double kLeastViewDependence = 0.01;
-constexpr double kMostShading = 0.5;  // planes over photos, as a share of the effect
+constexpr double kLeastShareOfQuarter = 0.5;  // of the mean falloff over the quarters
+constexpr double kMostShading = 0.5;          // planes over photos, as a share of the effect
 constexpr size_t kFewestSamples = 100;
 constexpr size_t kFewestPhotos = 3;  // of a point
 constexpr uint8_t kDarkest = 8;      // display values beyond these two are cut off or mostly noise
@@ -72,6 +75,7 @@ Samples CollectSamples(const TrainingScene& scene) {
       sample.view = seen.view;
       sample.lens = plan.lenses[seen.view];
       sample.squared_radius = PlaceInPhoto(seen.pixel, width, height).squaredNorm();
+      sample.quarter = (2 * seen.pixel.x() > width ? 1 : 0) + (2 * seen.pixel.y() > height ? 2 : 0);
       sample.place = seen.pixel / width;
       sample.direction = offset.normalized();
       (scene.IsHeldOut(seen.view) ? held_out : training).push_back(sample);
@@ -134,6 +138,32 @@ Choice LowestBic(const Fits& fits, const Range& range) {
     }
   }
   return best;
+}
+
+// [quarters] Light half-way to the corners over light in the middle.
+using QuarterLights = std::array<double, 4>;
+
+// Fits one falloff to each quarter of the photos, of all lenses.
+QuarterLights FitQuarters(const LightSamples& samples, int gains) {
+  LightSamples quarters = samples;
+  quarters.num_lenses = std::tuple_size_v<QuarterLights>;
+  for (LightSample& sample : quarters.all) sample.lens = sample.quarter;
+  const LightFit fit = FitLight(quarters, ModelOf({gains, 1}, false), nullptr);
+  constexpr double kSquaredRadius = 0.5;
+  QuarterLights lights;
+  for (size_t q = 0; q < lights.size(); ++q) {
+    const Eigen::Vector2d& falloff = fit.falloff[q];
+    lights[q] = std::exp(kSquaredRadius * (falloff[0] + kSquaredRadius * falloff[1]));
+  }
+  return lights;
+}
+
+// Returns whether all quarters are darkened about as much as their mean is, as by a lens.
+bool IsOfLens(const QuarterLights& lights) {
+  double mean = 0;
+  for (const double light : lights) mean += std::log(light) / static_cast<double>(lights.size());
+  const double brightest = *std::max_element(lights.begin(), lights.end());
+  return std::log(brightest) <= kLeastShareOfQuarter * mean && mean < 0;
 }
 
 // What the light of the scene, rather than the camera, does to the photos.
@@ -212,21 +242,32 @@ Effect WhiteBalanceEffect(const Fits& fits, Choice choice, const EffectsOptions&
   return effect;
 }
 
+std::string ChangeText(double light) {
+  return Format("%.1f %% %s", 100 * std::abs(light - 1), light < 1 ? "darker" : "brighter");
+}
+
+// `quarters`: where they are not of a lens.
 Effect VignettingEffect(const Fits& fits,
                         Choice choice,
                         const Shading& shading,
+                        const std::optional<QuarterLights>& quarters,
                         const EffectsOptions& options) {
   Effect effect = MakeEffect(
       "vignetting", choice.falloff != 0, options.vignetting, "40 bytes a photo, 0.06 us a ray");
   const LightFit& flat = fits[choice.gains][0];
   const LightFit& vignetted = fits[choice.gains][1];
-  const double change = vignetted.CornerLight() - 1;
   effect.measures = {{"corner_light", vignetted.CornerLight()},
                      {"bic_gain", flat.bic - vignetted.bic}};
   effect.evidence =
-      Format("corners %.1f %% %s, ", 100 * std::abs(change), change < 0 ? "darker" : "brighter") +
-      BicText(flat.bic - vignetted.bic);
+      "corners " + ChangeText(vignetted.CornerLight()) + ", " + BicText(flat.bic - vignetted.bic);
   if (shading.explains_falloff) AddShading(shading, &effect);
+  if (quarters) {
+    const auto [darkest, brightest] = std::minmax_element(quarters->begin(), quarters->end());
+    effect.measures["darkest_quarter_light"] = *darkest;
+    effect.measures["brightest_quarter_light"] = *brightest;
+    effect.evidence += "; but from " + ChangeText(*brightest) + " to " + ChangeText(*darkest) +
+                       " in quarters of the photos, half-way to the corners";
+  }
   return effect;
 }
 
@@ -316,7 +357,7 @@ const Effect& SceneEffects::Find(const std::string& name) const {
 SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& options) {
   const ScenePlan& plan = scene.Plan();
   const Samples samples = CollectSamples(scene);
-  const Range range = RangeOf(options);
+  Range range = RangeOf(options);
   SceneEffects result;
   if (samples.training.all.size() < kFewestSamples) {
     for (const auto& [name, option] : {std::pair("exposure", options.exposure),
@@ -338,14 +379,24 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
             FitLight(samples.training, ModelOf({gains, falloff}, false), simpler);
       }
     }
-    const Choice camera = LowestBic(fits, range);
+    Choice camera = LowestBic(fits, range);
+    std::optional<QuarterLights> quarters;
+    if (camera.falloff > range.least.falloff) {
+      quarters = FitQuarters(samples.training, camera.gains);
+      if (IsOfLens(*quarters)) {
+        quarters.reset();
+      } else {
+        range.most.falloff = range.least.falloff;
+        camera = LowestBic(fits, range);
+      }
+    }
     const Shading shading = FindShading(samples.training, fits, camera, range.least);
     const Choice choice = {shading.explains_gains ? range.least.gains : camera.gains,
                            shading.explains_falloff ? range.least.falloff : camera.falloff};
     const LightFit& chosen = fits[choice.gains][choice.falloff];
     result.effects = {ExposureEffect(fits, choice, shading, options),
                       WhiteBalanceEffect(fits, choice, options),
-                      VignettingEffect(fits, choice, shading, options)};
+                      VignettingEffect(fits, choice, shading, quarters, options)};
     if (choice.gains > 0 || choice.falloff > 0) {
       result.lights = chosen.Lights(plan.lenses, samples.held_out);
     }

@@ -20,6 +20,8 @@ struct LightSample {
   Eigen::Vector3d log_light;
   // r^2 of PhotoLight.
   double squared_radius = 0;
+  // Quarter of the photo: 0, right of its middle 1 more, below it 2 more.
+  int quarter = 0;
   // Position in the photo, of any origin and unit.
   Eigen::Vector2d place;
   // From the camera to the point, unit length, world axes.

@@ -19,11 +19,12 @@ namespace semfoam {
 
 // What a camera on automatic does to the photos of a set, put in by us: so it is known.
 struct CameraHabits {
-  double exposure = 0;       // standard deviation of the log gains
-  double white_balance = 0;  // of the channels around them
-  double falloff = 0;        // light lost in the corners, as a share: 1 - falloff r^2
-  double shading = 0;        // not the camera's: standard deviation of the log light's slopes, over
-                             // the width of a photo, that a lamp makes which moves with it
+  double exposure = 0;            // standard deviation of the log gains
+  double white_balance = 0;       // of the channels around them
+  double falloff = 0;             // light lost in the corners, as a share: 1 - falloff r^2
+  bool is_falloff_below = false;  // not the camera's: whether the lower half alone loses light
+  double shading = 0;  // not the camera's: standard deviation of the log light's slopes, over
+                       // the width of a photo, that a lamp makes which moves with it
   std::vector<int> passed_by = {};  // not the camera's: numbers of the photos, in the order of
                                     // names, in which something passes by (PaintPasserBy)
   uint64_t seed = 0;
@@ -66,8 +67,8 @@ inline Eigen::Vector2d DrawSlopes(const CameraHabits& habits, uint64_t number) {
 }
 
 // The photo as that camera would have taken it: in linear light, cut off at white, in 8 bits.
-inline void ChangePhoto(const Eigen::Vector3d& gain,
-                        double falloff,
+inline void ChangePhoto(const CameraHabits& habits,
+                        const Eigen::Vector3d& gain,
                         const Eigen::Vector2d& slopes,
                         Image8* photo) {
   const Eigen::Vector2f half(0.5f * photo->width, 0.5f * photo->height);
@@ -76,6 +77,7 @@ inline void ChangePhoto(const Eigen::Vector3d& gain,
   for (int y = 0; y < photo->height; ++y) {
     for (int x = 0; x < photo->width; ++x) {
       const Eigen::Vector2f place = Eigen::Vector2f(x + 0.5f, y + 0.5f) - half;
+      const double falloff = habits.is_falloff_below && place.y() < 0 ? 0 : habits.falloff;
       const float kept =
           (1 - static_cast<float>(falloff) * place.squaredNorm() / half.squaredNorm()) *
           std::exp(slopes.cast<float>().dot(place) / photo->width);
@@ -108,7 +110,7 @@ inline std::vector<Eigen::Vector3d> WriteChangedWorkspace(const std::filesystem:
   for (Image& image : model.images) {
     gains.push_back(DrawGain(habits, gains.size()));
     Image8 photo = ReadPhoto(source / "images" / image.name);
-    ChangePhoto(gains.back(), habits.falloff, DrawSlopes(habits, gains.size() - 1), &photo);
+    ChangePhoto(habits, gains.back(), DrawSlopes(habits, gains.size() - 1), &photo);
     const int number = static_cast<int>(gains.size()) - 1;
     if (std::count(habits.passed_by.begin(), habits.passed_by.end(), number) > 0) {
       PaintPasserBy(&photo);

@@ -54,7 +54,7 @@ TEST(PhotoLight, ReferenceColorUndoesALampThatMoved) {
   light.shading.leftCols<2>().rowwise() =
       slopes.transpose() * (0.5 * std::hypot(kWidth, kHeight) / kWidth);
   Image8 photo{kWidth, kHeight, std::vector<uint8_t>(3 * kWidth * kHeight, 120)};
-  ChangePhoto(Eigen::Vector3d::Ones(), 0, slopes, &photo);
+  ChangePhoto({}, Eigen::Vector3d::Ones(), slopes, &photo);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const Eigen::Vector3f color =
@@ -71,7 +71,7 @@ TEST(PhotoLight, ReferenceColorUndoesWhatTheCameraDid) {
   const PhotoLight light{gain, {0, 0}};
   for (int value = 20; value < 220; ++value) {
     Image8 photo{1, 1, {uint8_t(value), uint8_t(value), uint8_t(value)}};
-    ChangePhoto(gain, 0, {0, 0}, &photo);
+    ChangePhoto({}, gain, {0, 0}, &photo);
     const Eigen::Vector3f color = ReferenceColor(photo.data.data(), light, {0, 0});
     // Half a step of the darkened photo is most of one here.
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * color[c], value, 0.8) << c;

@@ -143,6 +143,22 @@ TEST(Effects, VignettingAloneIsVignettingAlone) {
   EXPECT_NEAR(effects.Find("vignetting").measures.at("corner_light"), 0.8, 0.04);
 }
 
+TEST(Effects, DarkeningOfOneSideIsNoVignetting) {
+  const Changed changed({.falloff = 0.3, .is_falloff_below = true});
+  const SceneEffects effects = ProbeEffects(changed.scene, {});
+  const Effect& vignetting = effects.Find("vignetting");
+  EXPECT_FALSE(vignetting.on);
+  EXPECT_GT(vignetting.measures.at("bic_gain"), 0);
+  EXPECT_LT(vignetting.measures.at("corner_light"), 0.95);
+  EXPECT_THAT(vignetting.evidence, HasSubstr("in quarters of the photos"));
+  EXPECT_GT(vignetting.measures.at("brightest_quarter_light"), 0.97);
+  EXPECT_LT(vignetting.measures.at("darkest_quarter_light"), 0.9);
+
+  EffectsOptions options;
+  options.vignetting = EffectSwitch::kOn;
+  EXPECT_TRUE(IsOn(ProbeEffects(changed.scene, options), "vignetting"));
+}
+
 TEST(Effects, SmallChangesOfExposureAreFoundAndHaveNoColour) {
   const Changed changed({.exposure = 0.05});
   const SceneEffects effects = ProbeEffects(changed.scene, {});

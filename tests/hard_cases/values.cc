@@ -392,7 +392,8 @@ HardCaseResult DepthDifferences(const CheckOptions&) {
                     most);
       check(depth, distance);
     }
-    for (const double inside : {0.991, 1., 1.009}) {
+    for (const double share : {-0.9, 0., 0.9}) {
+      const double inside = 1 + share * kDistanceTolerance;
       const auto depth = static_cast<float>(inside * distance);
       result.Expect(DistanceLoss(depth, distance) == 0 && DistanceLossSlope(depth, distance) == 0,
                     "a depth within the tolerance has a loss.");

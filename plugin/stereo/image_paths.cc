@@ -17,7 +17,11 @@ float ChangeBetween(const StereoView& view, size_t i, size_t j) {
   return (view.color[i] - view.color[j]).cwiseAbs().maxCoeff();
 }
 
-bool IsShown(const StereoView& view, size_t i) { return !std::isnan(view.grey[i]); }
+// Luma of display values, less 0.5, from which on a pixel is taken for white that is cut off.
+constexpr float kCutOff = 0.48f;
+
+// Returns whether the photo shows something at a pixel: false where it is cut off, too.
+bool IsShown(const StereoView& view, size_t i) { return view.grey[i] < kCutOff; }
 
 }  // namespace
 
@@ -27,7 +31,7 @@ ImagePaths::ImagePaths(const StereoView& view, double color_reach, double free_c
       right_(view.NumPixels(), 0.f),
       down_(view.NumPixels(), 0.f) {
   const auto pass = [&](size_t i, size_t j) {
-    // Nothing passes where the photo shows nothing.
+    // Nothing passes where the photo shows nothing: edges are lost where light is cut off.
     if (!IsShown(view, i) || !IsShown(view, j)) return 0.f;
     const double change = std::max(0.0, ChangeBetween(view, i, j) - free_change);
     return static_cast<float>(std::exp(-change / color_reach));

@@ -14,7 +14,7 @@ namespace semfoam {
 // the weight of a pixel is exp(-c / color_reach - s / reach), where s is the length of a path to
 // it, first along rows, then along columns or the other way round, and c the sum of the changes of
 // display values on it, of each what is above `free_change` (after the domain transform of Gastal
-// and Oliveira, SIGGRAPH 2011).
+// and Oliveira, SIGGRAPH 2011). No path passes white that is cut off, which edges are lost in.
 class ImagePaths {
  public:
   // `color_reach` > 0 and `free_change` are display values.

@@ -90,6 +90,16 @@ TEST(FillPlanes, DoesNotReachAnotherColor) {
   EXPECT_GT(At(filled, 25, 30), 0);
 }
 
+TEST(FillPlanes, DoesNotGoOnWhereLightIsCutOff) {
+  const auto color = [](int x, int y) {
+    return IsOnWall(x, y) && !IsOnPrint(x, y) ? 1.f : Scene(x, y);
+  };
+  const DepthMap filled = FillPlanes(ViewOf(color), MapOf(Known));
+  EXPECT_EQ(At(filled, 30, 8), 0);
+  EXPECT_GT(At(filled, 20, 30), 0);
+  EXPECT_GT(At(FillPlanes(ViewOf(Scene), MapOf(Known)), 30, 8), 0);
+}
+
 TEST(FillPlanes, IsUnknownWhereVotesDisagree) {
   // A thing of the table's colour is known, and on no plane.
   const auto is_thing = [](int x, int y) { return x < 6 && y >= kCorner; };

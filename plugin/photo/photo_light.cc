@@ -58,4 +58,21 @@ Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
   return color;
 }
 
+Eigen::Vector3f PhotographedColor(const Eigen::Vector3f& reference,
+                                  const PhotoLight& light,
+                                  const Eigen::Vector2d& place) {
+  constexpr double kNearlyWhite = 0.94;
+  const Eigen::Vector3d factor = LightAt(light, place);
+  const double share =
+      std::clamp((reference.minCoeff() - kNearlyWhite) / (kStillWhite - kNearlyWhite), 0.0, 1.0);
+  const double whiteness = share * share * (3 - 2 * share);
+  Eigen::Vector3f color;
+  for (int c = 0; c < 3; ++c) {
+    const double value = std::clamp<double>(reference[c], 0, 1);
+    const double lit = std::min(DisplayFromLinear(LinearFromDisplay(value) * factor[c]), 1.0);
+    color[c] = static_cast<float>(lit + whiteness * std::max(0.0, value - lit));
+  }
+  return color;
+}
+
 }  // namespace semfoam

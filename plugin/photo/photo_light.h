@@ -43,4 +43,12 @@ Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
                                const PhotoLight& light,
                                const Eigen::Vector2d& place);
 
+// Returns the display values that a photo in this light shows of a colour (display values, 0 or
+// more) in the reference exposure: multiplies its light by LightAt, and clips at white. White stays
+// white in darker photos, too, as ReferenceColor has it; what is nearly white (0.94 or more in all
+// channels) goes over to that.
+Eigen::Vector3f PhotographedColor(const Eigen::Vector3f& reference,
+                                  const PhotoLight& light,
+                                  const Eigen::Vector2d& place);
+
 }  // namespace semfoam

@@ -359,6 +359,7 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
   const Samples samples = CollectSamples(scene);
   Range range = RangeOf(options);
   SceneEffects result;
+  result.lenses = plan.lenses;
   if (samples.training.all.size() < kFewestSamples) {
     for (const auto& [name, option] : {std::pair("exposure", options.exposure),
                                        std::pair("white_balance", options.white_balance),

@@ -91,6 +91,8 @@ struct SceneEffects {
   // [views] Difference of each view's light from the reference exposure, in which the training
   // photos' gains have the geometric mean 1. Empty where neither exposure nor vignetting is on.
   std::vector<PhotoLight> lights;
+  // [views] Number of each view's lens (ScenePlan::lenses).
+  std::vector<int> lenses;
   // The figures that sh_degree follows from.
   std::vector<ViewDependence> view_dependence;
 

@@ -4,6 +4,7 @@
 #include "foam/image/srgb.h"
 #include "foam/train/training_rays.h"
 #include "foam/util/parallel.h"
+#include "plugin/photometric/expected_light.h"
 
 #include <algorithm>
 #include <array>
@@ -122,6 +123,7 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
 LightRefiner::LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights, EffectSwitch mode)
     : scene_(scene),
       mode_(mode),
+      knows_held_out_(!lights.empty()),
       training_views_(SelectViews(*scene, false)),
       lights_(std::move(lights)) {}
 
@@ -211,6 +213,10 @@ void LightRefiner::Refine(const std::vector<ComparedView>& views) {
     PhotoLight& light = lights_[training_views_[i]];
     light.gain = field.col(0).array().exp();
     light.shading = field.rightCols<kNumShadingTerms>();
+  }
+  if (!knows_held_out_) {
+    const ExpectedLights expected(scene_->Photos(), scene_->Plan().lenses, lights_);
+    for (int view = 0; view < scene_->NumViews(); ++view) lights_[view] = expected.OfPhoto(view);
   }
   scene_->SetLights(lights_);
 }

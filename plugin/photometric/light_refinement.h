@@ -34,7 +34,8 @@ namespace semfoam {
 // part.
 //
 // Of the fields, only differences between photos are known: their mean over the training photos is
-// taken out.
+// taken out. Held-out photos get the light that is expected of them (ExpectedLights), unless the
+// probe fitted theirs: only the training log looks at it.
 
 // Shares of the squared error on held-back pixels. Unchanged photos (`tabletop`) reach 0.001.
 inline constexpr double kLeastLightGain = 0.04;
@@ -124,6 +125,8 @@ class LightRefiner {
 
   TrainingScene* const scene_;
   const EffectSwitch mode_;
+  // Whether the lights before the first Refine tell those of held-out photos.
+  const bool knows_held_out_;
   std::vector<int> training_views_;
   std::vector<PhotoLight> lights_;
   bool decided_ = false;

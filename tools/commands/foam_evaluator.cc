@@ -7,6 +7,7 @@
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
 #include "tools/options/enum_option.h"
@@ -234,11 +235,17 @@ void RunFoamEvaluator(int argc, char** argv) {
     RequireRoomForMaps(model, foam_path, image_path, maps_path);
     write_maps = MapWriter(maps_path);
   }
-  const Scores scores =
-      ScoreModel(model,
-                 foam_path,
-                 {image_path, truth, fits_exposure, supersample, options.device()},
-                 write_maps);
+  const std::optional<ExpectedLights> lights = FindExpectedLights(foam_path, model);
+  const Scores scores = ScoreModel(model,
+                                   foam_path,
+                                   {image_path,
+                                    truth,
+                                    fits_exposure,
+                                    supersample,
+                                    options.device(),
+                                    /*photos=*/{},
+                                    lights ? &*lights : nullptr},
+                                   write_maps);
   if (scores.views.empty()) {
     throw UserError(foam_path,
                     ": no photo was held out of this training, so there is nothing to score it on; "

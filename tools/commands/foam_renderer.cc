@@ -9,12 +9,16 @@
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/mask/label_png.h"
 #include "plugin/photo/photo.h"
+#include "plugin/photo/photo_light.h"
+#include "plugin/photometric/expected_light.h"
 #include "tools/cli/input_protection.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/label_names.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
+#include "tools/options/enum_option.h"
 #include "tools/options/object_choice.h"
 #include "tools/options/pixel_sampling.h"
 #include "tools/support/output_lock.h"
@@ -44,7 +48,14 @@ struct View {
   Pose cam_from_world;
   fs::path stem;      // of its files: the image's name without its extension, or the frame's number
   std::string photo;  // its name; empty: there is none
+  std::optional<PhotoLight> light = {};  // nothing: the reference exposure
 };
+
+// The light that views are shown in.
+enum class ViewLight { kPhotos, kReference };
+
+constexpr EnumName<ViewLight> kViewLightNames[] = {{ViewLight::kPhotos, "photos"},
+                                                   {ViewLight::kReference, "reference"}};
 
 std::vector<std::string> ReadNames(const std::string& path) {
   const std::string bytes =
@@ -127,6 +138,19 @@ std::vector<View> ChooseViews(const std::string& views,
   return ChooseViews(views, foam_path, model, folder, ReadReconstruction(folder));
 }
 
+// Gives each view the light of its photo, or the one that is expected there.
+void FindLights(const fs::path& foam_path, const Model& model, std::vector<View>* views) {
+  const std::optional<ExpectedLights> lights = FindExpectedLights(foam_path, model);
+  if (!lights) return;
+  std::map<std::string, size_t> photos;
+  for (size_t i = 0; i < model.photos.size(); ++i) photos[model.photos[i].name] = i;
+  for (View& view : *views) {
+    const auto photo = photos.find(view.photo);
+    view.light =
+        photo != photos.end() ? lights->OfPhoto(photo->second) : lights->At(view.cam_from_world);
+  }
+}
+
 // Keeps only the objects with the ids or names in `object`, and makes all other cells empty.
 // Returns the box of the objects.
 Eigen::AlignedBox3d ShowAlone(const std::string& object, Model* model) {
@@ -177,8 +201,9 @@ Pictures RenderView(const View& view,
                     const ViewRenderer& renderer,
                     int supersample,
                     const fs::path& output_path) {
-  const RenderedView rendered = RenderCamera(
+  RenderedView rendered = RenderCamera(
       renderer, view.camera, view.cam_from_world, model.world_from_normalized, supersample);
+  if (view.light) PutInLight(*view.light, &rendered);
   // Of the pixels' centres.
   const CameraRays rays =
       MakeCameraRays(view.camera, view.cam_from_world, model.world_from_normalized);
@@ -242,6 +267,7 @@ struct RendererOptions {
   TrajectoryOptions trajectory{/*path=*/""};
   bool preview = false;
   int supersample = kDefaultSupersample;
+  ViewLight light = ViewLight::kPhotos;
 
   bool HasTrajectory() const { return !trajectory.path.empty(); }
 };
@@ -267,6 +293,13 @@ void AddOptions(OptionManager* options, RendererOptions* renderer) {
                             "instead of views, frames along {orbit, spiral} or a path.json, and "
                             "trajectory.gif of them");
   AddSupersampleOption(options, &renderer->supersample);
+  AddEnumOption(options,
+                "light",
+                &renderer->light,
+                kViewLightNames,
+                "colour: photos = exposed as the view's photo, or as is expected from the photos "
+                "around it where that was held out; reference = one exposure for all views. "
+                "Trajectories have the latter");
   options->AddDefaultOption(
       "object", &renderer->object, "show these objects alone, ids or names, and look at them");
   options->AddDefaultOption("frames",
@@ -287,6 +320,7 @@ void RequireValid(const OptionManager& options, const RendererOptions& renderer)
   }
   if (has_trajectory) {
     options.RequireEffect({"views"}, "with --trajectory; give one of the two");
+    options.WarnWithoutEffect({"light"}, "with --trajectory");
     options.WarnWithoutEffect({"input_path"}, "with --trajectory");
   } else {
     options.RequireEffect({"frames", "width"}, "without --trajectory; give both, or neither");
@@ -352,6 +386,7 @@ void RunFoamRenderer(int argc, char** argv) {
     frames_per_second = trajectory.frames_per_second;
   } else {
     chosen = ChooseViews(renderer.views, renderer.foam_path, renderer.input_path, model);
+    if (renderer.light == ViewLight::kPhotos) FindLights(renderer.foam_path, model, &chosen);
   }
   RequireRoomForPictures(chosen, renderer.image_path, renderer.preview, renderer.output_path);
 

@@ -4,11 +4,14 @@
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
 #include "foam/util/output_file.h"
+#include "tools/evaluation/evaluation.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <utility>
 
+#include <glog/logging.h>
 #include <nlohmann/json.hpp>
 
 namespace semfoam {
@@ -72,6 +75,7 @@ std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoReco
     json["photos"][photos[view].name] = {{"gain", {light.gain[0], light.gain[1], light.gain[2]}},
                                          {"falloff", {light.falloff[0], light.falloff[1]}},
                                          {"shading", Rows(light.shading)},
+                                         {"lens", effects.lenses[view]},
                                          {"held_out", photos[view].held_out}};
   }
   // Names that are no UTF-8 become U+FFFD instead of an exception.
@@ -84,17 +88,18 @@ void WriteEffects(const std::filesystem::path& path,
   WriteTextFile(path, EffectsJson(effects, photos));
 }
 
-std::vector<PhotoLight> ReadLights(const std::filesystem::path& path,
-                                   const std::vector<PhotoRecord>& photos) {
+PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<PhotoRecord>& photos) {
   if (!std::filesystem::exists(path)) return {};
   const nlohmann::json json = ReadJsonFile(path);
   if (!json.is_object() || !json.contains("photos")) return {};
-  std::vector<PhotoLight> lights(photos.size());
+  PhotoLights read{std::vector<PhotoLight>(photos.size()), std::vector<int>(photos.size(), -1)};
   try {
     for (size_t view = 0; view < photos.size(); ++view) {
       const auto photo = json.at("photos").find(photos[view].name);
       if (photo == json.at("photos").end()) continue;
-      PhotoLight& light = lights[view];
+      // Files of earlier versions do not have it.
+      read.lenses[view] = photo->value("lens", 0);
+      PhotoLight& light = read.lights[view];
       for (int c = 0; c < 3; ++c) {
         light.gain[c] = photo->at("gain").at(c).get<double>();
         for (int k = 0; k < kNumShadingTerms; ++k) {
@@ -110,7 +115,22 @@ std::vector<PhotoLight> ReadLights(const std::filesystem::path& path,
                     error.what(),
                     "); the file that the training wrote would be right, or none.");
   }
-  return lights;
+  return read;
+}
+
+std::optional<ExpectedLights> FindExpectedLights(const std::filesystem::path& foam_path,
+                                                 const Model& model) {
+  const std::filesystem::path path = foam_path.parent_path() / "effects.json";
+  PhotoLights read = ReadLights(path, model.photos);
+  if (read.lights.empty()) {
+    LOG_IF(WARNING, AdaptsLight(model))
+        << path.string()
+        << ": there is no light of photos, although this foam was trained with it; views are "
+           "rendered in the reference exposure. The file that the training wrote, beside the foam, "
+           "would be right.";
+    return std::nullopt;
+  }
+  return ExpectedLights(model.photos, read.lenses, std::move(read.lights));
 }
 
 }  // namespace semfoam

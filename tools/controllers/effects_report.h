@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/model/model.h"
 #include "plugin/photometric/effects.h"
+#include "plugin/photometric/expected_light.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +18,8 @@ std::vector<std::string> EffectsTable(const SceneEffects& effects);
 
 // Returns the text of effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by",
 // "evidence", "measures", "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is
-// on, "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "held_out": true or false}} (see
-// PhotoLight). `photos` are the views of `effects`.
+// on, "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "shading": [of r, g, b], "lens": n,
+// "held_out": true or false}} (see PhotoLight). `photos` are the views of `effects`.
 std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoRecord>& photos);
 
 // Writes effects.json. Throws UserError where the file cannot be written.
@@ -24,10 +27,21 @@ void WriteEffects(const std::filesystem::path& path,
                   const SceneEffects& effects,
                   const std::vector<PhotoRecord>& photos);
 
-// Returns the light of each photo, by its name in a file of WriteEffects; empty where there is no
-// file, or none of photos (no effect is on). Photos that it does not name have the reference light.
-// Throws UserError where the file is damaged.
-std::vector<PhotoLight> ReadLights(const std::filesystem::path& path,
-                                   const std::vector<PhotoRecord>& photos);
+// The light and the lens of each photo.
+struct PhotoLights {
+  std::vector<PhotoLight> lights;
+  std::vector<int> lenses;
+};
+
+// Returns those of each photo by its name in a file of WriteEffects; empty where there is no file,
+// or none of photos (no effect is on). Photos that it does not name have the reference light and
+// the lens -1. Throws UserError where the file is damaged.
+PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<PhotoRecord>& photos);
+
+// Returns the lights that renders of a foam are best held against photos in, from the effects.json
+// beside it; nothing where the photos of its training do not differ in their light. Warns where
+// they do and the file is missing. Throws UserError where the file is damaged.
+std::optional<ExpectedLights> FindExpectedLights(const std::filesystem::path& foam_path,
+                                                 const Model& model);
 
 }  // namespace semfoam

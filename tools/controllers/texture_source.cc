@@ -61,7 +61,7 @@ class PhotosOfScene final : public TexturePhotos {
         most_bytes_(AvailableMemory() / 4) {
     FindUsed(model, foam_path, options);
     FindLabels(model);
-    lights_ = ReadLights(foam_path.parent_path() / "effects.json", photos_.Photos());
+    lights_ = ReadLights(foam_path.parent_path() / "effects.json", photos_.Photos()).lights;
     const CoarseViews views(model.foam, scene);
     for (int photo = 0; photo < NumPhotos(); ++photo) {
       if (IsUsed(photo)) LookAtFoam(views, scene, photo, foam_path);

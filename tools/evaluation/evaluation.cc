@@ -108,13 +108,14 @@ Image8 ConfidenceImage(const RenderedView& rendered) {
 }
 
 // Renders one held-out view and scores its colours and labels.
-ViewScore ScoreView(const PhotoRecord& photo,
+ViewScore ScoreView(size_t index,
                     const fs::path& foam_path,
                     const Model& model,
                     const ViewRenderer& renderer,
                     const ScoreOptions& options,
                     const OnViewMaps& on_maps,
                     ObjectScorers* objects) {
+  const PhotoRecord& photo = model.photos[index];
   Image8 truth = ReadPhoto(options.image_path / photo.name);
   const PhotoSize trained = {photo.width, photo.height};
   // As training reduced it, --FoamTraining.max_image_size.
@@ -135,11 +136,12 @@ ViewScore ScoreView(const PhotoRecord& photo,
                     Field{"image_path"},
                     " takes the photos of the training.");
   }
-  const RenderedView rendered = RenderCamera(renderer,
-                                             CameraOf(photo, foam_path),
-                                             PoseOf(photo),
-                                             model.world_from_normalized,
-                                             options.supersample);
+  RenderedView rendered = RenderCamera(renderer,
+                                       CameraOf(photo, foam_path),
+                                       PoseOf(photo),
+                                       model.world_from_normalized,
+                                       options.supersample);
+  if (options.lights != nullptr) PutInLight(options.lights->OfPhoto(index), &rendered);
   const LabelImage ids =
       model.foam.HasSemantics() ? LabelIdImage(rendered, model.labels) : LabelImage{};
   if (model.foam.HasSemantics()) objects->Add(photo.name, ids);
@@ -192,8 +194,7 @@ Scores ScoreModel(const Model& model,
             ? photo.held_out
             : std::find(options.photos.begin(), options.photos.end(), i) != options.photos.end();
     if (!is_scored) continue;
-    scores.views.push_back(
-        ScoreView(photo, foam_path, model, renderer, options, on_maps, &objects));
+    scores.views.push_back(ScoreView(i, foam_path, model, renderer, options, on_maps, &objects));
   }
   objects.Finish(&scores);
   return scores;

@@ -5,6 +5,7 @@
 #include "foam/image/image.h"
 #include "foam/model/model.h"
 #include "plugin/colmap/camera_rays.h"
+#include "plugin/photometric/expected_light.h"
 #include "tools/evaluation/label_scores.h"
 
 #include <filesystem>
@@ -22,8 +23,7 @@ struct ViewScore {
   double ssim = 0;
 };
 
-// Pictures of one view, of the photo's size in training. With ScoreOptions::fit_exposure, the
-// render is in the photo's exposure.
+// Pictures of one view, of the photo's size in training.
 struct ViewMaps {
   // The photo and the render as they were compared.
   Image8 photo;
@@ -62,6 +62,8 @@ struct ScoreOptions {
   Device device;
   // Indices of the photos to score; empty: those that were held out.
   std::vector<size_t> photos = {};
+  // Puts renders in the light of their photos (OfPhoto), before fit_exposure; null: reference.
+  const ExpectedLights* lights = nullptr;
 };
 
 // Returns whether the training took differences of the photos' light out ("exposure", "shading"

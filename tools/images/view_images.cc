@@ -2,6 +2,7 @@
 #include "tools/images/view_images.h"
 
 #include "export/scene/names.h"
+#include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +14,20 @@
 #include <glog/logging.h>
 
 namespace semfoam {
+
+void PutInLight(const PhotoLight& light, RenderedView* view) {
+  constexpr int64_t kRowsOfBlock = 16;
+  ParallelForBlocks(view->height, kRowsOfBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t y = begin; y < end; ++y) {
+      for (int x = 0; x < view->width; ++x) {
+        const Eigen::Vector2d place =
+            PlaceInPhoto({x + 0.5, static_cast<double>(y) + 0.5}, view->width, view->height);
+        Eigen::Vector3f& color = view->color[y * view->width + x];
+        color = PhotographedColor(color, light, place);
+      }
+    }
+  });
+}
 
 Image8 ColorImage(const RenderedView& view) {
   Image8 image{view.width, view.height, {}};

@@ -4,6 +4,7 @@
 #include "foam/image/image.h"
 #include "foam/model/model.h"
 #include "foam/view/view_renderer.h"
+#include "plugin/photo/photo_light.h"
 
 #include <vector>
 
@@ -12,6 +13,10 @@
 namespace semfoam {
 
 // Converts a render to pictures of the same size.
+
+// Converts the colours of a render of a whole photo from the reference exposure to this light
+// (PhotographedColor). Gives the same bytes on any number of threads.
+void PutInLight(const PhotoLight& light, RenderedView* view);
 
 // Returns the colours over white, clipped to 0..1 and rounded to 8 bits.
 Image8 ColorImage(const RenderedView& view);

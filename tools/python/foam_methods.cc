@@ -9,6 +9,7 @@
 #include "plugin/colmap/camera_rays.h"
 #include "tools/cli/input_protection.h"
 #include "tools/controllers/chosen_objects.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_format.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
@@ -81,9 +82,17 @@ py::dict Evaluate(const FoamObject& foam,
                   int supersample) {
   const Scores scores = WithoutGil([&] {
     const fs::path truth = FindTruth(truth_path.value_or(fs::path()), image_path);
+    std::optional<ExpectedLights> lights;
+    if (fs::exists(foam.Name())) lights = FindExpectedLights(foam.Name(), foam.model());
     return ScoreModel(foam.model(),
                       foam.Name(),
-                      {image_path, truth, AdaptsLight(foam.model()), supersample, Device(), {}});
+                      {image_path,
+                       truth,
+                       AdaptsLight(foam.model()),
+                       supersample,
+                       Device(),
+                       /*photos=*/{},
+                       lights ? &*lights : nullptr});
   });
   if (scores.views.empty()) {
     throw UserError(foam.Name().string(),

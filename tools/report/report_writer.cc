@@ -5,6 +5,7 @@
 #include "foam/util/input_file.h"
 #include "foam/util/output_file.h"
 #include "plugin/photo/photo.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/images/image_files.h"
 #include "tools/images/view_images.h"
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -85,6 +87,7 @@ void ScoreViews(const Model& model, const ReportOptions& options, ReportInput* i
   const std::vector<size_t> photos = ChoosePhotos(model.photos, options.max_views);
   if (photos.empty()) return;
   std::map<std::string, ReportView> pictures;
+  const std::optional<ExpectedLights> lights = FindExpectedLights(options.foam_path, model);
   input->scores = ScoreModel(model,
                              options.foam_path,
                              {options.image_path,
@@ -92,7 +95,8 @@ void ScoreViews(const Model& model, const ReportOptions& options, ReportInput* i
                               AdaptsLight(model),
                               options.supersample,
                               options.device,
-                              photos},
+                              photos,
+                              lights ? &*lights : nullptr},
                              [&](const std::string& name, const ViewMaps& maps) {
                                pictures[name] = PicturesOf(name, maps);
                              });

@@ -102,5 +102,36 @@ TEST(PhotoLight, WhiteStaysWhiteOrIsNotKnown) {
   EXPECT_GT(ReferenceColor(white, hardly, {0, 0}).minCoeff(), 0.98);
 }
 
+TEST(PhotoLight, PhotographedColorUndoesReferenceColor) {
+  PhotoLight light{{1.3, 0.9, 0.6}, {-0.2, -0.1}};
+  light.shading.setConstant(0.2);
+  const Eigen::Vector2d place(0.5, -0.3);
+  for (int value = 5; value < 190; ++value) {
+    const uint8_t rgb[3] = {uint8_t(value), uint8_t(value / 2), uint8_t(value / 3)};
+    const Eigen::Vector3f color =
+        PhotographedColor(ReferenceColor(rgb, light, place), light, place);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * color[c], rgb[c], 1e-3) << value << " " << c;
+  }
+}
+
+TEST(PhotoLight, PhotographedColorIsNoBrighterThanWhiteAndKeepsWhite) {
+  const PhotoLight dark{{0.7, 0.7, 0.7}, {0, 0}};
+  const PhotoLight bright{{1.4, 1.4, 1.4}, {0, 0}};
+  const auto grey = [](float value) { return Eigen::Vector3f::Constant(value).eval(); };
+  EXPECT_EQ(PhotographedColor(grey(1), dark, {0, 0}), grey(1));
+  EXPECT_EQ(PhotographedColor(grey(1.2f), dark, {0, 0}), grey(1));
+  EXPECT_EQ(PhotographedColor(grey(0.95f), bright, {0, 0}), grey(1));
+  EXPECT_EQ(PhotographedColor(grey(-0.1f), bright, {0, 0}), grey(0));
+  // Without a jump on the way to white, and one channel alone is no white.
+  float before = 0;
+  for (int i = 0; i <= 1000; ++i) {
+    const float value = PhotographedColor(grey(0.001f * i), dark, {0, 0}).x();
+    EXPECT_GE(value, before);
+    EXPECT_LT(value - before, 0.011f) << i;
+    before = value;
+  }
+  EXPECT_LT(PhotographedColor({1, 0.5f, 0.2f}, dark, {0, 0}).x(), 0.87f);
+}
+
 }  // namespace
 }  // namespace semfoam

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The probe as users meet it, and that what is off costs nothing.
+#include "foam/image/srgb.h"
 #include "foam/model/model.h"
+#include "plugin/photo/photo.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
@@ -147,6 +150,64 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
                                          "2"});
   EXPECT_FALSE(by_probe.empty());
   EXPECT_TRUE(by_probe == by_option);
+}
+
+// Mean linear light of a picture.
+double MeanLight(const fs::path& path) {
+  const Image8 picture = ReadPhoto(path);
+  double sum = 0;
+  for (const uint8_t value : picture.data) sum += LinearFromDisplay(value / 255.0);
+  return sum / static_cast<double>(picture.data.size());
+}
+
+TEST(Effects, ViewsAreRenderedInTheLightOfTheirPhotos) {
+  const TempFolder folder;
+  Outcome outcome =
+      RunSemfoam(Arguments("foam_trainer", folder / "out", {"--Effects.exposure", "on"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // All photos darkened but one, and what is said of a held-out one is not believed.
+  const fs::path effects_path = folder / "out/effects.json";
+  json effects = json::parse(ReadFile(effects_path));
+  ASSERT_EQ(effects["photos"].size(), 64u);
+  std::string held_out, bright;
+  for (auto& [name, photo] : effects["photos"].items()) {
+    photo["gain"] = {0.8, 0.8, 0.8};
+    (photo["held_out"] ? held_out : bright) = name;
+  }
+  effects["photos"][held_out]["gain"] = {2, 2, 2};
+  effects["photos"][bright]["gain"] = {1.2, 1.2, 1.2};
+  WriteFile(effects_path, effects.dump());
+  WriteFile(folder / "views.txt", held_out + "\n" + bright + "\n");
+
+  const auto render = [&](const std::string& target, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"foam_renderer",
+                                          "--foam_path",
+                                          (folder / "out/scene.foam").string(),
+                                          "--input_path",
+                                          (kTabletop / "sparse/0").string(),
+                                          "--output_path",
+                                          (folder / target).string(),
+                                          "--views",
+                                          (folder / "views.txt").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    outcome = RunSemfoam(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto light_of = [&](const std::string& name) {
+      return MeanLight(folder / target / "rgb" / fs::path(name).replace_extension(".png"));
+    };
+    return std::pair(light_of(held_out), light_of(bright));
+  };
+  const auto lit = render("lit", {});
+  const auto reference = render("reference", {"--light", "reference"});
+  // Neighbours that are bright may add to it; white stays white.
+  EXPECT_GT(lit.first / reference.first, 0.78);
+  EXPECT_LT(lit.first / reference.first, 0.95);
+  EXPECT_GT(lit.second / reference.second, 1.1);
+  EXPECT_LE(lit.second / reference.second, 1.21);
+
+  fs::remove(effects_path);
+  EXPECT_EQ(render("without", {}), reference);
+  EXPECT_THAT(outcome.err, HasSubstr("effects.json: there is no light of photos"));
 }
 
 TEST(Effects, ContradictionsAreRefused) {

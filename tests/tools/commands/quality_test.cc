@@ -51,7 +51,7 @@ void ScoreTextures(const fs::path& foam, const fs::path& folder, Quality* qualit
   EXPECT_EQ(exported.exit_code, 0) << exported.err;
   const Model model = ReadModel(foam);
   const std::vector<PhotoLight> lights =
-      ReadLights(foam.parent_path() / "effects.json", model.photos);
+      ReadLights(foam.parent_path() / "effects.json", model.photos).lights;
   int count = 0;
   for (const std::string& file : FilesBelow(folder / "objects")) {
     if (!file.ends_with(".obj")) continue;

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   }
   const Model model = ReadModel(argv[1]);
   const std::vector<PhotoLight> lights =
-      ReadLights(fs::path(argv[1]).parent_path() / "effects.json", model.photos);
+      ReadLights(fs::path(argv[1]).parent_path() / "effects.json", model.photos).lights;
   std::vector<fs::path> files;
   for (const fs::path& folder : {fs::path(argv[3]), fs::path(argv[3]) / "objects"}) {
     if (!fs::is_directory(folder)) continue;

@@ -188,5 +188,27 @@ TEST(ViewImagesFiles, SaysWhichFileItCannotReadOrWrite) {
   EXPECT_THROW(WriteRgbPng(folder / "mask.png" / "x.png", {1, 1, {0, 0, 0}}), UserError);
 }
 
+TEST(ViewImages, PutInLightDarkensAsTheLensDoes) {
+  RenderedView view;
+  view.width = 40;
+  view.height = 30;
+  view.color.assign(1200, Eigen::Vector3f(0.5f, 0.4f, 0.3f));
+  PhotoLight light;
+  light.gain = {1.2, 1, 1};
+  light.falloff = {-0.4, 0};
+  PutInLight(light, &view);
+  EXPECT_LT((view.color[15 * 40 + 20] -
+             PhotographedColor({0.5f, 0.4f, 0.3f}, light, PlaceInPhoto({20.5, 15.5}, 40, 30)))
+                .norm(),
+            1e-6f);
+  EXPECT_GT(view.color[15 * 40 + 20].x(), 0.53f);
+  EXPECT_NEAR(view.color[15 * 40 + 20].y(), 0.4f, 1e-3f);
+  // All corners alike.
+  for (const int corner : {39, 29 * 40, 1199}) {
+    EXPECT_LT((view.color[corner] - view.color[0]).norm(), 1e-6f) << corner;
+  }
+  EXPECT_LT(view.color[0].y(), 0.35f);
+}
+
 }  // namespace
 }  // namespace semfoam

@@ -36,6 +36,13 @@ Eigen::Matrix<double, kNumShadingTerms, 1> ShadingTerms(const Eigen::Vector2d& p
   return {u, v, u * u, u * v, v * v};
 }
 
+Eigen::Vector3d Toned(const Eigen::Vector3d& light, const Eigen::Matrix3d& tone) {
+  constexpr double kLeastLight = 1e-4;
+  if (tone == Eigen::Matrix3d::Identity()) return light;
+  const Eigen::Vector3d log_light = (light.cwiseMax(kLeastLight) / kMidGrey).array().log();
+  return kMidGrey * (tone * log_light).array().exp();
+}
+
 Eigen::Vector3d LightAt(const PhotoLight& light, const Eigen::Vector2d& place) {
   const double r2 = place.squaredNorm();
   const double falloff = r2 * (light.falloff[0] + r2 * light.falloff[1]);
@@ -47,9 +54,12 @@ Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
                                const PhotoLight& light,
                                const Eigen::Vector2d& place) {
   const Eigen::Vector3d factor = LightAt(light, place);
+  Eigen::Vector3d linear;
+  for (int c = 0; c < 3; ++c) linear[c] = LinearTable()[rgb[c]] / factor[c];
+  if (light.tone != Eigen::Matrix3d::Identity()) linear = Toned(linear, light.tone.inverse());
   Eigen::Vector3f color;
   for (int c = 0; c < 3; ++c) {
-    const double value = DisplayFromLinear(LinearTable()[rgb[c]] / factor[c]);
+    const double value = DisplayFromLinear(linear[c]);
     if (rgb[c] >= kSaturated && value < kStillWhite) {
       return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
     }
@@ -66,10 +76,15 @@ Eigen::Vector3f PhotographedColor(const Eigen::Vector3f& reference,
   const double share =
       std::clamp((reference.minCoeff() - kNearlyWhite) / (kStillWhite - kNearlyWhite), 0.0, 1.0);
   const double whiteness = share * share * (3 - 2 * share);
+  Eigen::Vector3d linear;
+  for (int c = 0; c < 3; ++c) {
+    linear[c] = LinearFromDisplay(std::clamp<double>(reference[c], 0, 1));
+  }
+  linear = Toned(linear, light.tone);
   Eigen::Vector3f color;
   for (int c = 0; c < 3; ++c) {
     const double value = std::clamp<double>(reference[c], 0, 1);
-    const double lit = std::min(DisplayFromLinear(LinearFromDisplay(value) * factor[c]), 1.0);
+    const double lit = std::min(DisplayFromLinear(linear[c] * factor[c]), 1.0);
     color[c] = static_cast<float>(lit + whiteness * std::max(0.0, value - lit));
   }
   return color;

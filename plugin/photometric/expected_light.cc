@@ -34,7 +34,8 @@ ExpectedLights::Terms ExpectedLights::TermsOf(const PhotoLight& light) {
   for (int c = 0; c < 3; ++c) {
     terms.segment<kNumShadingTerms>(kGains + c * kNumShadingTerms) = light.shading.row(c);
   }
-  terms.tail<2>() = light.falloff;
+  terms.segment<2>(kFalloff) = light.falloff;
+  terms.tail<9>() = (light.tone - Eigen::Matrix3d::Identity()).reshaped();
   return terms;
 }
 
@@ -44,7 +45,8 @@ PhotoLight ExpectedLights::LightOf(const Terms& terms) {
   for (int c = 0; c < 3; ++c) {
     light.shading.row(c) = terms.segment<kNumShadingTerms>(kGains + c * kNumShadingTerms);
   }
-  light.falloff = terms.tail<2>();
+  light.falloff = terms.segment<2>(kFalloff);
+  light.tone += terms.tail<9>().reshaped(3, 3);
   return light;
 }
 
@@ -115,7 +117,7 @@ void ExpectedLights::FindTrust() {
     grid[i] =
         ShadingTerms(PlaceInPhoto(pixel.cwiseProduct(Eigen::Vector2d(4, 3)), 4 * kEdge, 3 * kEdge));
   }
-  // The falloff is the same in all photos of a lens, and takes no part.
+  // Falloff and tone are the same in all photos of a lens, and take no part.
   const auto at = [](const Terms& terms, int c, const auto& shading) {
     return terms[c] + terms.segment<kNumShadingTerms>(kGains + c * kNumShadingTerms).dot(shading);
   };

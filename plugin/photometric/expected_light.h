@@ -44,8 +44,9 @@ class ExpectedLights {
   double trust() const { return trust_; }
 
  private:
-  // Logarithm of a light: gain, shading (by rows), falloff.
-  using Terms = Eigen::Matrix<double, 3 + 3 * kNumShadingTerms + 2, 1>;
+  // Logarithm of a light: gain, shading (by rows), falloff, what the tone
+  // has beyond the identity (by columns).
+  using Terms = Eigen::Matrix<double, 3 + 3 * kNumShadingTerms + 2 + 9, 1>;
 
   struct Place {
     Eigen::Matrix3d rotation;

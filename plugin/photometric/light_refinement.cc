@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -24,6 +25,8 @@ constexpr double kBrightest = 0.985;
 constexpr double kLeastOpacity = 0.5;
 // Scale of the residuals, in display values, from which on they count less.
 constexpr double kResidualScale = 0.05;
+// About that of sRGB.
+constexpr double kDisplayGamma = 2.4;
 constexpr int kReweightings = 6;
 // The prior's weight, in pixels of full brightness: a photo has thousands.
 constexpr double kPriorWeight = 1;
@@ -54,6 +57,15 @@ Eigen::Vector3d LogRatio(const LightPair& pair) {
     ratio[c] = std::log(LinearFromDisplay(pair.photo[c]) / LinearFromDisplay(pair.render[c]));
   }
   return ratio;
+}
+
+// Returns the weight of a pair whose log(photo / render) is off by `residual`, `slope` being the
+// change of the photo's display value over that of its logarithm. One for all channels: what is not
+// light disturbs all of them.
+double WeightOf(const Eigen::Vector3d& slope, const Eigen::Vector3d& residual) {
+  const double squares =
+      slope.cwiseProduct(residual).squaredNorm() / (kResidualScale * kResidualScale);
+  return (kDisplayGamma * slope).squaredNorm() / 3 / (1 + squares / 3);
 }
 
 // Squared error of the render under this light, in display values clipped at white.
@@ -88,6 +100,81 @@ double SquaredContrast(const std::vector<std::vector<LightPair>>& pairs) {
   return count > 0 ? (squares - sum.square() / count).sum() : 0;
 }
 
+// What FitTones sums up over the pairs of a photo: for the tone's difference D, the least squares
+// of log(photo / lens's render under its field) = D x, x = log(render / kMidGrey), both around
+// their means in the photo, since its gain takes these up.
+struct ToneSums {
+  // D = (normal^-1 right)^T
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d right = Eigen::Matrix3d::Zero();
+
+  void Add(const ToneSums& other) {
+    normal += other.normal;
+    right += other.right;
+  }
+};
+
+// `by_lens`: the same pairs as the lens shows them.
+ToneSums SumsOf(const std::vector<LightPair>& pairs,
+                const std::vector<LightPair>& by_lens,
+                int degree,
+                int half) {
+  const LightField field = FitLightField(by_lens, degree, half);
+  double weights = 0;
+  Eigen::Vector3d mean_x = Eigen::Vector3d::Zero(), mean_y = Eigen::Vector3d::Zero();
+  ToneSums sums;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    if ((half >= 0 && pairs[i].half != half) || !IsUsable(pairs[i]) || !IsUsable(by_lens[i])) {
+      continue;
+    }
+    Eigen::Vector3d x;
+    for (int c = 0; c < 3; ++c) {
+      x[c] = std::log(LinearFromDisplay(pairs[i].render[c]) / kMidGrey);
+    }
+    const Eigen::Vector3d y = LogRatio(by_lens[i]) - field * TermsAt(pairs[i].place);
+    const double weight = WeightOf(pairs[i].photo / kDisplayGamma, y);
+    weights += weight;
+    mean_x += weight * x;
+    mean_y += weight * y;
+    sums.normal += weight * x * x.transpose();
+    sums.right += weight * x * y.transpose();
+  }
+  if (weights > 0) {
+    sums.normal -= mean_x * mean_x.transpose() / weights;
+    sums.right -= mean_x * mean_y.transpose() / weights;
+  }
+  return sums;
+}
+
+PhotoLight LensOf(const Eigen::Vector2d& falloff, const Eigen::Matrix3d& tone) {
+  PhotoLight lens;
+  lens.falloff = falloff;
+  lens.tone = tone;
+  return lens;
+}
+
+// Returns the squared error on held-back pixels where each half has its own tones and fields.
+double ErrorWithTones(const LensPairs& photos, int degree) {
+  const auto count = static_cast<int64_t>(photos.pairs.size());
+  double sum = 0;
+  for (int half = 0; half < 2; ++half) {
+    const std::vector<Eigen::Matrix3d> tones = FitTones(photos, degree, half);
+    std::vector<double> errors(photos.pairs.size(), 0);
+    ParallelForBlocks(count, 1, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        const PhotoLight lens = LensOf(photos.falloffs[i], tones[i]);
+        const std::vector<LightPair> pairs = WithLens(photos.pairs[i], lens);
+        const LightField field = FitLightField(pairs, degree, half);
+        for (const LightPair& pair : pairs) {
+          if (pair.half != half) errors[i] += SquaredErrorOf(pair, field);
+        }
+      }
+    });
+    for (const double error : errors) sum += error;
+  }
+  return sum;
+}
+
 }  // namespace
 
 LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int half) {
@@ -100,7 +187,7 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
   std::vector<Observation> observations;
   for (const LightPair& pair : pairs) {
     if ((half >= 0 && pair.half != half) || !IsUsable(pair)) continue;
-    observations.push_back({TermsAt(pair.place), LogRatio(pair), pair.photo / 2.4});
+    observations.push_back({TermsAt(pair.place), LogRatio(pair), pair.photo / kDisplayGamma});
   }
   const int count = NumTerms(degree);
   LightField field = LightField::Zero();
@@ -108,10 +195,7 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
     Eigen::MatrixXd normal = kPriorWeight * Eigen::MatrixXd::Identity(count, count);
     Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count, 3);
     for (const Observation& seen : observations) {
-      const Eigen::Vector3d residual =
-          seen.slope.cwiseProduct(seen.log_ratio - field * seen.terms) / kResidualScale;
-      // One weight for all channels: what is not light disturbs all of them.
-      const double weight = (2.4 * seen.slope).squaredNorm() / 3 / (1 + residual.squaredNorm() / 3);
+      const double weight = WeightOf(seen.slope, seen.log_ratio - field * seen.terms);
       normal.noalias() += weight * seen.terms.head(count) * seen.terms.head(count).transpose();
       right.noalias() += weight * seen.terms.head(count) * seen.log_ratio.transpose();
     }
@@ -127,6 +211,51 @@ LightRefiner::LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights,
       training_views_(SelectViews(*scene, false)),
       lights_(std::move(lights)) {}
 
+std::vector<LightPair> WithLens(std::vector<LightPair> pairs, const PhotoLight& lens) {
+  if (lens.falloff.isZero(0) && lens.tone == Eigen::Matrix3d::Identity()) return pairs;
+  PhotoLight falloff;
+  falloff.falloff = lens.falloff;
+  for (LightPair& pair : pairs) {
+    Eigen::Vector3d light;
+    for (int c = 0; c < 3; ++c) light[c] = LinearFromDisplay(std::max(pair.render[c], 0.0));
+    light = Toned(light, lens.tone).cwiseProduct(LightAt(falloff, pair.place));
+    for (int c = 0; c < 3; ++c) pair.render[c] = DisplayFromLinear(light[c]);
+  }
+  return pairs;
+}
+
+std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int half) {
+  constexpr int kRounds = 3;
+  // In pixels of full brightness whose light is e times mid-grey.
+  constexpr double kTonePrior = 10;
+  const size_t count = photos.pairs.size();
+  std::map<int, int> photos_of_lens;
+  for (const int lens : photos.lenses) ++photos_of_lens[lens];
+  std::vector<Eigen::Matrix3d> tones(count, Eigen::Matrix3d::Identity());
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<ToneSums> sums(count);
+    ParallelForBlocks(static_cast<int64_t>(count), 1, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        const PhotoLight lens = LensOf(photos.falloffs[i], tones[i]);
+        sums[i] = SumsOf(photos.pairs[i], WithLens(photos.pairs[i], lens), degree, half);
+      }
+    });
+    std::map<int, ToneSums> of_lens;
+    for (size_t i = 0; i < count; ++i) of_lens[photos.lenses[i]].Add(sums[i]);
+    Eigen::Matrix3d mean = Eigen::Matrix3d::Zero();
+    for (size_t i = 0; i < count; ++i) {
+      if (photos_of_lens[photos.lenses[i]] >= kFewestOfLens) {
+        const ToneSums& sum = of_lens[photos.lenses[i]];
+        const Eigen::Matrix3d normal = sum.normal + kTonePrior * Eigen::Matrix3d::Identity();
+        tones[i] += normal.ldlt().solve(sum.right).transpose();
+      }
+      mean += tones[i] / static_cast<double>(count);
+    }
+    for (Eigen::Matrix3d& tone : tones) tone += Eigen::Matrix3d::Identity() - mean;
+  }
+  return tones;
+}
+
 std::vector<LightPair> LightRefiner::PairsOf(const ComparedView& compared) const {
   const int view = compared.view;
   std::vector<LightPair> pairs;
@@ -141,37 +270,49 @@ std::vector<LightPair> LightRefiner::PairsOf(const ComparedView& compared) const
     const int column = static_cast<int>(i) % compared.columns;
     const int row = static_cast<int>(i) / compared.columns;
     pair.half = (column / kBlockEdge + row / kBlockEdge) % 2;
-    if (!lights_.empty()) {
-      // The falloff stays: it is the lens', the same in all its photos.
-      PhotoLight lens;
-      lens.falloff = lights_[view].falloff;
-      const Eigen::Vector3d falloff = LightAt(lens, pair.place);
-      for (int c = 0; c < 3; ++c) {
-        const double light = LinearFromDisplay(std::max(pair.render[c], 0.0)) * falloff[c];
-        pair.render[c] = DisplayFromLinear(light);
-      }
-    }
     pairs.push_back(pair);
   }
   return pairs;
 }
 
-void LightRefiner::Decide(const std::vector<std::vector<LightPair>>& pairs) {
+LensPairs LightRefiner::CollectPairs(const std::vector<ComparedView>& views) const {
+  LensPairs photos;
+  for (const ComparedView& compared : views) {
+    photos.pairs.push_back(PairsOf(compared));
+    photos.lenses.push_back(scene_->Plan().lenses[compared.view]);
+    photos.falloffs.push_back(lights_.empty() ? Eigen::Vector2d(0, 0)
+                                              : lights_[compared.view].falloff);
+  }
+  return photos;
+}
+
+bool LightRefiner::HasSeveralLenses(const LensPairs& photos) const {
+  std::map<int, int> counts;
+  for (const int lens : photos.lenses) ++counts[lens];
+  int lenses = 0;
+  for (const auto& [lens, count] : counts) lenses += count >= kFewestOfLens ? 1 : 0;
+  return lenses >= 2;
+}
+
+void LightRefiner::Decide(const LensPairs& photos) {
   // [degree + 1] Sums over the photos, each fitted to one half and compared on the other; first
   // without a change of the light.
   constexpr int kChoices = kMaxLightDegree + 2;
-  std::vector<std::array<double, kChoices>> errors(pairs.size());
-  ParallelForBlocks(static_cast<int64_t>(pairs.size()), 1, [&](int64_t begin, int64_t end) {
+  const auto count = static_cast<int64_t>(photos.pairs.size());
+  std::vector<std::array<double, kChoices>> errors(photos.pairs.size());
+  ParallelForBlocks(count, 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       errors[i].fill(0);
+      const PhotoLight lens = LensOf(photos.falloffs[i], Eigen::Matrix3d::Identity());
+      const std::vector<LightPair> pairs = WithLens(photos.pairs[i], lens);
       const LightField before =
           lights_.empty() ? LightField(LightField::Zero()) : FieldOf(lights_[training_views_[i]]);
       for (int choice = 0; choice < kChoices; ++choice) {
         LightField fields[2] = {before, before};
         for (int half = 0; half < 2 && choice > 0; ++half) {
-          fields[half] = FitLightField(pairs[i], choice - 1, half);
+          fields[half] = FitLightField(pairs, choice - 1, half);
         }
-        for (const LightPair& pair : pairs[i]) {
+        for (const LightPair& pair : pairs) {
           errors[i][choice] += SquaredErrorOf(pair, fields[1 - pair.half]);
         }
       }
@@ -181,12 +322,21 @@ void LightRefiner::Decide(const std::vector<std::vector<LightPair>>& pairs) {
   for (const auto& of_photo : errors) {
     for (int choice = 0; choice < kChoices; ++choice) sums[choice] += of_photo[choice];
   }
-  if (mode_ != EffectSwitch::kOn && sums[0] > (1 - kLeastContrast) * SquaredContrast(pairs)) return;
+  if (mode_ != EffectSwitch::kOn &&
+      sums[0] > (1 - kLeastContrast) * SquaredContrast(photos.pairs)) {
+    return;
+  }
   int chosen = 1;
   for (int choice = 2; choice < kChoices; ++choice) {
     if (sums[choice] < (1 - kLeastDegreeGain) * sums[chosen]) chosen = choice;
   }
-  explained_ = sums[0] > 0 ? 1 - sums[chosen] / sums[0] : 0;
+  double least = sums[chosen];
+  if (HasSeveralLenses(photos)) {
+    const double with_tones = ErrorWithTones(photos, chosen - 1);
+    has_tones_ = with_tones < (1 - kLeastToneGain) * least;
+    if (has_tones_) least = with_tones;
+  }
+  explained_ = sums[0] > 0 ? 1 - least / sums[0] : 0;
   const bool pays = explained_ >= kLeastLightGain;
   degree_ = pays || mode_ == EffectSwitch::kOn ? chosen - 1 : -1;
   decided_ = true;
@@ -195,14 +345,17 @@ void LightRefiner::Decide(const std::vector<std::vector<LightPair>>& pairs) {
 void LightRefiner::Refine(const std::vector<ComparedView>& views) {
   if (!IsLooking() || training_views_.empty()) return;
   CHECK_EQ(views.size(), training_views_.size());
-  std::vector<std::vector<LightPair>> pairs;
-  pairs.reserve(views.size());
-  for (const ComparedView& compared : views) pairs.push_back(PairsOf(compared));
-  if (!decided_) Decide(pairs);
+  const LensPairs photos = CollectPairs(views);
+  if (!decided_) Decide(photos);
   if (degree_ < 0) return;
-  std::vector<LightField> fields(pairs.size());
-  ParallelForBlocks(static_cast<int64_t>(pairs.size()), 1, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) fields[i] = FitLightField(pairs[i], degree_, -1);
+  std::vector<Eigen::Matrix3d> tones(photos.pairs.size(), Eigen::Matrix3d::Identity());
+  if (has_tones_) tones = FitTones(photos, degree_, -1);
+  std::vector<LightField> fields(photos.pairs.size());
+  ParallelForBlocks(static_cast<int64_t>(fields.size()), 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const PhotoLight lens = LensOf(photos.falloffs[i], tones[i]);
+      fields[i] = FitLightField(WithLens(photos.pairs[i], lens), degree_, -1);
+    }
   });
   LightField mean = LightField::Zero();
   for (const LightField& field : fields) mean += field;
@@ -213,10 +366,17 @@ void LightRefiner::Refine(const std::vector<ComparedView>& views) {
     PhotoLight& light = lights_[training_views_[i]];
     light.gain = field.col(0).array().exp();
     light.shading = field.rightCols<kNumShadingTerms>();
+    light.tone = tones[i];
   }
-  if (!knows_held_out_) {
-    const ExpectedLights expected(scene_->Photos(), scene_->Plan().lenses, lights_);
-    for (int view = 0; view < scene_->NumViews(); ++view) lights_[view] = expected.OfPhoto(view);
+  const ExpectedLights expected(scene_->Photos(), scene_->Plan().lenses, lights_);
+  for (int view = 0; view < scene_->NumViews(); ++view) {
+    if (!scene_->IsHeldOut(view)) continue;
+    const PhotoLight light = expected.OfPhoto(view);
+    if (knows_held_out_) {
+      lights_[view].tone = light.tone;
+    } else {
+      lights_[view] = light;
+    }
   }
   scene_->SetLights(lights_);
 }
@@ -264,6 +424,7 @@ Effect LightRefiner::MakeEffect() const {
     effect.measures["degree"] = degree_;
     effect.measures["spread"] = GainSpread();
     effect.measures["shading"] = ShadingSpread();
+    effect.measures["tones"] = has_tones_ ? 1 : 0;
   }
   effect.cost = "160 bytes a photo, 0.1 us a ray";
   return effect;
@@ -284,11 +445,12 @@ std::string LightRefiner::Report() const {
         sizeof(text),
         "Light of the photos: a field of gains of degree %d for each photo explains %.1f %% "
         "of the squared error on held-back pixels; gains spread by %.1f %%, fields by %.1f "
-        "%% within photos",
+        "%% within photos%s",
         degree_,
         100 * explained_,
         100 * GainSpread(),
-        100 * ShadingSpread());
+        100 * ShadingSpread(),
+        has_tones_ ? "; each lens has a tone of its own" : "");
   }
   return text;
 }

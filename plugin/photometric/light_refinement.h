@@ -33,13 +33,20 @@ namespace semfoam {
 // of the photos' contrast: what such a foam lacks would pass for light. Held-out photos take no
 // part.
 //
-// Of the fields, only differences between photos are known: their mean over the training photos is
-// taken out. Held-out photos get the light that is expected of them (ExpectedLights), unless the
-// probe fitted theirs: only the training log looks at it.
+// Where photos were taken by several cameras, each has its own way to render colours (contrast,
+// saturation), which no gain explains: the tone of a lens (PhotoLight), fitted to all its photos
+// beside their fields, is kept where that lowers the error on the held-back pixels by another
+// kLeastToneGain. Lenses with fewer than kFewestOfLens photos are left as they are.
+//
+// Of the fields and tones, only differences between photos are known: their means over the training
+// photos are taken out. Held-out photos get the light that is expected of them (ExpectedLights),
+// unless the probe fitted theirs: only the training log looks at it.
 
 // Shares of the squared error on held-back pixels. Unchanged photos (`tabletop`) reach 0.001.
-inline constexpr double kLeastLightGain = 0.04;
+inline constexpr double kLeastLightGain = 0.025;
 inline constexpr double kLeastDegreeGain = 0.01;
+inline constexpr double kLeastToneGain = 0.01;
+inline constexpr int kFewestOfLens = 4;
 inline constexpr double kLeastContrast = 0.7;
 
 // Highest degree of a field.
@@ -49,7 +56,8 @@ inline constexpr int kMaxLightDegree = 2;
 struct LightPair {
   // PlaceInPhoto.
   Eigen::Vector2d place;
-  // Display values; the render's may exceed 1.
+  // Display values; the render's may exceed 1. It is in the reference exposure, or (WithLens) as a
+  // lens shows that.
   Eigen::Vector3d photo;
   Eigen::Vector3d render;
   // Colour on the chessboard, 0 or 1.
@@ -62,6 +70,22 @@ using LightField = Eigen::Matrix<double, 3, 1 + kNumShadingTerms>;
 // Fits a field of `degree` 0 to kMaxLightDegree to the pairs, or to those of one `half` (0, 1; -1:
 // all). Zero without usable pairs: a weak prior draws all coefficients there.
 LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int half);
+
+// Returns the pairs with the renders as this lens shows them: its tone and falloff.
+std::vector<LightPair> WithLens(std::vector<LightPair> pairs, const PhotoLight& lens);
+
+// Photos of several lenses: [photos] the pairs in the reference exposure, the number of the lens,
+// and the falloff.
+struct LensPairs {
+  std::vector<std::vector<LightPair>> pairs;
+  std::vector<int> lenses;
+  std::vector<Eigen::Vector2d> falloffs;
+};
+
+// Fits the tone of each lens to the pairs of one `half` (0, 1; -1: all), beside a field of `degree`
+// for each photo, in turn: the linear least squares of log(photo / field) on log(render), robust as
+// FitLightField. Returns the tones [photos], whose mean is the identity.
+std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int half);
 
 class LightRefiner {
  public:
@@ -83,6 +107,8 @@ class LightRefiner {
   bool IsOn() const { return degree_ >= 0; }
   // Returns the degree of the fields, -1 where lights are not refined.
   int degree() const { return degree_; }
+  // Returns whether lenses have tones of their own.
+  bool HasTones() const { return has_tones_; }
   // Returns the share of the squared error on held-back pixels that fields explained when it was
   // decided.
   double explained() const { return explained_; }
@@ -103,6 +129,7 @@ class LightRefiner {
     archive->Number("light_decided", &decided_);
     archive->Number("light_degree", &degree_);
     archive->Number("light_explained", &explained_);
+    archive->Number("light_has_tones", &has_tones_);
     if constexpr (Archive::kIsReader) {
       if (degree_ >= 0) lights_.resize(scene_->NumViews());
     }
@@ -114,6 +141,9 @@ class LightRefiner {
       for (int i = 0; i < light.shading.size(); ++i) {
         archive->Number(name + std::to_string(3 + i), &light.shading.data()[i]);
       }
+      for (int i = 0; i < light.tone.size() && has_tones_; ++i) {
+        archive->Number(name + "tone_" + std::to_string(i), &light.tone.data()[i]);
+      }
     }
   }
   // Sets the scene's lights to those that were read.
@@ -121,7 +151,12 @@ class LightRefiner {
 
  private:
   std::vector<LightPair> PairsOf(const ComparedView& compared) const;
-  void Decide(const std::vector<std::vector<LightPair>>& pairs);
+  // Returns the training photos' pairs in the reference exposure.
+  LensPairs CollectPairs(const std::vector<ComparedView>& views) const;
+  // Chooses the degree and whether there are tones, on held-back pixels.
+  void Decide(const LensPairs& photos);
+  // Returns whether two lenses or more have enough photos.
+  bool HasSeveralLenses(const LensPairs& photos) const;
 
   TrainingScene* const scene_;
   const EffectSwitch mode_;
@@ -131,6 +166,7 @@ class LightRefiner {
   std::vector<PhotoLight> lights_;
   bool decided_ = false;
   int degree_ = -1;
+  bool has_tones_ = false;
   double explained_ = 0;
 };
 

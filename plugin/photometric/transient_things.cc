@@ -100,14 +100,9 @@ Difference Compare(const TrainingScene& scene,
     }
     Eigen::Vector3f render = ray.color;
     if (!lights.empty()) {
-      const Eigen::Vector3d light = LightAt(
-          lights[view],
-          PlaceInPhoto(
-              {compared.X(i) + 0.5, compared.Y(i) + 0.5}, scene.Width(view), scene.Height(view)));
-      for (int c = 0; c < 3; ++c) {
-        const double linear = LinearFromDisplay(std::max(render[c], 0.0f)) * light[c];
-        render[c] = static_cast<float>(DisplayFromLinear(linear));
-      }
+      const Eigen::Vector2d place = PlaceInPhoto(
+          {compared.X(i) + 0.5, compared.Y(i) + 0.5}, scene.Width(view), scene.Height(view));
+      render = PhotographedColor(render, lights[view], place);
     }
     difference[i] = compared.photo[i] - render.cwiseMax(0).cwiseMin(1);
   }

@@ -28,11 +28,12 @@ std::string State(const Effect& effect, const SceneEffects& effects) {
 }
 
 // The coefficients of each channel.
-ordered_json Rows(const Eigen::Matrix<double, 3, kNumShadingTerms>& shading) {
+template <typename Matrix>
+ordered_json Rows(const Matrix& matrix) {
   ordered_json rows = ordered_json::array();
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < matrix.rows(); ++c) {
     ordered_json row = ordered_json::array();
-    for (int k = 0; k < kNumShadingTerms; ++k) row.push_back(shading(c, k));
+    for (int k = 0; k < matrix.cols(); ++k) row.push_back(matrix(c, k));
     rows.push_back(row);
   }
   return rows;
@@ -75,6 +76,7 @@ std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoReco
     json["photos"][photos[view].name] = {{"gain", {light.gain[0], light.gain[1], light.gain[2]}},
                                          {"falloff", {light.falloff[0], light.falloff[1]}},
                                          {"shading", Rows(light.shading)},
+                                         {"tone", Rows(light.tone)},
                                          {"lens", effects.lenses[view]},
                                          {"held_out", photos[view].held_out}};
   }
@@ -97,9 +99,12 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
     for (size_t view = 0; view < photos.size(); ++view) {
       const auto photo = json.at("photos").find(photos[view].name);
       if (photo == json.at("photos").end()) continue;
-      // Files of earlier versions do not have it.
-      read.lenses[view] = photo->value("lens", 0);
       PhotoLight& light = read.lights[view];
+      // Files of earlier versions have neither.
+      read.lenses[view] = photo->value("lens", 0);
+      for (int i = 0; i < 9 && photo->contains("tone"); ++i) {
+        light.tone(i / 3, i % 3) = photo->at("tone").at(i / 3).at(i % 3).get<double>();
+      }
       for (int c = 0; c < 3; ++c) {
         light.gain[c] = photo->at("gain").at(c).get<double>();
         for (int k = 0; k < kNumShadingTerms; ++k) {
@@ -108,6 +113,7 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
       }
       for (int k = 0; k < 2; ++k) light.falloff[k] = photo->at("falloff").at(k).get<double>();
       if (!(light.gain.minCoeff() > 0)) throw UserError("a gain is not positive");
+      if (!(light.tone.determinant() > 0)) throw UserError("a tone cannot be undone");
     }
   } catch (const std::exception& error) {
     throw UserError(path.string(),

@@ -18,8 +18,9 @@ std::vector<std::string> EffectsTable(const SceneEffects& effects);
 
 // Returns the text of effects.json: {"version": 1, "effects": [{"effect", "on", "decided_by",
 // "evidence", "measures", "cost"}, ...], "sh_degree": n}; and, only where exposure or vignetting is
-// on, "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "shading": [of r, g, b], "lens": n,
-// "held_out": true or false}} (see PhotoLight). `photos` are the views of `effects`.
+// on, "photos": {name: {"gain": [r, g, b], "falloff": [a, b], "shading": [of r, g, b], "tone":
+// [rows], "lens": n, "held_out": true or false}} (see PhotoLight). `photos` are the views of
+// `effects`.
 std::string EffectsJson(const SceneEffects& effects, const std::vector<PhotoRecord>& photos);
 
 // Writes effects.json. Throws UserError where the file cannot be written.

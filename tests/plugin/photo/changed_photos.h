@@ -25,6 +25,8 @@ struct CameraHabits {
   bool is_falloff_below = false;  // not the camera's: whether the lower half alone loses light
   double shading = 0;  // not the camera's: standard deviation of the log light's slopes, over
                        // the width of a photo, that a lamp makes which moves with it
+  double tone = 0;     // of a second camera, which takes every other photo: its contrast is more by
+                       // this share, its saturation by as much again
   std::vector<int> passed_by = {};  // not the camera's: numbers of the photos, in the order of
                                     // names, in which something passes by (PaintPasserBy)
   uint64_t seed = 0;
@@ -66,11 +68,20 @@ inline Eigen::Vector2d DrawSlopes(const CameraHabits& habits, uint64_t number) {
   return {horizontal, habits.shading * random.Normal()};
 }
 
+// The light as the second camera shows it.
+inline Eigen::Vector3d SecondCamera(const CameraHabits& habits, const Eigen::Vector3d& light) {
+  const double grey = std::max(light.mean(), 1e-6);
+  const double contrast = 1 + habits.tone, saturation = contrast * (1 + habits.tone);
+  return 0.18 * std::pow(grey / 0.18, contrast) *
+         (light.cwiseMax(1e-6) / grey).array().pow(saturation);
+}
+
 // The photo as that camera would have taken it: in linear light, cut off at white, in 8 bits.
 inline void ChangePhoto(const CameraHabits& habits,
                         const Eigen::Vector3d& gain,
                         const Eigen::Vector2d& slopes,
-                        Image8* photo) {
+                        Image8* photo,
+                        bool is_second_camera = false) {
   const Eigen::Vector2f half(0.5f * photo->width, 0.5f * photo->height);
   float light_of[256];
   for (int i = 0; i < 256; ++i) light_of[i] = LinearFromDisplay(i / 255.0f);
@@ -82,8 +93,10 @@ inline void ChangePhoto(const CameraHabits& habits,
           (1 - static_cast<float>(falloff) * place.squaredNorm() / half.squaredNorm()) *
           std::exp(slopes.cast<float>().dot(place) / photo->width);
       uint8_t* rgb = &photo->data[3 * (static_cast<size_t>(y) * photo->width + x)];
+      Eigen::Vector3f seen(light_of[rgb[0]], light_of[rgb[1]], light_of[rgb[2]]);
+      if (is_second_camera) seen = SecondCamera(habits, seen.cast<double>()).cast<float>();
       for (int c = 0; c < 3; ++c) {
-        const float light = std::min(1.0f, static_cast<float>(gain[c]) * kept * light_of[rgb[c]]);
+        const float light = std::min(1.0f, static_cast<float>(gain[c]) * kept * seen[c]);
         rgb[c] = static_cast<uint8_t>(std::lround(255 * DisplayFromLinear(light)));
       }
     }
@@ -106,12 +119,17 @@ inline std::vector<Eigen::Vector3d> WriteChangedWorkspace(const std::filesystem:
   std::sort(model.images.begin(), model.images.end(), [](const Image& a, const Image& b) {
     return a.name < b.name;
   });
+  Camera second = model.cameras.front();
+  second.id += 1;
+  if (habits.tone != 0) model.cameras.push_back(second);
   std::vector<Eigen::Vector3d> gains;
   for (Image& image : model.images) {
     gains.push_back(DrawGain(habits, gains.size()));
     Image8 photo = ReadPhoto(source / "images" / image.name);
-    ChangePhoto(habits, gains.back(), DrawSlopes(habits, gains.size() - 1), &photo);
     const int number = static_cast<int>(gains.size()) - 1;
+    const bool is_second_camera = habits.tone != 0 && number % 2 == 1;
+    if (is_second_camera) image.camera_id = second.id;
+    ChangePhoto(habits, gains.back(), DrawSlopes(habits, number), &photo, is_second_camera);
     if (std::count(habits.passed_by.begin(), habits.passed_by.end(), number) > 0) {
       PaintPasserBy(&photo);
     }

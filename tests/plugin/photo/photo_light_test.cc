@@ -114,6 +114,27 @@ TEST(PhotoLight, PhotographedColorUndoesReferenceColor) {
   }
 }
 
+TEST(PhotoLight, TonesLeaveGreyAndAreUndone) {
+  Eigen::Matrix3d tone = 1.2 * Eigen::Matrix3d::Identity();
+  tone.array() -= 0.06;
+  const Eigen::Vector3d grey = Eigen::Vector3d::Constant(kMidGrey);
+  EXPECT_LT((Toned(grey, tone) - grey).norm(), 1e-15);
+  const Eigen::Vector3d light(0.4, 0.1, 0.02);
+  EXPECT_LT((Toned(Toned(light, tone), tone.inverse()) - light).norm(), 1e-12);
+  // More contrast, more saturation.
+  EXPECT_GT(Toned(light, tone)[0] / Toned(light, tone)[2], 1.5 * light[0] / light[2]);
+  EXPECT_EQ(Toned({0, -1, 0.5}, Eigen::Matrix3d::Identity()), Eigen::Vector3d(0, -1, 0.5));
+  EXPECT_TRUE(Toned({0, 0, 0}, tone).allFinite());
+  PhotoLight lens{{1.1, 1, 0.9}, {-0.2, 0}};
+  lens.tone = tone;
+  for (int value = 20; value < 200; ++value) {
+    const uint8_t rgb[3] = {uint8_t(value), uint8_t(value / 2 + 10), uint8_t(value / 3 + 10)};
+    const Eigen::Vector3f color =
+        PhotographedColor(ReferenceColor(rgb, lens, {0.2, 0.3}), lens, {0.2, 0.3});
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * color[c], rgb[c], 1e-2) << value << " " << c;
+  }
+}
+
 TEST(PhotoLight, PhotographedColorIsNoBrighterThanWhiteAndKeepsWhite) {
   const PhotoLight dark{{0.7, 0.7, 0.7}, {0, 0}};
   const PhotoLight bright{{1.4, 1.4, 1.4}, {0, 0}};

@@ -176,6 +176,98 @@ TEST(LightRefiner, TakesOutALampThatMoves) {
   EXPECT_NEAR(refiner.lights()[9].gain[0], lights[9].gain[0], 1e-12);
 }
 
+TEST(FitTones, FindsContrastAndSaturationOfTwoLenses) {
+  // As logarithms: more contrast, and more saturation, which draws channels away from their mean.
+  Eigen::Matrix3d more = 1.2 * Eigen::Matrix3d::Identity();
+  more.array() -= 0.05;
+  const Eigen::Matrix3d less = 2 * Eigen::Matrix3d::Identity() - more;
+  LensPairs photos;
+  for (int photo = 0; photo < 8; ++photo) {
+    photos.lenses.push_back(photo % 2);
+    photos.falloffs.push_back({-0.2, 0});
+    std::vector<LightPair> pairs;
+    CounterRandom random(photo, 0x12, 0);
+    const Eigen::Vector3d gain(1 + 0.05 * photo, 1, 1 - 0.03 * photo);
+    for (int i = 0; i < 3000; ++i) {
+      LightPair pair;
+      pair.place = PlaceInPhoto({64 * random.Uniform(), 48 * random.Uniform()}, 64, 48);
+      pair.half = i % 2;
+      const Eigen::Vector3d light =
+          Eigen::Vector3d(random.Uniform(), random.Uniform(), random.Uniform()) * 0.3 +
+          Eigen::Vector3d::Constant(0.05);
+      PhotoLight lens{gain, photos.falloffs.back()};
+      lens.tone = photo % 2 == 0 ? more : less;
+      pair.render = Display(light);
+      pair.photo = Display(Toned(light, lens.tone).cwiseProduct(LightAt(lens, pair.place)));
+      for (double& value : pair.photo) value += 0.01 * random.Normal();
+      pairs.push_back(pair);
+    }
+    photos.pairs.push_back(pairs);
+  }
+  for (const int half : {-1, 0, 1}) {
+    const std::vector<Eigen::Matrix3d> tones = FitTones(photos, 0, half);
+    ASSERT_EQ(tones.size(), 8u);
+    EXPECT_LT((tones[0] - more).cwiseAbs().maxCoeff(), 0.01) << tones[0];
+    EXPECT_LT((tones[1] - less).cwiseAbs().maxCoeff(), 0.01) << tones[1];
+    EXPECT_EQ(tones[0], tones[6]);
+  }
+  // A lens of three photos is not fitted: it has what makes the mean over all photos the identity.
+  for (const int photo : {1, 3, 5}) photos.lenses[photo] = 2;
+  photos.lenses[7] = 0;
+  const std::vector<Eigen::Matrix3d> tones = FitTones(photos, 0, -1);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const Eigen::Matrix3d& tone : tones) sum += tone;
+  EXPECT_LT((sum / 8 - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_LT((tones[1] - tones[5]).norm(), 1e-12);
+  EXPECT_GT((tones[0] - tones[1]).diagonal().minCoeff(), 0.02);
+}
+
+TEST(LightRefiner, FindsThatTwoCamerasDiffer) {
+  Changed changed({.tone = 0.15, .seed = 6});
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
+  EXPECT_TRUE(refiner.IsOn()) << refiner.Report();
+  EXPECT_TRUE(refiner.HasTones()) << refiner.Report();
+  // The mean is the reference; the held-out photo has its lens'.
+  const Eigen::Matrix3d& first = refiner.lights()[2].tone;
+  const Eigen::Matrix3d& second = refiner.lights()[1].tone;
+  EXPECT_LT((refiner.lights()[0].tone - first).norm(), 1e-12);
+  EXPECT_LT(((24 * first + 32 * second) / 56 - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  EXPECT_GT((second - first).diagonal().minCoeff(), 0.1);
+  // Both show the reference alike: photos of the second what those of the first would.
+  double difference = 0, before = 0;
+  int count = 0;
+  for (int y = 0; y < 240; y += 5) {
+    for (int x = 0; x < 320; x += 5) {
+      const PhotoLight of_first = refiner.lights()[2];
+      TrainingRay ray, original;
+      changed.scene.Ray(1, x, y, &ray);
+      Tabletop().Ray(1, x, y, &original);
+      if (!ray.color.allFinite() || original.color.maxCoeff() > 0.9) continue;
+      const Eigen::Vector3f shown = PhotographedColor(ray.color, of_first, {0, 0});
+      const Eigen::Vector3d light = Eigen::Vector3d(LinearFromDisplay(original.color.x()),
+                                                    LinearFromDisplay(original.color.y()),
+                                                    LinearFromDisplay(original.color.z()));
+      const Eigen::Vector3d by_second = Display(SecondCamera({.tone = 0.15}, light));
+      difference += (shown - original.color).cwiseAbs().mean();
+      before += (by_second.cast<float>() - original.color).cwiseAbs().mean();
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 2000);
+  EXPECT_GT(before, 0.025 * count);
+  EXPECT_LT(difference, 0.3 * before);
+}
+
+TEST(LightRefiner, OneCameraHasNoTone) {
+  Changed changed({.exposure = 0.2, .seed = 7});
+  LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);
+  refiner.Refine(Compare(changed.scene, RenderOriginal));
+  EXPECT_TRUE(refiner.IsOn());
+  EXPECT_FALSE(refiner.HasTones());
+  EXPECT_EQ(refiner.lights()[1].tone, Eigen::Matrix3d::Identity());
+}
+
 TEST(LightRefiner, WaitsForAFoamThatShowsThePhotos) {
   Changed changed({.exposure = 0.3, .seed = 4});
   LightRefiner refiner(&changed.scene, {}, EffectSwitch::kAuto);

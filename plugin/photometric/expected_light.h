@@ -19,12 +19,11 @@ namespace semfoam {
 //   log light(view) = lens(view) + trust * sum_k w_k (log light(photo k) - lens(photo k))
 //
 // `lens` is the mean over the photos of a lens, if these are four or more, else over the photos of
-// all such lenses. The sum goes over the three nearest photos,
-// with weights in proportion to 1 / (distance^2 + 1e-4); the distance is that of the centres over
-// the cameras' extent (root of the mean squared distance from their mean), plus the angle of the
-// rotation between the cameras, in radians. `trust`, 0 to 1, is the factor with which the others
-// predict a photo best (least squares over a grid of places in the photos): near 0 where each photo
-// has a light of its own.
+// all such lenses. The sum goes over the three nearest photos, with weights in proportion to
+// 1 / (distance^2 + 1e-4); the distance is that of the centres over the cameras' extent (root of
+// the mean squared distance from their mean), plus the angle of the rotation between the cameras,
+// in radians. `trust`, 0 to 1, is the factor with which the others predict a photo best (least
+// squares over a grid of places in the photos): near 0 where each photo has a light of its own.
 
 class ExpectedLights {
  public:
@@ -44,8 +43,8 @@ class ExpectedLights {
   double trust() const { return trust_; }
 
  private:
-  // Logarithm of a light: gain, shading (by rows), falloff, what the tone
-  // has beyond the identity (by columns).
+  // Logarithm of a light: gain, shading (by rows), falloff, what the tone has beyond the identity
+  // (by columns).
   using Terms = Eigen::Matrix<double, 3 + 3 * kNumShadingTerms + 2 + 9, 1>;
 
   struct Place {

@@ -146,6 +146,15 @@ ToneSums SumsOf(const std::vector<LightPair>& pairs,
   return sums;
 }
 
+// Returns whether two lenses or more have enough photos for a tone.
+bool HasSeveralLenses(const LensPairs& photos) {
+  std::map<int, int> counts;
+  for (const int lens : photos.lenses) ++counts[lens];
+  int lenses = 0;
+  for (const auto& [lens, count] : counts) lenses += count >= kFewestOfLens ? 1 : 0;
+  return lenses >= 2;
+}
+
 PhotoLight LensOf(const Eigen::Vector2d& falloff, const Eigen::Matrix3d& tone) {
   PhotoLight lens;
   lens.falloff = falloff;
@@ -204,13 +213,6 @@ LightField FitLightField(const std::vector<LightPair>& pairs, int degree, int ha
   return field;
 }
 
-LightRefiner::LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights, EffectSwitch mode)
-    : scene_(scene),
-      mode_(mode),
-      knows_held_out_(!lights.empty()),
-      training_views_(SelectViews(*scene, false)),
-      lights_(std::move(lights)) {}
-
 std::vector<LightPair> WithLens(std::vector<LightPair> pairs, const PhotoLight& lens) {
   if (lens.falloff.isZero(0) && lens.tone == Eigen::Matrix3d::Identity()) return pairs;
   PhotoLight falloff;
@@ -228,6 +230,7 @@ std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int h
   constexpr int kRounds = 3;
   // In pixels of full brightness whose light is e times mid-grey.
   constexpr double kTonePrior = 10;
+  constexpr double kLargestTone = 0.4;
   const size_t count = photos.pairs.size();
   std::map<int, int> photos_of_lens;
   for (const int lens : photos.lenses) ++photos_of_lens[lens];
@@ -248,6 +251,9 @@ std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int h
         const ToneSums& sum = of_lens[photos.lenses[i]];
         const Eigen::Matrix3d normal = sum.normal + kTonePrior * Eigen::Matrix3d::Identity();
         tones[i] += normal.ldlt().solve(sum.right).transpose();
+        // Can be undone, whatever it was fitted to.
+        const Eigen::Matrix3d difference = tones[i] - Eigen::Matrix3d::Identity();
+        tones[i] -= difference * (1 - std::min(1.0, kLargestTone / difference.norm()));
       }
       mean += tones[i] / static_cast<double>(count);
     }
@@ -255,6 +261,13 @@ std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int h
   }
   return tones;
 }
+
+LightRefiner::LightRefiner(TrainingScene* scene, std::vector<PhotoLight> lights, EffectSwitch mode)
+    : scene_(scene),
+      mode_(mode),
+      knows_held_out_(!lights.empty()),
+      training_views_(SelectViews(*scene, false)),
+      lights_(std::move(lights)) {}
 
 std::vector<LightPair> LightRefiner::PairsOf(const ComparedView& compared) const {
   const int view = compared.view;
@@ -284,14 +297,6 @@ LensPairs LightRefiner::CollectPairs(const std::vector<ComparedView>& views) con
                                               : lights_[compared.view].falloff);
   }
   return photos;
-}
-
-bool LightRefiner::HasSeveralLenses(const LensPairs& photos) const {
-  std::map<int, int> counts;
-  for (const int lens : photos.lenses) ++counts[lens];
-  int lenses = 0;
-  for (const auto& [lens, count] : counts) lenses += count >= kFewestOfLens ? 1 : 0;
-  return lenses >= 2;
 }
 
 void LightRefiner::Decide(const LensPairs& photos) {
@@ -339,6 +344,7 @@ void LightRefiner::Decide(const LensPairs& photos) {
   explained_ = sums[0] > 0 ? 1 - least / sums[0] : 0;
   const bool pays = explained_ >= kLeastLightGain;
   degree_ = pays || mode_ == EffectSwitch::kOn ? chosen - 1 : -1;
+  has_tones_ = has_tones_ && degree_ >= 0;
   decided_ = true;
 }
 

@@ -84,7 +84,8 @@ struct LensPairs {
 
 // Fits the tone of each lens to the pairs of one `half` (0, 1; -1: all), beside a field of `degree`
 // for each photo, in turn: the linear least squares of log(photo / field) on log(render), robust as
-// FitLightField. Returns the tones [photos], whose mean is the identity.
+// FitLightField. Returns the tones [photos], whose mean is the identity; none is fitted that
+// differs from it by more than 0.4 (Frobenius norm).
 std::vector<Eigen::Matrix3d> FitTones(const LensPairs& photos, int degree, int half);
 
 class LightRefiner {
@@ -155,8 +156,6 @@ class LightRefiner {
   LensPairs CollectPairs(const std::vector<ComparedView>& views) const;
   // Chooses the degree and whether there are tones, on held-back pixels.
   void Decide(const LensPairs& photos);
-  // Returns whether two lenses or more have enough photos.
-  bool HasSeveralLenses(const LensPairs& photos) const;
 
   TrainingScene* const scene_;
   const EffectSwitch mode_;

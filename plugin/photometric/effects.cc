@@ -195,6 +195,10 @@ Effect MakeEffect(const std::string& name, bool on, EffectSwitch option, std::st
   return {name, on, option != EffectSwitch::kAuto, "", {}, std::move(cost)};
 }
 
+std::string CostOfLight() {
+  return Format("%d bytes a photo, 0.06 us a ray", static_cast<int>(sizeof(PhotoLight)));
+}
+
 std::string BicText(double gain) {
   return Format("BIC %s by %.0f", gain > 0 ? "better" : "worse", std::abs(gain));
 }
@@ -212,7 +216,7 @@ Effect ExposureEffect(const Fits& fits,
       MakeEffect("exposure",
                  choice.gains > 0,
                  options.white_balance == EffectSwitch::kOn ? EffectSwitch::kOn : options.exposure,
-                 "40 bytes a photo, 0.06 us a ray");
+                 CostOfLight());
   // Colours alone can also pay; where one gain and three both would, the better one speaks.
   const LightFit& none = fits[0][choice.falloff];
   const LightFit& gains = fits[2][choice.falloff].bic < fits[1][choice.falloff].bic &&
@@ -252,8 +256,7 @@ Effect VignettingEffect(const Fits& fits,
                         const Shading& shading,
                         const std::optional<QuarterLights>& quarters,
                         const EffectsOptions& options) {
-  Effect effect = MakeEffect(
-      "vignetting", choice.falloff != 0, options.vignetting, "40 bytes a photo, 0.06 us a ray");
+  Effect effect = MakeEffect("vignetting", choice.falloff != 0, options.vignetting, CostOfLight());
   const LightFit& flat = fits[choice.gains][0];
   const LightFit& vignetted = fits[choice.gains][1];
   effect.measures = {{"corner_light", vignetted.CornerLight()},

@@ -4,7 +4,6 @@
 #include "foam/util/error.h"
 #include "foam/util/json_file.h"
 #include "foam/util/output_file.h"
-#include "tools/evaluation/evaluation.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -122,6 +121,10 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
                     "); the file that the training wrote would be right, or none.");
   }
   return read;
+}
+
+bool AdaptsLight(const Model& model) {
+  return model.options.contains("exposure") || model.options.contains("shading");
 }
 
 std::optional<ExpectedLights> FindExpectedLights(const std::filesystem::path& foam_path,

@@ -39,6 +39,10 @@ struct PhotoLights {
 // the lens -1. Throws UserError where the file is damaged.
 PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<PhotoRecord>& photos);
 
+// Returns whether the training took differences of the photos' light out ("exposure", "shading"
+// among the model's options), so that photos compare with renders only up to their own light.
+bool AdaptsLight(const Model& model);
+
 // Returns the lights that renders of a foam are best held against photos in, from the effects.json
 // beside it; nothing where the photos of its training do not differ in their light. Warns where
 // they do and the file is missing. Throws UserError where the file is damaged.

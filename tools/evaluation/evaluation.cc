@@ -175,10 +175,6 @@ std::optional<LabelScore> MeanOf(const std::vector<LabelScore>& scores) {
 
 }  // namespace
 
-bool AdaptsLight(const Model& model) {
-  return model.options.contains("exposure") || model.options.contains("shading");
-}
-
 Scores ScoreModel(const Model& model,
                   const fs::path& foam_path,
                   const ScoreOptions& options,

@@ -66,10 +66,6 @@ struct ScoreOptions {
   const ExpectedLights* lights = nullptr;
 };
 
-// Returns whether the training took differences of the photos' light out ("exposure", "shading"
-// among the model's options), so that photos compare with renders only up to their own light.
-bool AdaptsLight(const Model& model);
-
 // Renders every held-out photo of `model`, or those of the options, and compares it with the photo
 // in `image_path`, brought to the size in the model, and the labels with the exact masks.
 // `foam_path` is what errors call the model. Calls `on_maps` (if any) with each view's maps. Throws

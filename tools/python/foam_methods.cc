@@ -304,8 +304,8 @@ void AddViewing(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
             py::arg("supersample") = kDefaultSupersample,
             "Renders a view: of a photo, by its name; or of any camera with model, width, height "
             "and params (a Camera, pycolmap.Camera) at a pose, a 3x4 matrix or what has matrix() "
-            "(pycolmap.Rigid3d). supersample x supersample rays a pixel, 1 to 8. Runs without the "
-            "GIL. Raises Error.")
+            "(pycolmap.Rigid3d). supersample x supersample rays a pixel, 1 to 8. Colours are in the "
+            "reference exposure. Runs without the GIL. Raises Error.")
       .def("evaluate",
            &Evaluate,
            py::arg("image_path"),

@@ -187,6 +187,19 @@ double NoiseScale(const std::vector<LightSample>& samples, const LightFit& fit, 
   return scale;
 }
 
+// Rounds to millionths (of a logarithm of light). The solver's sums depend in their last bits on
+// where its memory happens to lie, and a probe is to find the same each time.
+void Round(Parameters* parameters) {
+  constexpr double kStep = 0x1p-20;
+  const auto round = [](auto* values) {
+    for (double& value : *values) value = kStep * std::round(value / kStep);
+  };
+  for (Eigen::Vector3d& point : parameters->points) round(&point);
+  for (auto& gain : parameters->gains) round(&gain);
+  for (auto& plane : parameters->planes) round(&plane);
+  for (Eigen::Vector2d& falloff : parameters->falloff) round(&falloff);
+}
+
 void TakeOver(const Parameters& parameters, LightFit* fit) {
   fit->points = parameters.points;
   fit->falloff = parameters.falloff;
@@ -388,6 +401,7 @@ LightFit FitLight(const LightSamples& samples, const LightModel& model, const Li
   for (int round = 0; round < kMostRounds; ++round) {
     const double old_scale = fit.scale;
     solver.Solve(fit.scale);
+    Round(&parameters);
     TakeOver(parameters, &fit);
     fit.scale = NoiseScale(samples.all, fit, fit.scale);
     if (std::abs(fit.scale - old_scale) < kSettled * fit.scale) break;

@@ -297,15 +297,16 @@ void AddProperties(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
 }
 
 void AddViewing(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
-  foam->def("render",
-            &RenderView,
-            py::arg("camera"),
-            py::arg("cam_from_world") = py::none(),
-            py::arg("supersample") = kDefaultSupersample,
-            "Renders a view: of a photo, by its name; or of any camera with model, width, height "
-            "and params (a Camera, pycolmap.Camera) at a pose, a 3x4 matrix or what has matrix() "
-            "(pycolmap.Rigid3d). supersample x supersample rays a pixel, 1 to 8. Colours are in the "
-            "reference exposure. Runs without the GIL. Raises Error.")
+  foam->def(
+          "render",
+          &RenderView,
+          py::arg("camera"),
+          py::arg("cam_from_world") = py::none(),
+          py::arg("supersample") = kDefaultSupersample,
+          "Renders a view: of a photo, by its name; or of any camera with model, width, height "
+          "and params (a Camera, pycolmap.Camera) at a pose, a 3x4 matrix or what has matrix() "
+          "(pycolmap.Rigid3d). supersample x supersample rays a pixel, 1 to 8. Colours are in the "
+          "reference exposure. Runs without the GIL. Raises Error.")
       .def("evaluate",
            &Evaluate,
            py::arg("image_path"),

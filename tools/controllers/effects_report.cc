@@ -95,6 +95,7 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
   if (!json.is_object() || !json.contains("photos")) return {};
   PhotoLights read{std::vector<PhotoLight>(photos.size()), std::vector<int>(photos.size(), -1)};
   try {
+    if (!json.at("photos").is_object()) throw UserError("its photos are no table by name");
     for (size_t view = 0; view < photos.size(); ++view) {
       const auto photo = json.at("photos").find(photos[view].name);
       if (photo == json.at("photos").end()) continue;

@@ -205,6 +205,18 @@ TEST(Effects, ViewsAreRenderedInTheLightOfTheirPhotos) {
   EXPECT_GT(lit.second / reference.second, 1.1);
   EXPECT_LE(lit.second / reference.second, 1.21);
 
+  WriteFile(effects_path, R"({"photos": 3})");
+  outcome = RunSemfoam({"foam_renderer",
+                        "--foam_path",
+                        (folder / "out/scene.foam").string(),
+                        "--input_path",
+                        (kTabletop / "sparse/0").string(),
+                        "--output_path",
+                        (folder / "damaged").string()});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("its photos are no table by name"));
+  EXPECT_FALSE(fs::exists(folder / "damaged/rgb"));
+
   fs::remove(effects_path);
   EXPECT_EQ(render("without", {}), reference);
   EXPECT_THAT(outcome.err, HasSubstr("effects.json: there is no light of photos"));

@@ -3,6 +3,7 @@
 
 #include "foam/device/device_factory.h"
 #include "foam/optim/initialization.h"
+#include "foam/train/hanging_cells.h"
 #include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
@@ -96,6 +97,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     if (hooks.preview) hooks.preview(log_.iteration(), is_last, PixelRenderer());
     if (is_last) break;
     AdaptViewsIfDue(hooks);
+    ClearHangingCellsIfDue();
     if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
     if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
   }
@@ -181,6 +183,20 @@ void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
   if (schedule_.RunFraction(log_.iteration()) < kViewAdaptations[num_adaptations_]) return;
   ++num_adaptations_;
   hooks.adapt_views(PixelRenderer());
+}
+
+// What a block's photos show of other blocks is not its own to judge.
+void Trainer::ClearHangingCellsIfDue() {
+  if (TrainsBlock() || num_hanging_cell_searches_ == std::ssize(kHangingCellSearches)) return;
+  const double due = kHangingCellSearches[num_hanging_cell_searches_];
+  if (schedule_.RunFraction(log_.iteration()) < due) return;
+  ++num_hanging_cell_searches_;
+  device_->Download();
+  const std::vector<uint32_t> hanging = FindHangingCells(state_.foam, state_.topology, views_);
+  if (hanging.empty()) return;
+  for (const uint32_t cell : hanging) state_.foam.raw_density[cell] = kTransparentRawDensity;
+  summary_.hanging_cells += std::ssize(hanging);
+  device_->Upload();
 }
 
 TrainingSummary Trainer::Finish(const Device& device) {

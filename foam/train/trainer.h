@@ -78,6 +78,9 @@ struct TrainingSummary {
   // TrainingGuard::explained_contrast at the end.
   double explained_contrast = NAN;
   HiddenCellChanges hidden_cells;
+  // Number of cells that were made transparent because they hung before cameras
+  // (foam/train/hanging_cells.h).
+  int64_t hanging_cells = 0;
   // How labels were spread; without a value they were not, as enough views have labels.
   std::optional<SpreadingResult> spreading;
   // All reports.
@@ -90,6 +93,10 @@ struct TrainingSummary {
 // Fractions of the run after which TrainingHooks::adapt_views is called. By the first, a foam shows
 // the colours of surfaces; by the last, it has taken up nearly all of a change.
 inline constexpr double kViewAdaptations[] = {0.15, 0.35, 0.6};
+
+// Fractions of the run after which cells that hang before cameras are made transparent: once walls
+// have formed, and early enough for these to take over what the cells have explained.
+inline constexpr double kHangingCellSearches[] = {0.4, 0.6, 0.8};
 
 // Functions called in the course of a run, and where it runs. All may be empty.
 struct TrainingHooks {

@@ -18,6 +18,8 @@ void Trainer::SerializeNumbers(Archive* archive) {
   archive->Number("nonfinite_gradients", &summary_.nonfinite_gradients);
   archive->Number("nonfinite_pixels", &summary_.nonfinite_pixels);
   archive->Number("view_adaptations", &num_adaptations_);
+  archive->Number("hanging_cell_searches", &num_hanging_cell_searches_);
+  archive->Number("hanging_cells", &summary_.hanging_cells);
   evaluator_.Serialize(archive);
   topology_.Serialize(archive);
   sh_degree_.Serialize(archive);

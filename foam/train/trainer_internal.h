@@ -45,6 +45,7 @@ class Trainer {
   // Returns a function that renders with the foam as it is; to be called before it changes.
   TrainingHooks::RenderPixels PixelRenderer();
   void AdaptViewsIfDue(const TrainingHooks& hooks);
+  void ClearHangingCellsIfDue();
   TrainingSummary Finish(const Device& device);
 
   void Save(CheckpointContents* contents);
@@ -75,6 +76,8 @@ class Trainer {
   TrainingGuard guard_;
   // Number of calls of TrainingHooks::adapt_views so far.
   int num_adaptations_ = 0;
+  // Number of searches for hanging cells so far.
+  int num_hanging_cell_searches_ = 0;
   // The rays of the last iteration.
   std::vector<BatchRay> rays_;
   // The parts of the result that no other member holds.

@@ -428,6 +428,14 @@ void ReportHiddenCells(const TrainingSummary& summary) {
             << changes.filled << " that no photo sees are shown as opaque";
 }
 
+// Logs how many cells were cleared away.
+void ReportHangingCells(const TrainingSummary& summary) {
+  if (summary.hanging_cells == 0) return;
+  LOG(INFO) << summary.hanging_cells
+            << (summary.hanging_cells == 1 ? " large cell that hung" : " large cells that hung")
+            << " before cameras, not needed to explain the photos, became transparent";
+}
+
 // Logs how labels were spread, and which are smaller than cells. `labels` [classes].
 void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labels) {
   std::vector<Label> small;
@@ -702,6 +710,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   effects.effects.push_back(adaptation.poses().MakeEffect());
   effects.lights = adaptation.light().lights();
   ReportTraining(summary, run);
+  ReportHangingCells(summary);
   ReportHiddenCells(summary);
   ReportLabels(summary, scene.Labels());
   LogWarnings(summary);

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "foam/data/training_views.h"
+#include "foam/model/foam.h"
+#include "foam/optim/training_topology.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace semfoam {
+
+// Some cells hang before cameras. Where a photo shows something plain, a large cell of its colour
+// anywhere on the way there explains the photo as well as the wall behind it, and where no other
+// photo looks through that space nothing speaks against it; a new view then has a grey polygon in
+// its corner. Such a cell is not needed: behind it, the photos that show it have what other photos
+// have seen there, in the same colour.
+
+// A ray shows the cell that has more than half of its weight. A cell that a ray shows is large
+// there if its radius (CellRadii) is more than this share of its distance, 17 pixels of a photo of
+// 640. Surfaces that photos have seen in detail have smaller cells.
+inline constexpr float kLargeRadius = 0.03f;
+// Root of the mean squared error, over the channels, by which the photos may get worse where a cell
+// is taken away: walls behind are lit a little differently.
+inline constexpr float kHarmlessError = 0.06f;
+// Least share of the rays showing a cell behind which there is a gap, wider than its radius, and
+// then a cell that so many photos show.
+inline constexpr float kLeastGapShare = 0.7f;
+inline constexpr int kFewestWitnesses = 3;
+// Least number of rays by which a cell is judged.
+inline constexpr int kFewestJudgingRays = 4;
+// A cell may hang before a camera only if it begins nearer to one than this share of the distance
+// of what that camera's photo shows: the median of its rays that show cells that are not large.
+// Cameras count that look its way, within 60 degrees; the cell need not be in the photo.
+inline constexpr float kNearShare = 0.7f;
+
+// Rays are cast in a grid with so many along the longer side of a photo, of so many photos, evenly
+// chosen, at most.
+inline constexpr int kJudgingRaysAlongSide = 80;
+inline constexpr int kMostJudgingViews = 256;
+
+// Returns the large cells that hang before cameras, ascending: those that training views show and
+// that may be made transparent without harm to the photos. Of adjoining large cells on a ray the
+// first is judged by what is behind the last. Held-out views take no part. The result does not
+// depend on the number of threads. Throws what TrainingViews::OpenView throws.
+std::vector<uint32_t> FindHangingCells(const Foam& foam,
+                                       const TrainingTopology& topology,
+                                       const TrainingViews& views);
+
+}  // namespace semfoam

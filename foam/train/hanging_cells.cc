@@ -22,16 +22,18 @@ constexpr int kMostLookedThrough = 12;
 constexpr float kLargestAddedError = 0.1f;
 // A camera whose photo has fewer rays that show cells that are not large has no median distance.
 constexpr size_t kFewestDistances = 20;
-// Cosine of the angle from a camera's axis up to which cells may be before it.
-constexpr float kBeforeCamera = 0.5f;
 
 // What a ray says of the large cell that it shows.
 struct Judgement {
   uint32_t cell;
+  // Where the ray enters it.
+  float distance;
   // Squared error of the pixel, summed over the channels, without the cell less that with it.
   float added_error;
   // The cell that the ray would show behind a gap; kNoCell where there is none.
   uint32_t behind_gap;
+  // Whether the cell begins near before the ray's camera.
+  bool is_near = false;
 };
 
 // What the rays of a row or of a photo say.
@@ -46,15 +48,23 @@ struct Judgements {
 // Sums of the judgements of a cell.
 struct Verdict {
   double added_error = 0;
-  int num_gaps = 0;
   int num_rays = 0;
+  // Of rays from near.
+  int num_near_rays = 0;
+  int num_near_gaps = 0;
+
+  bool IsHarmlessToClear() const {
+    return added_error <= 3 * kHarmlessError * kHarmlessError * num_rays;
+  }
+  bool StandsFree() const {
+    return num_near_rays >= kFewestJudgingRays && num_near_gaps >= kLeastGapShare * num_near_rays;
+  }
 };
 
-struct Camera {
-  Eigen::Vector3f origin;
-  Eigen::Vector3f axis;
-  // Median distance of what the photo shows.
-  float distance;
+// Number of photos that show a cell, and that show it from near.
+struct Witnesses {
+  int all = 0;
+  int near = 0;
 };
 
 struct Scene {
@@ -164,6 +174,7 @@ void Judge(const Scene& scene,
       background.cell < scene.num_sites && background.distance > segment.t_out + scene.radii[cell];
   judgements->of_large_cells.push_back(
       {cell,
+       entry,
        std::clamp((without - color).squaredNorm() - error, -kLargestAddedError, kLargestAddedError),
        has_gap ? background.cell : kNoCell});
 }
@@ -207,24 +218,18 @@ Judgements JudgeByPhoto(const Scene& scene,
   return result;
 }
 
-// Returns the camera of a view; nothing where the photo does not tell how far things are.
-std::optional<Camera> CameraOf(const TrainingViews& views, int view, std::vector<float> distances) {
-  Eigen::Vector3f axis;
-  if (distances.size() < kFewestDistances ||
-      !views.RayDirection(view, views.Width(view) / 2, views.Height(view) / 2, &axis)) {
-    return {};
-  }
+// Returns how near to the camera of a photo cells are near; 0 where the photo does not tell how far
+// things are.
+float NearDistance(std::vector<float> distances) {
+  if (distances.size() < kFewestDistances) return 0;
   const auto median = distances.begin() + distances.size() / 2;
   std::nth_element(distances.begin(), median, distances.end());
-  return Camera{views.Origin(view).cast<float>(), axis, *median};
+  return kNearShare * *median;
 }
 
-// Returns whether the ball of this radius around the site begins near before the camera.
-bool IsNear(const Camera& camera, const Eigen::Vector3f& site, float radius) {
-  const Eigen::Vector3f offset = site - camera.origin;
-  const float distance = offset.norm();
-  return distance - radius < kNearShare * camera.distance &&
-         offset.dot(camera.axis) > kBeforeCamera * distance;
+void SortOut(std::vector<uint32_t>* cells) {
+  std::sort(cells->begin(), cells->end());
+  cells->erase(std::unique(cells->begin(), cells->end()), cells->end());
 }
 
 // Returns the views by which cells are judged.
@@ -251,42 +256,39 @@ std::vector<uint32_t> FindHangingCells(const Foam& foam,
                     num_sites,
                     CellRadii(topology.geometry().positions, topology.delaunay())};
   std::vector<Judgement> judgements;
-  std::vector<int> num_witnesses(num_sites, 0);  // photos that show the cell
-  std::vector<Camera> cameras;
+  std::vector<Witnesses> witnesses(num_sites);
   uint32_t start_cell = num_sites;
   for (const int view : JudgingViews(views)) {
     start_cell = topology.CellAt(views.Origin(view), start_cell);
     Judgements by_photo = JudgeByPhoto(scene, views, view, start_cell);
-    judgements.insert(
-        judgements.end(), by_photo.of_large_cells.begin(), by_photo.of_large_cells.end());
-    std::vector<uint32_t>& shown = by_photo.shown;
-    std::sort(shown.begin(), shown.end());
-    shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
-    for (const uint32_t cell : shown) ++num_witnesses[cell];
-    if (const auto camera = CameraOf(views, view, std::move(by_photo.distances))) {
-      cameras.push_back(*camera);
+    const float near_distance = NearDistance(std::move(by_photo.distances));
+    std::vector<uint32_t> shown_near;
+    for (Judgement& judgement : by_photo.of_large_cells) {
+      judgement.is_near = judgement.distance < near_distance;
+      if (judgement.is_near) shown_near.push_back(judgement.cell);
+      judgements.push_back(judgement);
     }
+    SortOut(&by_photo.shown);
+    SortOut(&shown_near);
+    for (const uint32_t cell : by_photo.shown) ++witnesses[cell].all;
+    for (const uint32_t cell : shown_near) ++witnesses[cell].near;
   }
   std::vector<Verdict> verdicts(num_sites);
   for (const Judgement& judgement : judgements) {
     Verdict& verdict = verdicts[judgement.cell];
     verdict.added_error += judgement.added_error;
-    verdict.num_gaps +=
-        judgement.behind_gap != kNoCell && num_witnesses[judgement.behind_gap] >= kFewestWitnesses;
     ++verdict.num_rays;
+    if (!judgement.is_near) continue;
+    ++verdict.num_near_rays;
+    verdict.num_near_gaps +=
+        judgement.behind_gap != kNoCell && witnesses[judgement.behind_gap].all >= kFewestWitnesses;
   }
   std::vector<uint32_t> hanging;
   for (uint32_t i = 0; i < num_sites; ++i) {
-    const Verdict& verdict = verdicts[i];
-    if (verdict.num_rays < kFewestJudgingRays ||
-        verdict.num_gaps < kLeastGapShare * verdict.num_rays ||
-        verdict.added_error > 3 * kHarmlessError * kHarmlessError * verdict.num_rays) {
-      continue;
+    if (witnesses[i].near < kFewestWitnesses && verdicts[i].StandsFree() &&
+        verdicts[i].IsHarmlessToClear()) {
+      hanging.push_back(i);
     }
-    const auto is_before = [&](const Camera& camera) {
-      return IsNear(camera, foam.positions[i], scene.radii[i]);
-    };
-    if (std::any_of(cameras.begin(), cameras.end(), is_before)) hanging.push_back(i);
   }
   return hanging;
 }

@@ -23,26 +23,27 @@ inline constexpr float kLargeRadius = 0.03f;
 // Root of the mean squared error, over the channels, by which the photos may get worse where a cell
 // is taken away: walls behind are lit a little differently.
 inline constexpr float kHarmlessError = 0.06f;
-// Least share of the rays showing a cell behind which there is a gap, wider than its radius, and
-// then a cell that so many photos show.
-inline constexpr float kLeastGapShare = 0.7f;
+// What so many photos show is there: a cell that so many show from near does not hang, and clearing
+// is harmless only before what so many show.
 inline constexpr int kFewestWitnesses = 3;
-// Least number of rays by which a cell is judged.
-inline constexpr int kFewestJudgingRays = 4;
-// A cell may hang before a camera only if it begins nearer to one than this share of the distance
-// of what that camera's photo shows: the median of its rays that show cells that are not large.
-// Cameras count that look its way, within 60 degrees; the cell need not be in the photo.
+// A ray shows a cell from near if it enters it before this share of the median distance of the
+// cells that are not large in its photo. From afar, a hanging cell may pass for a wall.
 inline constexpr float kNearShare = 0.7f;
+// Least share of the rays showing a cell from near behind which there is a gap, wider than its
+// radius, and then a cell with enough witnesses.
+inline constexpr float kLeastGapShare = 0.7f;
+// Least number of such rays.
+inline constexpr int kFewestJudgingRays = 4;
 
 // Rays are cast in a grid with so many along the longer side of a photo, of so many photos, evenly
 // chosen, at most.
 inline constexpr int kJudgingRaysAlongSide = 80;
 inline constexpr int kMostJudgingViews = 256;
 
-// Returns the large cells that hang before cameras, ascending: those that training views show and
-// that may be made transparent without harm to the photos. Of adjoining large cells on a ray the
-// first is judged by what is behind the last. Held-out views take no part. The result does not
-// depend on the number of threads. Throws what TrainingViews::OpenView throws.
+// Returns the large cells that hang before cameras, ascending: those that one or two training views
+// show from near, and that may be made transparent without harm to the photos. Of adjoining large
+// cells on a ray the first is judged by what is behind the last. Held-out views take no part. The
+// result does not depend on the number of threads. Throws what TrainingViews::OpenView throws.
 std::vector<uint32_t> FindHangingCells(const Foam& foam,
                                        const TrainingTopology& topology,
                                        const TrainingViews& views);

@@ -96,7 +96,7 @@ inline constexpr double kViewAdaptations[] = {0.15, 0.35, 0.6};
 
 // Fractions of the run after which cells that hang before cameras are made transparent: once walls
 // have formed, and early enough for these to take over what the cells have explained.
-inline constexpr double kHangingCellSearches[] = {0.4, 0.6, 0.8};
+inline constexpr double kHangingCellSearches[] = {0.4, 0.6, 0.8, 0.95};
 
 // Functions called in the course of a run, and where it runs. All may be empty.
 struct TrainingHooks {

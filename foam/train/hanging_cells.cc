@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <span>
 
@@ -18,8 +17,8 @@ namespace {
 
 // How many large cells on a ray, one behind the other, are looked through.
 constexpr int kMostLookedThrough = 12;
-// The error that one pixel adds or saves counts up to this: an outlier of the photo is no judge.
-constexpr float kLargestAddedError = 0.1f;
+// The change of one ray's colour counts up to this: an edge behind the cell is no judge.
+constexpr float kLargestChange = 0.1f;
 // A camera whose photo has fewer rays that show cells that are not large has no median distance.
 constexpr size_t kFewestDistances = 20;
 
@@ -28,8 +27,8 @@ struct Judgement {
   uint32_t cell;
   // Where the ray enters it.
   float distance;
-  // Squared error of the pixel, summed over the channels, without the cell less that with it.
-  float added_error;
+  // Squared change of the ray's colour without the cell, summed over the channels.
+  float change;
   // The cell that the ray would show behind a gap; kNoCell where there is none.
   uint32_t behind_gap;
   // Whether the cell begins near before the ray's camera.
@@ -47,14 +46,14 @@ struct Judgements {
 
 // Sums of the judgements of a cell.
 struct Verdict {
-  double added_error = 0;
+  double change = 0;
   int num_rays = 0;
   // Of rays from near.
   int num_near_rays = 0;
   int num_near_gaps = 0;
 
   bool IsHarmlessToClear() const {
-    return added_error <= 3 * kHarmlessError * kHarmlessError * num_rays;
+    return change <= 3 * kHarmlessChange * kHarmlessChange * num_rays;
   }
   bool StandsFree() const {
     return num_near_rays >= kFewestJudgingRays && num_near_gaps >= kLeastGapShare * num_near_rays;
@@ -147,11 +146,8 @@ Background LookBehind(const Scene& scene,
   return result;
 }
 
-// Judges by one ray of a photo, whose pixel is `color`.
-void Judge(const Scene& scene,
-           const Eigen::Vector3f& color,
-           const RayTrace& trace,
-           Judgements* judgements) {
+// Judges by one ray of a photo.
+void Judge(const Scene& scene, const RayTrace& trace, Judgements* judgements) {
   const std::optional<int> shown = ShownSegment(trace);
   if (!shown || trace.segments[*shown].cell >= scene.num_sites) return;
   const RayTrace::Segment& segment = trace.segments[*shown];
@@ -166,7 +162,6 @@ void Judge(const Scene& scene,
   for (int k = 0; k < *shown; ++k) {
     for (int c = 0; c < 3; ++c) without[c] += trace.weight[k] * trace.color[c][k];
   }
-  const float error = (OverWhite(trace) - color).squaredNorm();
   const Background background = LookBehind(
       scene, trace.origin, trace.direction, segment.t_out, trace.segments[*shown + 1].cell);
   without += std::exp(-segment.tau_in) * background.color;
@@ -175,7 +170,7 @@ void Judge(const Scene& scene,
   judgements->of_large_cells.push_back(
       {cell,
        entry,
-       std::clamp((without - color).squaredNorm() - error, -kLargestAddedError, kLargestAddedError),
+       std::min((without - OverWhite(trace)).squaredNorm(), kLargestChange),
        has_gap ? background.cell : kNoCell});
 }
 
@@ -184,27 +179,22 @@ Judgements JudgeByPhoto(const Scene& scene,
                         const TrainingViews& views,
                         int view,
                         uint32_t start_cell) {
-  const std::unique_ptr<ViewPixels> pixels = views.HoldsPixels() ? nullptr : views.OpenView(view);
   const int width = views.Width(view), height = views.Height(view);
   const int stride = std::max(1, std::max(width, height) / kJudgingRaysAlongSide);
   std::vector<Judgements> rows((height + stride - 1) / stride);
   ParallelForBlocks(std::ssize(rows), 1, [&](int64_t row, int64_t) {
     const int y = static_cast<int>(row) * stride;
     std::vector<RayTrace> traces;
-    std::vector<Eigen::Vector3f> colors;
     for (int x = 0; x < width; x += stride) {
-      TrainingRay ray;
-      const bool has_ray = pixels == nullptr ? views.Ray(view, x, y, &ray)
-                                             : views.RayOf(view, x, y, pixels->At(x, y), &ray);
-      if (!has_ray || !ray.color.allFinite()) continue;
-      colors.push_back(ray.color);
+      Eigen::Vector3f direction;
+      if (!views.RayDirection(view, x, y, &direction)) continue;
       RayTrace& trace = traces.emplace_back();
       trace.origin = views.Origin(view).cast<float>();
-      trace.direction = ray.direction;
+      trace.direction = direction;
       trace.start_cell = start_cell;
     }
     scene.Trace(traces);
-    for (size_t i = 0; i < traces.size(); ++i) Judge(scene, colors[i], traces[i], &rows[row]);
+    for (const RayTrace& trace : traces) Judge(scene, trace, &rows[row]);
   });
   Judgements result;
   const auto append = [](const auto& from, auto* to) {
@@ -227,7 +217,7 @@ float NearDistance(std::vector<float> distances) {
   return kNearShare * *median;
 }
 
-void SortOut(std::vector<uint32_t>* cells) {
+void SortUnique(std::vector<uint32_t>* cells) {
   std::sort(cells->begin(), cells->end());
   cells->erase(std::unique(cells->begin(), cells->end()), cells->end());
 }
@@ -268,15 +258,15 @@ std::vector<uint32_t> FindHangingCells(const Foam& foam,
       if (judgement.is_near) shown_near.push_back(judgement.cell);
       judgements.push_back(judgement);
     }
-    SortOut(&by_photo.shown);
-    SortOut(&shown_near);
+    SortUnique(&by_photo.shown);
+    SortUnique(&shown_near);
     for (const uint32_t cell : by_photo.shown) ++witnesses[cell].all;
     for (const uint32_t cell : shown_near) ++witnesses[cell].near;
   }
   std::vector<Verdict> verdicts(num_sites);
   for (const Judgement& judgement : judgements) {
     Verdict& verdict = verdicts[judgement.cell];
-    verdict.added_error += judgement.added_error;
+    verdict.change += judgement.change;
     ++verdict.num_rays;
     if (!judgement.is_near) continue;
     ++verdict.num_near_rays;

@@ -20,9 +20,10 @@ namespace semfoam {
 // there if its radius (CellRadii) is more than this share of its distance, 17 pixels of a photo of
 // 640. Surfaces that photos have seen in detail have smaller cells.
 inline constexpr float kLargeRadius = 0.03f;
-// Root of the mean squared error, over the channels, by which the photos may get worse where a cell
-// is taken away: walls behind are lit a little differently.
-inline constexpr float kHarmlessError = 0.06f;
+// Root of the mean square, over the channels, by which the colours of the rays that show a cell may
+// change where it is taken away: walls behind are lit a little differently. The foam's own colours
+// are compared, which are the photos' by then, so that no photo is read again.
+inline constexpr float kHarmlessChange = 0.06f;
 // What so many photos show is there: a cell that so many show from near does not hang, and clearing
 // is harmless only before what so many show.
 inline constexpr int kFewestWitnesses = 3;
@@ -41,9 +42,9 @@ inline constexpr int kJudgingRaysAlongSide = 80;
 inline constexpr int kMostJudgingViews = 256;
 
 // Returns the large cells that hang before cameras, ascending: those that one or two training views
-// show from near, and that may be made transparent without harm to the photos. Of adjoining large
-// cells on a ray the first is judged by what is behind the last. Held-out views take no part. The
-// result does not depend on the number of threads. Throws what TrainingViews::OpenView throws.
+// show from near, and that may be made transparent without harm to what training views show. Of
+// adjoining large cells on a ray the first is judged by what is behind the last. Held-out views
+// take no part. The result does not depend on the number of threads.
 std::vector<uint32_t> FindHangingCells(const Foam& foam,
                                        const TrainingTopology& topology,
                                        const TrainingViews& views);

@@ -18,7 +18,7 @@ namespace {
 // How many large cells on a ray, one behind the other, are looked through.
 constexpr int kMostLookedThrough = 12;
 // The change of one ray's colour counts up to this: an edge behind the cell is no judge.
-constexpr float kLargestChange = 0.1f;
+constexpr float kLargestChange = 0.2f;
 // A camera whose photo has fewer rays that show cells that are not large has no median distance.
 constexpr size_t kFewestDistances = 20;
 

@@ -23,7 +23,7 @@ inline constexpr float kLargeRadius = 0.03f;
 // Root of the mean square, over the channels, by which the colours of the rays that show a cell may
 // change where it is taken away: walls behind are lit a little differently. The foam's own colours
 // are compared, which are the photos' by then, so that no photo is read again.
-inline constexpr float kHarmlessChange = 0.06f;
+inline constexpr float kHarmlessChange = 0.12f;
 // What so many photos show is there: a cell that so many show from near does not hang, and clearing
 // is harmless only before what so many show.
 inline constexpr int kFewestWitnesses = 3;

@@ -96,9 +96,9 @@ TEST(HangingCells, OfTheWallsColourIsFound) {
 
 TEST(HangingCells, OfAnotherColourStays) {
   Scene scene;
-  scene.SetColor(scene.hanging, kGrey - 1.1f * kHarmlessChange);
+  scene.SetColor(scene.hanging, kGrey - 0.13f);
   EXPECT_TRUE(scene.Find(WallViews()).empty());
-  scene.SetColor(scene.hanging, kGrey - 0.9f * kHarmlessChange);
+  scene.SetColor(scene.hanging, kGrey - 0.11f);
   EXPECT_EQ(scene.Find(WallViews()), std::vector<uint32_t>{scene.hanging});
 }
 

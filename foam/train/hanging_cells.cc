@@ -11,6 +11,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace semfoam {
 namespace {

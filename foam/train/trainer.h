@@ -79,7 +79,8 @@ struct TrainingSummary {
   double explained_contrast = NAN;
   HiddenCellChanges hidden_cells;
   // Number of cells that were made transparent because they hung before cameras
-  // (foam/train/hanging_cells.h).
+  // (foam/train/hanging_cells.h); one that has become opaque again, and was found again, counts
+  // again.
   int64_t hanging_cells = 0;
   // How labels were spread; without a value they were not, as enough views have labels.
   std::optional<SpreadingResult> spreading;

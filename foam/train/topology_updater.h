@@ -26,7 +26,8 @@ namespace semfoam {
 // Densifies a foam in training and keeps its topology up to date:
 // - face planes are recomputed every other iteration;
 // - TrainingOptions::densify_events densifications are spread evenly over [densify_from,
-//   densify_until], each followed by a triangulation;
+//   densify_until], each followed by a triangulation; later, where cells have not been watched for
+//   long enough since the one before;
 // - in between, the sites are triangulated anew when rays show that the topology is stale, and a
 //   last time when positions freeze.
 //
@@ -75,6 +76,7 @@ class TopologyUpdater {
     archive->Number("triangulations", &num_triangulations_);
     archive->Number("seconds_triangulating", &seconds_triangulating_);
     archive->Number("densifications", &num_densifications_);
+    archive->Number("watched_since", &watched_since_);
     archive->Number("last_triangulation", &last_triangulation_);
     archive->Number("triangulated_sites", &triangulated_sites_);
     archive->Number("frozen", &is_frozen_);
@@ -111,10 +113,10 @@ class TopologyUpdater {
   bool TopologyIsStale(int64_t iteration) const;
   bool DensificationIsDue(int64_t iteration) const;
   Rearrangement PlanNextDensification();
-  void CarryOut(const Rearrangement& densification);
+  void CarryOut(const Rearrangement& densification, int64_t iteration);
   void Begin(int64_t iteration, Rearrangement plan);
   void StartThread();
-  void TakeOver();
+  void TakeOver(int64_t iteration);
   void HandOver(int64_t iteration);
 
   const TrainingOptions& options_;
@@ -128,6 +130,8 @@ class TopologyUpdater {
   std::unique_ptr<PendingTriangulation> pending_;
   // Number of densifications planned so far.
   int num_densifications_ = 0;
+  // The iteration from which on the device has gathered the statistics of the next one.
+  int64_t watched_since_ = 0;
   // The iteration whose sites were triangulated last.
   int64_t last_triangulation_ = 0;
   int64_t num_triangulations_ = 0;

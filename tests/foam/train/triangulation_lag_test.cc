@@ -91,6 +91,30 @@ TEST_F(TriangulationLagTest, EndsWithTheSameBytesWhereverItStopped) {
   EXPECT_EQ(Train(options, std::move(slow)).triangulation_lag, 72 / 16);
 }
 
+// A densification that is late for the triangulation before it does not make the next one judge
+// cells that no ray had the time to meet.
+TEST_F(TriangulationLagTest, WatchesTheCellsBeforeItDensifiesAgain) {
+  TrainingOptions options = EventfulRun();
+  options.densify_events = 20;
+  const double interval = (options.densify_until - options.densify_from) * 120 / 19;
+  ASSERT_LT(interval, 4);  // so the next one is due as soon as the sites have come
+  const TrainingSummary summary = TrainAndSave(options, MakeDeviceOfLag3);
+  int densifications = 0;
+  int64_t sites_came = 0;
+  for (int64_t k = 1; k < summary.last.iteration; ++k) {
+    const Checkpoint checkpoint(PathOf(k));
+    const auto pending = checkpoint.Texts("pending");
+    if (pending.empty() || pending.at("origins") == "0") continue;
+    if (pending.at("iteration") != std::to_string(k)) continue;
+    if (densifications > 0) {
+      EXPECT_GE(double(k - sites_came), interval / 2) << k;
+    }
+    ++densifications;
+    sites_came = k + 3;
+  }
+  EXPECT_EQ(densifications, options.densify_events);
+}
+
 // Runs as short as these differ by up to 2.4 dB from seed to seed, so they are compared in the
 // mean, which is -0.3 dB with a deviation of 0.25.
 TEST_F(TriangulationLagTest, TrainsAsWellInTheMean) {

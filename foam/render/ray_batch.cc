@@ -133,8 +133,11 @@ void CastBlock(const Batch& batch,
   for (int64_t i = begin; i < end; ++i) {
     const RayTrace& trace = traces[Turn(i - begin, end - begin)];
     sums->AddCounts(trace);
-    RayGradient<float> gradient =
-        DifferentiateLoss(batch, trace.composite, batch.rays[i].target, per_ray, &class_loss, sums);
+    RayGradient<float> gradient;
+    if (!IsAstray(trace.num_segments, std::ssize(trace.clamped))) {
+      gradient = DifferentiateLoss(
+          batch, trace.composite, batch.rays[i].target, per_ray, &class_loss, sums);
+    }
     (*outputs)[i].Set(row, gradient, trace.sh_basis, num_coefficients);
     (*outputs)[i].origin = trace.origin;
     (*outputs)[i].direction = trace.direction;

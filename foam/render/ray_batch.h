@@ -105,7 +105,7 @@ struct RayOutput {
 
 // Totals of a batch.
 struct BatchTotals {
-  // Unweighted terms, mean over the batch.
+  // Unweighted terms, mean over the batch; those of rays led astray (IsAstray) count as 0.
   RayLossTerms<double> mean_loss;
   int64_t step_limit_hits = 0;
   // Number of cells walked through.

@@ -285,6 +285,16 @@ SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geomet
   return false;
 }
 
+// Returns whether a topology older than the positions has led a ray astray: through many cells that
+// it left before it entered them. Such a ray may be in a cell as long as it likes, and show its
+// linear colour far outside of it: loss and gradients are then thousands of times too large, and
+// are those of cells that it does not meet. One ray in some thousand is one, of those of a quarter
+// of a training, and where the topology is that of the positions none.
+SEMFOAM_HOST_DEVICE inline bool IsAstray(int64_t num_segments, int64_t num_clamped) {
+  constexpr int64_t kFewestClamped = 8, kLeastClampedShare = 4;  // a quarter
+  return num_clamped >= kFewestClamped && num_clamped * kLeastClampedShare >= num_segments;
+}
+
 // Returns the cell nearest to `query` by the positions of the planes: see DescendToNearestCell.
 // `start` may be any cell.
 SEMFOAM_HOST_DEVICE inline uint32_t NearestCell(const WalkView<float>& geometry,

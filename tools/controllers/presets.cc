@@ -17,7 +17,7 @@ struct Preset {
 
 constexpr Preset kPresets[] = {
     {Quality::kLow, 12'000'000, 4096, 80'000, 2, 7},
-    {Quality::kMedium, 84'000'000, 12288, 400'000, 2, 11},
+    {Quality::kMedium, 72'000'000, 12288, 400'000, 2, 11},
     {Quality::kHigh, 190'000'000, 16384, 600'000, 2, 13},
     {Quality::kExtreme, 1'200'000'000, 32768, 1'000'000, 3, 15},
 };

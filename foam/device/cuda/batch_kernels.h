@@ -68,10 +68,16 @@ struct CastRay {
     RayTally& tally = tallies[i] = {};
     if (record.overflow || !has_room) return;  // all will be cast anew, with a larger pool
 
-    RayLossTerms<float> loss = RayLoss(record.composite, target, {}, static_cast<float*>(nullptr));
-    RayGradient<float> gradient =
-        RayLossGradient(record.composite, target, {}, weights, static_cast<float*>(nullptr));
-    const bool is_labelled = classifier.num_classes > 0 && target.class_index != Value(kUnlabelled);
+    const bool teaches = !IsAstray(record.num_segments, record.num_clamped);
+    RayLossTerms<float> loss;
+    RayGradient<float> gradient;
+    if (teaches) {
+      loss = RayLoss(record.composite, target, {}, static_cast<float*>(nullptr));
+      gradient =
+          RayLossGradient(record.composite, target, {}, weights, static_cast<float*>(nullptr));
+    }
+    const bool is_labelled =
+        teaches && classifier.num_classes > 0 && target.class_index != Value(kUnlabelled);
     if (samples != nullptr) {
       loss.identity = Classify(record.composite.identity,
                                is_labelled ? target.class_index : Value(kUnlabelled),

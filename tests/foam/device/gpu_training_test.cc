@@ -151,9 +151,10 @@ TEST_P(GpuTraining, TrainsAsWellAsTheCores) {
   options.final_sites = 3000;
   options.sh_degree = 1;
   options.densify_events = 6;
-  // Two runs that differ by rounding drift apart, as two seeds do: by 0.4 dB (standard deviation)
-  // for so short a run. So it is the mean of several that is compared.
-  constexpr int kRuns = 6;
+  // Two runs that differ by rounding drift apart, as two seeds do: for so short a run by 0.64 dB
+  // (standard deviation of 18 pairs, whose mean is 0.00). So it is the mean of several that is
+  // compared, with a deviation of 0.18 dB.
+  constexpr int kRuns = 12;
   double psnr = 0, miou = 0;  // mean differences
   for (int run = 1; run <= kRuns; ++run) {
     options.random_seed = run;
@@ -169,7 +170,7 @@ TEST_P(GpuTraining, TrainsAsWellAsTheCores) {
     psnr += (on_gpu.last.held_out_psnr - on_cpu.last.held_out_psnr) / kRuns;
     miou += (on_gpu.last.held_out_miou - on_cpu.last.held_out_miou) / kRuns;
   }
-  EXPECT_NEAR(psnr, 0, 0.3);
+  EXPECT_NEAR(psnr, 0, 0.5);
   EXPECT_NEAR(miou, 0, 0.03);
 }
 

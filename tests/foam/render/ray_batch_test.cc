@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,7 @@
 namespace semfoam {
 namespace {
 
-constexpr int kNumSites = 60, kNumClasses = 5, kShDegree = 2, kNumRays = 200;
+constexpr int kNumSites = 400, kNumClasses = 5, kShDegree = 2, kNumRays = 200;
 
 class RayBatch : public testing::TestWithParam<std::string> {
  protected:
@@ -148,6 +150,67 @@ TEST_P(RayBatch, TrainsColorsAsTheReferenceDoes) {
           << cell << " " << k;
     }
   }
+}
+
+// A topology older than the positions: what the photos show along rays that it leads astray changes
+// nothing; along the others it does.
+TEST_P(RayBatch, RaysLedAstrayTeachNothing) {
+  std::vector<Eigen::Vector3f> moved = cells_.positions;
+  for (int i = 0; i < kNumSites; ++i) {
+    CounterRandom random(23, 0x54, i);
+    moved[i] += RandomPoint(&random, 0.2).cast<float>();
+  }
+  Refresh(moved, &cells_.float_geometry);
+  const std::vector<float> density = parameters_.Densities();
+  std::vector<bool> is_astray;
+  for (const BatchRay& ray : rays_) {
+    const std::span<RayTrace> trace = ThreadTraces(1);
+    trace[0].origin = ray.origin;
+    trace[0].direction = ray.direction;
+    trace[0].start_cell = ray.start_cell;
+    TraceRays(cells_.float_geometry,
+              parameters_.Shading(density),
+              std::numeric_limits<float>::infinity(),
+              trace);
+    is_astray.push_back(IsAstray(trace[0].num_segments, std::ssize(trace[0].clamped)));
+  }
+  const int64_t num_astray = std::count(is_astray.begin(), is_astray.end(), true);
+  ASSERT_GT(num_astray, 3);
+  ASSERT_LT(num_astray, kNumRays / 2);
+
+  const RayLossWeights weights{1, 0.7, 0.3, 0.9, 0.25, 0.2};
+  const auto repainted = [&](bool astray) {
+    std::vector<BatchRay> rays = rays_;
+    for (int i = 0; i < kNumRays; ++i) {
+      if (is_astray[i] != astray) continue;
+      rays_[i].target.color[0] += 0.5f;
+      rays_[i].target.class_index = (i + 1) % kNumClasses;
+    }
+    const BatchResult result = CastRays(weights);
+    rays_ = rays;
+    return result;
+  };
+  const BatchResult before = CastRays(weights);
+  const BatchResult astray = repainted(true), others = repainted(false);
+  EXPECT_EQ(astray.totals.mean_loss.color, before.totals.mean_loss.color);
+  EXPECT_EQ(astray.totals.mean_loss.identity, before.totals.mean_loss.identity);
+  EXPECT_EQ(astray.classifier_weight_gradient, before.classifier_weight_gradient);
+  EXPECT_NE(others.totals.mean_loss.color, before.totals.mean_loss.color);
+  EXPECT_NE(others.classifier_weight_gradient, before.classifier_weight_gradient);
+  bool any_differs = false;
+  for (uint32_t cell = 0; cell < kNumSites; ++cell) {
+    EXPECT_EQ(CellGradient(astray, cell), CellGradient(before, cell)) << cell;
+    any_differs = any_differs || CellGradient(others, cell) != CellGradient(before, cell);
+  }
+  EXPECT_TRUE(any_differs);
+}
+
+TEST(IsAstray, TellsByAQuarterOfTheCells) {
+  EXPECT_TRUE(IsAstray(32, 8));
+  EXPECT_FALSE(IsAstray(33, 8));
+  EXPECT_FALSE(IsAstray(10, 7));
+  EXPECT_TRUE(IsAstray(36, 9));
+  EXPECT_FALSE(IsAstray(0, 0));
 }
 
 TEST_P(RayBatch, DoesNotDependOnTheThreads) {

@@ -55,7 +55,7 @@ TEST(CommandLine, HelpOnACommandIsItsOwnHelp) {
   EXPECT_THAT(RunSemfoam({"help", "foam_trainer", "--quality", "high"}).out,
               HasSubstr("--quality high presets:\n  --FoamTraining.num_rays 190000000\n"));
   EXPECT_THAT(RunSemfoam({"foam_trainer", "-h"}).out,
-              HasSubstr("--quality medium presets:\n  --FoamTraining.num_rays 84000000\n"));
+              HasSubstr("--quality medium presets:\n  --FoamTraining.num_rays 72000000\n"));
   EXPECT_THAT(RunSemfoam({"help"}).out, HasSubstr("130 for Ctrl-C"));
 }
 

@@ -291,8 +291,8 @@ SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geomet
 // are those of cells that it does not meet. One ray in some thousand is one, of those of a quarter
 // of a training, and where the topology is that of the positions none.
 SEMFOAM_HOST_DEVICE inline bool IsAstray(int64_t num_segments, int64_t num_clamped) {
-  constexpr int64_t kFewestClamped = 8, kLeastClampedShare = 4;  // a quarter
-  return num_clamped >= kFewestClamped && num_clamped * kLeastClampedShare >= num_segments;
+  constexpr int64_t kFewestClamped = 8, kParts = 4;  // more than a quarter
+  return num_clamped >= kFewestClamped && num_clamped * kParts > num_segments;
 }
 
 // Returns the cell nearest to `query` by the positions of the planes: see DescendToNearestCell.

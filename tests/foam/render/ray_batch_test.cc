@@ -205,11 +205,11 @@ TEST_P(RayBatch, RaysLedAstrayTeachNothing) {
   EXPECT_TRUE(any_differs);
 }
 
-TEST(IsAstray, TellsByAQuarterOfTheCells) {
-  EXPECT_TRUE(IsAstray(32, 8));
-  EXPECT_FALSE(IsAstray(33, 8));
+TEST(IsAstray, TellsByMoreThanAQuarterOfTheCells) {
+  EXPECT_TRUE(IsAstray(31, 8));
+  EXPECT_FALSE(IsAstray(32, 8));
   EXPECT_FALSE(IsAstray(10, 7));
-  EXPECT_TRUE(IsAstray(36, 9));
+  EXPECT_TRUE(IsAstray(35, 9));
   EXPECT_FALSE(IsAstray(0, 0));
 }
 

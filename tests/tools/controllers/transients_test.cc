@@ -3,8 +3,10 @@
 // Photos of a scene in which something passes by: it is left out of the training.
 #include "tools/controllers/training_run.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 
 #include "tests/plugin/photo/changed_photos.h"
 #include <gmock/gmock.h>
@@ -37,8 +39,10 @@ class TransientsTest : public testing::Test {
   static Result Train(const std::string& name,
                       bool transients,
                       bool resume = false,
-                      bool stop = false) {
+                      bool stop = false,
+                      uint64_t seed = 0) {
     TrainingRun run;
+    run.training.random_seed = seed;
     run.training.num_rays = 3'000'000;
     run.training.rays_per_iteration = 4096;
     run.training.final_sites = 20'000;
@@ -66,17 +70,25 @@ class TransientsTest : public testing::Test {
   static inline TempFolder* folder_ = nullptr;
 };
 
+// One pair of runs as short as these gains 0.5 dB with a deviation of 0.2 dB, so several decide.
 TEST_F(TransientsTest, AreLeftOut) {
-  const Result with = Train("auto", true), without = Train("off", false);
-  EXPECT_EQ(with.effect["on"], true);
-  EXPECT_EQ(with.effect["decided_by"], "probe");
-  // Of so short a training, a foam is taken in by a photo or two more.
-  EXPECT_GE(with.effect["measures"]["photos"], 6);
-  EXPECT_LE(with.effect["measures"]["photos"], 8);
-  EXPECT_GT(with.effect["measures"]["share"], 0.1);
-  EXPECT_EQ(without.effect["on"], false);
-  EXPECT_EQ(without.effect["decided_by"], "option");
-  EXPECT_GT(with.held_out_psnr, without.held_out_psnr + 0.3);
+  constexpr int kSeeds = 3;
+  double gain = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    const std::string number = std::to_string(seed);
+    const Result with = Train("auto" + number, true, false, false, seed);
+    const Result without = Train("off" + number, false, false, false, seed);
+    EXPECT_EQ(with.effect["on"], true);
+    EXPECT_EQ(with.effect["decided_by"], "probe");
+    // Of so short a training, a foam is taken in by a photo or two more.
+    EXPECT_GE(with.effect["measures"]["photos"], 6);
+    EXPECT_LE(with.effect["measures"]["photos"], 8);
+    EXPECT_GT(with.effect["measures"]["share"], 0.1);
+    EXPECT_EQ(without.effect["on"], false);
+    EXPECT_EQ(without.effect["decided_by"], "option");
+    gain += (with.held_out_psnr - without.held_out_psnr) / kSeeds;
+  }
+  EXPECT_GT(gain, 0.3);
 }
 
 TEST_F(TransientsTest, GiveTheSameBytesAfterAStop) {

@@ -285,14 +285,14 @@ SEMFOAM_HOST_DEVICE bool Walk(const std::type_identity_t<WalkView<Real>>& geomet
   return false;
 }
 
-// Returns whether a topology older than the positions has led a ray astray: through many cells that
-// it left before it entered them. Such a ray may be in a cell as long as it likes, and show its
-// linear colour far outside of it: loss and gradients are then thousands of times too large, and
-// are those of cells that it does not meet. One ray in some thousand is one, of those of a quarter
-// of a training, and where the topology is that of the positions none.
+// Returns whether a topology older than the positions has led a ray astray: whether it has left
+// more than a quarter of its cells, and several, before it entered them. Such a ray shows cells
+// that it does not meet, or the linear colour of a cell far outside of it, with a loss and
+// gradients up to a thousand times those of others. With the topology of the positions there is no
+// such ray; in the first third of a long training, one in some thousand.
 SEMFOAM_HOST_DEVICE inline bool IsAstray(int64_t num_segments, int64_t num_clamped) {
-  constexpr int64_t kFewestClamped = 8, kParts = 4;  // more than a quarter
-  return num_clamped >= kFewestClamped && num_clamped * kParts > num_segments;
+  constexpr int64_t kFewestClamped = 8;
+  return num_clamped >= kFewestClamped && 4 * num_clamped > num_segments;
 }
 
 // Returns the cell nearest to `query` by the positions of the planes: see DescendToNearestCell.

@@ -13,7 +13,8 @@
 namespace semfoam {
 namespace {
 
-constexpr uint64_t kTilePurpose = 0x4a1, kShiftPurpose = 0x4a3, kContrastPurpose = 0x4a4;
+constexpr uint64_t kTilePurpose = 0x4a1, kShiftPurpose = 0x4a3, kContrastPurpose = 0x4a4,
+                   kPartPurpose = 0x4a5;
 constexpr int kBlockSide = kTileSide * kTileStep;
 constexpr int64_t kDrawnBlock = 256;
 
@@ -85,7 +86,10 @@ PixelRange::PixelRange(const TrainingViews& views, const std::vector<int>& which
     heights_.push_back(views.Height(view));
     ends_.push_back(size() + width * height);
     const auto blocks = [](int64_t pixels) { return (pixels + kBlockSide - 1) / kBlockSide; };
-    tile_ends_.push_back(num_tiles() + blocks(width) * blocks(height) * kTileRays);
+    const int passes = passes_per_draw_.emplace_back(views.PassesPerDraw(view));
+    CHECK_GT(passes, 0);
+    const int64_t tiles = blocks(width) * blocks(height) * kTileRays;
+    tile_ends_.push_back(num_tiles() + (tiles + passes - 1) / passes);
     if (const BlockContrast* const contrast = views.Contrast(view)) contrasts_.push_back(contrast);
   }
   if (contrasts_.size() < views_.size()) contrasts_.clear();
@@ -114,7 +118,10 @@ uint8_t PixelRange::ContrastAt(int64_t index) const {
 int64_t PixelRange::TileCorner(int64_t tile, uint64_t shift_seed) const {
   const size_t k =
       std::upper_bound(tile_ends_.begin(), tile_ends_.end(), tile) - tile_ends_.begin();
-  const int64_t local = tile - (k == 0 ? 0 : tile_ends_[k - 1]);
+  int64_t local = tile - (k == 0 ? 0 : tile_ends_[k - 1]);
+  if (const int passes = passes_per_draw_[k]; passes > 1) {
+    local = local * passes + CounterRandom(shift_seed, kPartPurpose, views_[k]).Below(passes);
+  }
   const int64_t width = widths_[k], height = heights_[k];
   const int64_t blocks_across = (width + kBlockSide - 1) / kBlockSide;
   const int64_t block = local / kTileRays, corner = local % kTileRays;

@@ -28,7 +28,8 @@ class PixelRange {
 
   // The tiles (below) of a view lie in blocks of 2 kTileStep x 2 kTileStep pixels, kTileRays in a
   // block; they cover each of its pixels once, and those of an incomplete block at the right and
-  // lower border once more on the opposite side.
+  // lower border once more on the opposite side. Of a view with several PassesPerDraw, only so
+  // large a part of them is counted, and which part that is depends on the seed of the shifts.
   int64_t num_tiles() const { return tile_ends_.empty() ? 0 : tile_ends_.back(); }
   // Returns the index of the corner of this tile, with the blocks of each view shifted by random
   // numbers of this seed.
@@ -52,6 +53,7 @@ class PixelRange {
   std::vector<int> widths_;
   std::vector<int> heights_;
   std::vector<int64_t> ends_;
+  std::vector<int> passes_per_draw_;
   std::vector<int64_t> tile_ends_;
   // Empty: that of some view is not known.
   std::vector<const BlockContrast*> contrasts_;

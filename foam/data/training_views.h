@@ -91,6 +91,10 @@ class TrainingViews {
   // is not known.
   virtual const BlockContrast* Contrast(int /*view*/) const { return nullptr; }
 
+  // Returns in how many passes over the photos (PixelRange) each pixel of the view is drawn once:
+  // 1, or more where the view is to count less.
+  virtual int PassesPerDraw(int /*view*/) const { return 1; }
+
   // Returns whether pixels of the view may have a class.
   virtual bool HasLabels(int /*view*/) const { return true; }
 

@@ -5,6 +5,7 @@
 #include "foam/util/parallel.h"
 #include "plugin/dataset/ray_tables.h"
 #include "plugin/dataset/scene_memory.h"
+#include "plugin/dataset/survey_places.h"
 #include "plugin/mask/mask_evidence.h"
 #include "plugin/util/files.h"
 
@@ -67,10 +68,7 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
 // damage is reported at once.
 TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   const int num_views = NumViews();
-  std::vector<std::vector<Eigen::Vector2d>> places(num_views);
-  for (const Track& track : plan_.tracks) {
-    for (const PixelObservation& seen : track.observations) places[seen.view].push_back(seen.pixel);
-  }
+  const std::vector<std::vector<SurveyPlace>> places = SurveyPlacesOf(plan_);
   const bool is_judged = !plan_.seed_tracks.empty();
   const std::vector<std::vector<Eigen::Vector2f>> seed_places =
       PlacesByView(plan_.seed_tracks, plan_.photos.size());
@@ -265,6 +263,11 @@ void TrainingScene::SetPoses(const std::vector<Pose>& cam_from_world) {
 void TrainingScene::SetDepths(std::vector<PhotoDepths> depths) {
   CHECK(depths.empty() || depths.size() == views_.size());
   depths_ = std::move(depths);
+}
+
+void TrainingScene::SetPassesPerDraw(std::vector<int> passes) {
+  CHECK(passes.empty() || passes.size() == views_.size());
+  passes_per_draw_ = std::move(passes);
 }
 
 void TrainingScene::SetExcluded(std::vector<PixelBlocks> excluded) {

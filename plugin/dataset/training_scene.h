@@ -66,6 +66,9 @@ class TrainingScene final : public TrainingViews {
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 
   const BlockContrast* Contrast(int view) const override { return &views_[view].contrast; }
+  int PassesPerDraw(int view) const override {
+    return passes_per_draw_.empty() ? 1 : passes_per_draw_[view];
+  }
   bool HasLabels(int view) const override { return HasMask(view); }
   bool HoldsPixels() const override { return holds_pixels_; }
   int64_t CacheBytes() const override { return cache_bytes_; }
@@ -84,6 +87,10 @@ class TrainingScene final : public TrainingViews {
 
   // Sets the distances of all later rays (TrainingRay::distance). `depths` [views]; empty: none.
   void SetDepths(std::vector<PhotoDepths> depths);
+
+  // Sets how often pixels are drawn (TrainingViews::PassesPerDraw), before a training. `passes`
+  // [views]; empty: 1 for all.
+  void SetPassesPerDraw(std::vector<int> passes);
 
   // Takes pixels out of the training: they have no ray, but still a direction. `excluded` [views];
   // empty: none.
@@ -176,6 +183,8 @@ class TrainingScene final : public TrainingViews {
   std::vector<PhotoLight> lights_;
   // Empty: none.
   std::vector<PhotoDepths> depths_;
+  // Empty: 1 for all.
+  std::vector<int> passes_per_draw_;
   // Empty: none.
   std::vector<PixelBlocks> excluded_;
   std::vector<Label> labels_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photo/photo_survey.h"
 
+#include "plugin/photo/patch_contrast.h"
+
 #include <algorithm>
 
 namespace semfoam {
@@ -24,9 +26,12 @@ std::optional<PhotoSurvey::Patch> PatchAt(const Image8& photo, const Eigen::Vect
 
 }  // namespace
 
-PhotoSurvey SurveyPhoto(const Image8& photo, const std::vector<Eigen::Vector2d>& places) {
+PhotoSurvey SurveyPhoto(const Image8& photo, const std::vector<SurveyPlace>& places) {
   PhotoSurvey survey;
-  for (const Eigen::Vector2d& place : places) survey.patches.push_back(PatchAt(photo, place));
+  for (const SurveyPlace& place : places) {
+    survey.patches.push_back(PatchAt(photo, place.pixel));
+    survey.contrasts.push_back(PatchContrast(photo, place.pixel, place.spacing));
+  }
   const auto look = [&](int x, int y) {
     const uint8_t* rgb = photo.data.data() + 3 * (static_cast<size_t>(y) * photo.width + x);
     ++survey.border_pixels;

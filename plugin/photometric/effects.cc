@@ -4,6 +4,7 @@
 #include "foam/image/srgb.h"
 #include "foam/model/foam.h"
 #include "plugin/photometric/light_fit.h"
+#include "plugin/photometric/photo_blur.h"
 #include "plugin/photometric/view_dependence.h"
 
 #include <algorithm>
@@ -304,6 +305,17 @@ Effect ShDegreeEffect(const std::vector<ViewDependence>& degrees,
   return effect;
 }
 
+Effect BlurEffect(const TrainingScene& scene, const PhotoBlur& blur, bool enabled) {
+  Effect effect;
+  effect.name = "blur";
+  effect.on = enabled && !blur.blurred.empty();
+  effect.by_option = !enabled;
+  effect.evidence = blur.Report(scene);
+  effect.measures["photos"] = static_cast<double>(blur.blurred.size());
+  effect.cost = Format("their pixels are drawn %d times less", kPassesOfBlurred);
+  return effect;
+}
+
 Effect DistortionEffect(const ScenePlan& plan, const EffectsOptions& options) {
   const bool on = plan.distortion > 0 && options.distortion != EffectSwitch::kOff &&
                   (options.distortion == EffectSwitch::kOn || plan.distortion >= kLeastDistortion);
@@ -407,6 +419,9 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
     result.view_dependence = FitViewDependence(samples.training.all, chosen);
   }
   result.effects.push_back(ShDegreeEffect(result.view_dependence, options, &result.sh_degree));
+  const PhotoBlur blur = FindBlurredPhotos(scene);
+  if (options.blur) result.passes_per_draw = blur.PassesPerDraw();
+  result.effects.push_back(BlurEffect(scene, blur, options.blur));
   result.effects.push_back(DistortionEffect(plan, options));
   result.effects.push_back(SemanticsEffect(plan, options));
   result.effects.push_back(BackgroundEffect(scene));

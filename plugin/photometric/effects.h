@@ -41,6 +41,7 @@ namespace semfoam {
 //   is taken only when all lower degrees are. (Restricted maximum likelihood, one rho a degree.)
 //   Matching keeps what looks alike from everywhere, so tracks show the matte part of a scene.
 //   Therefore, where they show a degree, one more is simulated; where they show none, none.
+// - Blur: photos with less contrast than others of the same places (photo_blur.h) are drawn less.
 // - Distortion: seen where it moves a corner of the image by kLeastDistortion or more.
 // - Semantics: on where there are masks.
 // - Background: white, which costs nothing; no other is simulated. The share of the photos' borders
@@ -60,6 +61,8 @@ struct EffectsOptions {
   EffectSwitch poses = EffectSwitch::kAuto;
   // Whether to look for what passes by, during the training (transient_things.h).
   bool transients = true;
+  // Whether to draw blurred photos less.
+  bool blur = true;
   // Copied from the SceneOptions of the scene: distortion and use_masks.
   EffectSwitch distortion = EffectSwitch::kAuto;
   bool semantics = true;
@@ -91,6 +94,9 @@ struct SceneEffects {
   // [views] Difference of each view's light from the reference exposure, in which the training
   // photos' gains have the geometric mean 1. Empty where neither exposure nor vignetting is on.
   std::vector<PhotoLight> lights;
+  // [views] How often each view's pixels are drawn (TrainingViews::PassesPerDraw). Empty where no
+  // photo is blurred.
+  std::vector<int> passes_per_draw;
   // [views] Number of each view's lens (ScenePlan::lenses).
   std::vector<int> lenses;
   // The figures that sh_degree follows from.

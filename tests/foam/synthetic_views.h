@@ -16,7 +16,7 @@ namespace semfoam {
 // 2), seen by a ring of pinhole cameras. Everything is computed per ray; every fourth view is held
 // out. With `gloss`, colours depend on the direction: to a linear function of x, at most this much.
 // With `knows_distances`, the rays of every second view know theirs.
-class SyntheticViews final : public TrainingViews {
+class SyntheticViews : public TrainingViews {
  public:
   SyntheticViews(
       int num_views, int width, int height, float gloss = 0, bool knows_distances = false)

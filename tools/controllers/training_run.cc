@@ -139,6 +139,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.white_balance"] = TextOf(run.effects.white_balance);
   values["Effects.shading"] = TextOf(run.effects.shading);
   values["Effects.poses"] = TextOf(run.effects.poses);
+  values["Effects.blur"] = run.effects.blur ? "auto" : "off";
   values["Effects.transients"] = run.effects.transients ? "auto" : "off";
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
@@ -672,6 +673,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   // chosen.
   SceneEffects effects = ProbeEffects(scene, run->effects);
   scene.SetLights(effects.lights);
+  scene.SetPassesPerDraw(effects.passes_per_draw);
   if (run->time_budget > 0) {
     run->sweep_photos = std::min(run->sweep_photos, SweptPhotosWithin(run->time_budget));
   }

@@ -29,6 +29,10 @@ void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
       &choices->transients,
       {"auto", "off"},
       "things that pass by are left out; auto = where a photo shows what no other does");
+  options->AddChoiceOption("Effects.blur",
+                           &choices->blur,
+                           {"auto", "off"},
+                           "blurred photos count less; auto = where others show more contrast");
   add("poses",
       &choices->poses,
       "camera poses are refined; auto = where held-back tracks and pixels gain by it");
@@ -59,6 +63,7 @@ EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
                         ? EffectSwitch::kOff
                         : ToSwitch(choices.shading);
   options.poses = ToSwitch(choices.poses);
+  options.blur = choices.blur == "auto";
   options.transients = choices.transients == "auto";
   options.distortion = ToSwitch(choices.distortion);
   options.semantics = choices.semantics == "auto";

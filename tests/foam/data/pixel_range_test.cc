@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
+#include <set>
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
@@ -14,6 +15,7 @@ namespace semfoam {
 namespace {
 
 using testing::Each;
+using testing::ElementsAre;
 
 constexpr uint64_t kSeed = 7;
 
@@ -74,6 +76,33 @@ TEST(DrawTiles, PassesDifferInOrderAndPlace) {
     // Of 1/32 of all corners, drawn twice.
     EXPECT_LT(both.size(), first.size() / 8);
   }
+}
+
+// Views of which the second is drawn once in three passes.
+class ThinnedViews final : public SyntheticViews {
+ public:
+  using SyntheticViews::SyntheticViews;
+  int PassesPerDraw(int view) const override { return view == 1 ? 3 : 1; }
+};
+
+TEST(DrawTiles, ViewsThatCountLessAreDrawnOnceInSeveralPasses) {
+  const ThinnedViews views(3, 24, 16);
+  const PixelRange range(views, {0, 1, 2});
+  constexpr int kTiles = 24 * 16 / kTileRays, kPasses = 300;
+  EXPECT_EQ(range.num_tiles(), 2 * kTiles + kTiles / 3);
+  std::vector<int> drawn(3, 0);
+  std::set<int64_t> corners;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (const int64_t corner :
+         DrawTiles(kSeed, pass, static_cast<int>(range.num_tiles()), range)) {
+      const int view = range.At(corner).view;
+      ++drawn[view];
+      if (view == 1) corners.insert(corner);
+    }
+  }
+  EXPECT_THAT(drawn, ElementsAre(kPasses * kTiles, kPasses * kTiles / 3, kPasses * kTiles));
+  // None of its pixels is left out for good.
+  EXPECT_EQ(corners.size(), 24 * 16);
 }
 
 // Views of which the left half is plain and the right half has contrast, as far as known.

@@ -29,8 +29,29 @@ struct CameraHabits {
                        // this share, its saturation by as much again
   std::vector<int> passed_by = {};  // not the camera's: numbers of the photos, in the order of
                                     // names, in which something passes by (PaintPasserBy)
+  std::vector<int> shaken = {};     // numbers of the photos that are blurred (BlurByMotion)
   uint64_t seed = 0;
 };
+
+// Blurs the photo as a camera does that turns by 1/30 of its width during the exposure.
+inline void BlurByMotion(double angle, Image8* photo) {
+  const int reach = std::max(1, photo->width / 60);
+  const Image8 sharp = *photo;
+  for (int y = 0; y < photo->height; ++y) {
+    for (int x = 0; x < photo->width; ++x) {
+      int sum[3] = {0, 0, 0};
+      for (int step = -reach; step <= reach; ++step) {
+        const int u = x + static_cast<int>(std::lround(step * std::cos(angle)));
+        const int v = y + static_cast<int>(std::lround(step * std::sin(angle)));
+        const size_t at = static_cast<size_t>(std::clamp(v, 0, photo->height - 1)) * photo->width +
+                          std::clamp(u, 0, photo->width - 1);
+        for (int c = 0; c < 3; ++c) sum[c] += sharp.data[3 * at + c];
+      }
+      uint8_t* rgb = &photo->data[3 * (static_cast<size_t>(y) * photo->width + x)];
+      for (int c = 0; c < 3; ++c) rgb[c] = static_cast<uint8_t>(sum[c] / (2 * reach + 1));
+    }
+  }
+}
 
 // Whether something that passes by covers a pixel: a disc on an arm that comes from below.
 inline bool IsOfPasserBy(int x, int y, int width, int height) {
@@ -132,6 +153,9 @@ inline std::vector<Eigen::Vector3d> WriteChangedWorkspace(const std::filesystem:
     ChangePhoto(habits, gains.back(), DrawSlopes(habits, number), &photo, is_second_camera);
     if (std::count(habits.passed_by.begin(), habits.passed_by.end(), number) > 0) {
       PaintPasserBy(&photo);
+    }
+    if (std::count(habits.shaken.begin(), habits.shaken.end(), number) > 0) {
+      BlurByMotion(number, &photo);
     }
     image.name = fs::path(image.name).replace_extension(".png").generic_string();
     WritePng(target / "images" / image.name,

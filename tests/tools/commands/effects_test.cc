@@ -140,6 +140,8 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
                                          "off",
                                          "--Effects.transients",
                                          "off",
+                                         "--Effects.blur",
+                                         "off",
                                          "--Effects.poses",
                                          "off",
                                          "--Effects.vignetting",

@@ -54,7 +54,10 @@ PhotoBlur FindBlurredPhotos(const TrainingScene& scene) {
     contrast = std::exp(Median(std::move(log_ratios[view])));
     if (*contrast < kBlurredContrast) result.blurred.push_back(view);
   }
-  if (std::ssize(result.blurred) > kMostBlurred * num_training) result.blurred.clear();
+  if (std::ssize(result.blurred) > kMostBlurred * num_training) {
+    result.num_soft = static_cast<int>(result.blurred.size());
+    result.blurred.clear();
+  }
   return result;
 }
 
@@ -72,6 +75,16 @@ std::string PhotoBlur::Report(const TrainingScene& scene) const {
   }
   if (known.empty()) return "too few tracks to tell";
   char text[128];
+  if (num_soft > 0) {
+    std::snprintf(text,
+                  sizeof(text),
+                  "%d of %zu photos have less than %.1f of the contrast of others, too many to be "
+                  "blurred",
+                  num_soft,
+                  known.size(),
+                  kBlurredContrast);
+    return text;
+  }
   if (blurred.empty()) {
     std::snprintf(text,
                   sizeof(text),

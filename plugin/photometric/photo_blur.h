@@ -35,6 +35,8 @@ struct PhotoBlur {
   std::vector<std::optional<double>> contrasts;
   // The blurred ones, ascending.
   std::vector<int> blurred;
+  // Number of photos with so little contrast that are not blurred, for there are too many of them.
+  int num_soft = 0;
 
   // Returns TrainingViews::PassesPerDraw of all views; empty where no photo is blurred.
   std::vector<int> PassesPerDraw() const;

@@ -90,7 +90,9 @@ TEST(PhotoBlur, ManyBlurredPhotosAreLeftAsTheyAre) {
     soft += contrast && *contrast < kBlurredContrast;
   }
   EXPECT_GT(soft, 56 / 4);
+  EXPECT_EQ(blur.num_soft, soft);
   EXPECT_THAT(blur.blurred, IsEmpty());
+  EXPECT_THAT(blur.Report(*shaken.scene), HasSubstr(" of 56 photos have less than 0.5 "));
 }
 
 }  // namespace

@@ -70,6 +70,7 @@ TEST(Effects, AnalyzerPrintsTheTableAndWritesTheFile) {
                            "white_balance  off",
                            "vignetting     off",
                            "sh_degree      2",
+                           "blur           off",
                            "distortion     off",
                            "semantics      on",
                            "background     off",
@@ -79,7 +80,7 @@ TEST(Effects, AnalyzerPrintsTheTableAndWritesTheFile) {
   EXPECT_EQ(FilesBelow(folder / "out"), std::vector<std::string>{"effects.json"});
   const json effects = json::parse(ReadFile(folder / "out/effects.json"));
   EXPECT_EQ(effects["version"], 1);
-  EXPECT_EQ(effects["effects"].size(), 7u);
+  EXPECT_EQ(effects["effects"].size(), 8u);
   EXPECT_EQ(effects["effects"][0]["effect"], "exposure");
   EXPECT_EQ(effects["effects"][0]["decided_by"], "probe");
   EXPECT_LT(effects["effects"][0]["measures"]["bic_gain"], 0);

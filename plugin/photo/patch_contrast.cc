@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/photo/patch_contrast.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -9,6 +10,23 @@ namespace {
 
 // Added to the mean display value, so that dark patches do not have the contrast of their noise.
 constexpr double kDarkest = 0.02;
+// Display values from here on are cut off: what is too bright for the photo has no contrast.
+constexpr uint8_t kCutOff = 250;
+
+// Returns whether a channel is cut off within `reach` pixels, both ways, of a place inside.
+bool IsCutOff(const Image8& photo, const Eigen::Vector2d& place, double reach) {
+  const auto first = [&](double at) { return static_cast<int>(at - reach); };
+  const auto end = [&](double at, int size) {
+    return std::min(size, static_cast<int>(std::ceil(at + reach)));
+  };
+  for (int y = first(place.y()); y < end(place.y(), photo.height); ++y) {
+    const uint8_t* const row = &photo.data[3 * static_cast<size_t>(y) * photo.width];
+    const auto is_cut_off = [](uint8_t value) { return value >= kCutOff; };
+    if (std::any_of(row + 3 * first(place.x()), row + 3 * end(place.x(), photo.width), is_cut_off))
+      return true;
+  }
+  return false;
+}
 
 // Returns the sum of the channels of a pixel.
 int BrightnessAt(const Image8& photo, int x, int y) {
@@ -37,6 +55,7 @@ std::optional<float> PatchContrast(const Image8& photo,
   const bool inside = place.x() >= reach && place.y() >= reach && place.x() < photo.width - reach &&
                       place.y() < photo.height - reach;
   if (!inside) return std::nullopt;  // not numbers, too
+  if (IsCutOff(photo, place, reach)) return std::nullopt;
   const int parts = static_cast<int>(std::lround(spacing));
   double samples[kPatchSamples][kPatchSamples];
   double mean = 0;

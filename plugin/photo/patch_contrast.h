@@ -20,7 +20,7 @@ inline constexpr double kLargestSampleSpacing = 4;
 // that reaches half-way to the next, so that photos from near and from far of one place, sampled at
 // the same distance in space, have the same contrast, and blurred ones have less. `spacing`:
 // distance of the samples, 1 to kLargestSampleSpacing pixels. Returns nothing for other spacings,
-// and where a sample is not inside the photo.
+// where a sample is not inside the photo, and where the photo is cut off at white.
 std::optional<float> PatchContrast(const Image8& photo,
                                    const Eigen::Vector2d& place,
                                    double spacing);

@@ -33,6 +33,7 @@ struct PhotoSurvey {
   int64_t white_border_pixels = 0;
 };
 
+// Surveys a photo at `places`.
 PhotoSurvey SurveyPhoto(const Image8& photo, const std::vector<SurveyPlace>& places);
 
 }  // namespace semfoam

@@ -59,6 +59,17 @@ TEST(PatchContrast, FallsWithBlur) {
   EXPECT_NEAR(*blurred / *sharp, 0.25, 0.03);
 }
 
+// One channel of one pixel is enough.
+TEST(PatchContrast, IsNotKnownWhereThePhotoIsTooBright) {
+  Image8 photo = Waves(9, 60);
+  const auto value = [&](int x, int y) -> uint8_t& { return photo.data[3 * (y * kWidth + x) + 1]; };
+  value(33, 22) = 249;
+  EXPECT_TRUE(PatchContrast(photo, kMiddle, 1));
+  value(33, 22) = 250;
+  EXPECT_FALSE(PatchContrast(photo, kMiddle, 1));
+  EXPECT_TRUE(PatchContrast(photo, kMiddle + Eigen::Vector2d(0, 8), 1));
+}
+
 TEST(PatchContrast, IsNotKnownAtTheBorderAndAtOtherSpacings) {
   const Image8 photo = Waves(9, 60);
   for (const double spacing : {0.0, 0.99, 4.01, -1.0, double(NAN), double(INFINITY)}) {

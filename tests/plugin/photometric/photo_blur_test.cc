@@ -79,6 +79,15 @@ TEST(PhotoBlur, IsSimulatedUnlessSwitchedOff) {
   EXPECT_THAT(off.passes_per_draw, IsEmpty());
 }
 
+// What is too bright for a photo has no contrast in it, and so it has no say.
+TEST(PhotoBlur, WronglyExposedPhotosAreNotBlurred) {
+  const TempFolder folder;
+  WriteChangedWorkspace(TabletopPath(), folder / "w", {.exposure = 0.6, .seed = 1});
+  const TrainingScene scene(PlanScene(PhotosOf(folder / "w")));
+  const PhotoBlur blur = FindBlurredPhotos(scene);
+  EXPECT_THAT(blur.blurred, IsEmpty()) << blur.Report(scene);
+}
+
 // Where so many are soft, the others are no measure.
 TEST(PhotoBlur, ManyBlurredPhotosAreLeftAsTheyAre) {
   std::vector<int> third;

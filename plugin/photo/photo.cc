@@ -40,17 +40,42 @@ std::string ReasonInSentence(std::string text) {
                   "); is the copy complete?");
 }
 
+constexpr char kPngSignature[] = "\x89PNG\r\n\x1a\n";
+
+bool IsPng(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  char signature[8];
+  return file.read(signature, 8) && std::memcmp(signature, kPngSignature, 8) == 0;
+}
+
+// Returns null and the decoder's words where `path` cannot be opened.
+std::unique_ptr<OIIO::ImageInput> OpenAsItsFormat(const fs::path& path, std::string& reason) {
+  OIIO::ImageSpec hints;
+  hints["oiio:UnassociatedAlpha"] = 1;
+  if (!IsPng(path)) {
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &hints);
+    if (input == nullptr) reason = OIIO::geterror();
+    return input;
+  }
+  // By its name, a PNG that is named .jpg would be tried as a JPEG first, and what the JPEG decoder
+  // says would be the reason given.
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create("png");
+  CHECK(input != nullptr) << OIIO::geterror();
+  OIIO::ImageSpec spec;
+  if (input->open(path.string(), spec, hints)) return input;
+  reason = input->geterror();
+  return nullptr;
+}
+
 std::unique_ptr<OIIO::ImageInput> Open(const fs::path& path) {
   // The photos are decoded in parallel already; more threads below them would escape the user's
   // --num_threads.
   static const bool single_threaded = OIIO::attribute("threads", 1);
   CHECK(single_threaded);
   RequireRegularFile(path, "a photo");
-  OIIO::ImageSpec hints;
-  hints["oiio:UnassociatedAlpha"] = 1;
-  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &hints);
+  std::string reason;
+  std::unique_ptr<OIIO::ImageInput> input = OpenAsItsFormat(path, reason);
   if (input == nullptr) {
-    const std::string reason = OIIO::geterror();
     throw UserError(path.string(),
                     ": is no readable image (",
                     ReasonInSentence(reason),
@@ -68,8 +93,6 @@ uint32_t BigEndian(const char* bytes) {
   const auto* b = reinterpret_cast<const uint8_t*>(bytes);
   return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | uint32_t{b[3]};
 }
-
-constexpr char kPngSignature[] = "\x89PNG\r\n\x1a\n";
 
 // The sum over the components of a JPEG of the pixels that each has (fewer where it is subsampled),
 // if its frame is progressive, whose coefficients libjpeg holds all at once; else 0.
@@ -198,9 +221,9 @@ void RequireDecodingMemory(const fs::path& path,
 }
 
 void CheckPngChunks(const fs::path& path) {
+  if (!IsPng(path)) return;
   std::ifstream file(path, std::ios::binary);
-  char signature[8];
-  if (!file.read(signature, 8) || std::memcmp(signature, kPngSignature, 8) != 0) return;
+  file.seekg(8);
   uint64_t left = fs::file_size(path) - 8;
   std::vector<char> chunk;
   for (;;) {

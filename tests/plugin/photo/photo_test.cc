@@ -76,6 +76,18 @@ TEST(Photo, EveryCutOfAPngIsNamed) {
   }
 }
 
+TEST(Photo, APngIsReadAsOneWhateverItsName) {
+  TempFolder temp;
+  const fs::path path = temp / "p.jpg";
+  const std::vector<uint8_t> samples = {1, 2, 3, 250, 100, 0};
+  WritePng(path, 2, 1, 8, PNG_COLOR_TYPE_RGB, samples);
+  EXPECT_EQ(ReadPhoto(path).data, samples);
+  WriteFile(path, ReadFile(path).substr(0, 20));
+  EXPECT_THAT(UserErrorOf([&] { ReadPhotoSize(path); }),
+              testing::AllOf(HasSubstr("p.jpg: is no readable image"),
+                             testing::Not(HasSubstr("JPEG file"))));
+}
+
 TEST(Photo, GreyAlphaAndSixteenBitsBecomeDisplayValues) {
   TempFolder temp;
   const fs::path path = temp / "p.png";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/util/host_device.h"
+
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,6 +17,15 @@ inline constexpr int kNumGuardSites = 32;
 inline constexpr float kGuardRadius = 100;
 // Maximum distance of a real site from the origin, normalised frame.
 inline constexpr float kFarRadius = 30;
+
+// Sites at this distance from the origin or farther stand for what is infinitely far, such as sky:
+// in training they stay where they are, nothing else is between them and the other surfaces, and
+// they are never made transparent for want of a ray.
+inline constexpr float kSkyRadius = 0.995f * kFarRadius;
+
+SEMFOAM_HOST_DEVICE inline bool IsSkySite(const Eigen::Vector3f& position) {
+  return position.squaredNorm() >= kSkyRadius * kSkyRadius;
+}
 
 // Returns the positions of the guards.
 std::vector<Eigen::Vector3f> GuardSites();

@@ -22,7 +22,8 @@ CellLabels LabelCells(const Foam& foam, const Delaunay& delaunay, float solid_op
   ParallelForBlocks(n, 1024, [&](int64_t begin, int64_t end) {
     std::vector<float> logits(foam.num_classes);
     for (int64_t i = begin; i < end; ++i) {
-      labels.solid[i] = Density(foam.raw_density[i]) * radii[i] >= solid_optical_depth;
+      labels.solid[i] = Density(foam.raw_density[i]) * radii[i] >= solid_optical_depth &&
+                        !IsSkySite(foam.positions[i]);
       if (!foam.HasSemantics()) continue;
       ClassLogits(foam, &foam.identity[i * kIdentityDim], logits.data());
       const MostLikelyClass best = ArgmaxSoftmax(logits);

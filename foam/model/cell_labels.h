@@ -16,7 +16,8 @@ struct CellLabels {
   std::vector<ClassIndex> class_index;
   // [N] Softmax of that class, 0 to 1; 0 without semantics.
   std::vector<float> confidence;
-  // [N] 1 where density * cell radius is at least the threshold: matter, not air.
+  // [N] 1 where density * cell radius is at least the threshold: matter, not air. Sky is none
+  // (IsSkySite).
   std::vector<uint8_t> solid;
 };
 

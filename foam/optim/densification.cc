@@ -95,17 +95,18 @@ Rearrangement PlanDensification(const Delaunay& delaunay,
   result.is_new.assign(positions.size(), 0);
   for (const uint32_t parent : parents) {
     const Eigen::Vector3f p = foam.positions[parent];
+    const bool is_sky = IsSkySite(p);
+    const auto may_lead = [&](uint32_t j) { return !is_sky || IsSkySite(foam.positions[j]); };
     // Along the surface, where there is one.
     Eigen::Vector3f to_farthest = ToFarthestNeighbor(foam, delaunay, parent, [&](uint32_t j) {
-      return contribution[j] >= options.seen_contribution;
+      return contribution[j] >= options.seen_contribution && may_lead(j);
     });
-    if (to_farthest.isZero(0)) {
-      to_farthest = ToFarthestNeighbor(foam, delaunay, parent, [](uint32_t) { return true; });
-    }
+    if (to_farthest.isZero(0)) to_farthest = ToFarthestNeighbor(foam, delaunay, parent, may_lead);
     if (to_farthest.isZero(0)) continue;  // only guards around it
     CounterRandom random(seed, kPlacePurpose, event << 32 | parent);
     const Eigen::Vector3f step = 0.25f * to_farthest;
-    const Eigen::Vector3f child = p + step + 0.1f * step.norm() * RandomUnitVector(&random);
+    Eigen::Vector3f child = p + step + 0.1f * step.norm() * RandomUnitVector(&random);
+    if (is_sky) child *= p.norm() / child.norm();
     if (child.norm() > kFarRadius || child == p) continue;
     result.origin.push_back(parent);
     result.is_new.push_back(1);
@@ -125,8 +126,10 @@ void Rearrange(const Rearrangement& plan,
                const DensificationOptions& options,
                Foam* foam) {
   for (size_t i = 0; i < foam->NumSites(); ++i) {
-    foam->raw_density[i] = FadedRawDensity(
-        foam->raw_density[i], statistics.contribution[i], options.transparent_contribution);
+    foam->raw_density[i] = FadedRawDensity(foam->raw_density[i],
+                                           foam->positions[i],
+                                           statistics.contribution[i],
+                                           options.transparent_contribution);
   }
   Gather(plan.origin, 1, &foam->positions);
   std::vector<Eigen::Vector3f> moved(plan.origin.size(), Eigen::Vector3f::Zero());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/geometry/delaunay.h"
+#include "foam/geometry/guard_sites.h"
 #include "foam/model/foam.h"
 #include "foam/optim/optimizer.h"
 #include "foam/util/host_device.h"
@@ -38,12 +39,14 @@ struct DensificationOptions {
 };
 
 // Returns the raw density with which a cell of this largest rendering weight enters a
-// densification: lowered to kLowestRawDensity if the weight is below `transparent_contribution`.
+// densification: lowered to kLowestRawDensity if the weight is below `transparent_contribution` and
+// the cell is not sky, in which there would be holes.
 SEMFOAM_HOST_DEVICE inline float FadedRawDensity(float raw,
+                                                 const Eigen::Vector3f& position,
                                                  float contribution,
                                                  float transparent_contribution) {
-  return contribution < transparent_contribution && kLowestRawDensity < raw ? kLowestRawDensity
-                                                                            : raw;
+  const bool fades = contribution < transparent_contribution && !IsSkySite(position);
+  return fades && kLowestRawDensity < raw ? kLowestRawDensity : raw;
 }
 
 // Plans a densification. Prunes cells that no ray sees, and adds children to cells drawn without
@@ -52,8 +55,9 @@ SEMFOAM_HOST_DEVICE inline float FadedRawDensity(float raw,
 // |dL/dposition| times the cell's radius, which cancels inside a cell that shows a fine pattern;
 // foam/NOTES.md has the comparison.) A child lies a quarter of the way to the parent's farthest
 // visible neighbour (without any, the farthest neighbour), jittered, and copies all other
-// parameters of its parent. The new sites are in Hilbert order. Random numbers are keyed by (seed,
-// event).
+// parameters of its parent. Children of sky are on the way to other sky, as far out as their
+// parents: nearer, one would hide all that is behind. The new sites are in Hilbert order. Random
+// numbers are keyed by (seed, event).
 Rearrangement PlanDensification(const Delaunay& delaunay,
                                 const DensificationStatistics& statistics,
                                 const DensificationOptions& options,

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/free_space.h"
 
+#include "foam/geometry/guard_sites.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -244,6 +246,20 @@ Overlap OverlapWithBall(const ClearCone& cone, const Eigen::Vector3f& center, fl
   return Overlap::kPart;
 }
 
+// Returns the distance from the origin within which all but a few of the seeds lie, with a margin.
+float SkyBegin(const std::vector<SeedPoint>& seeds) {
+  constexpr double kShare = 0.99;
+  constexpr float kMargin = 1.2f;
+  std::vector<float> distances;
+  distances.reserve(seeds.size());
+  for (const SeedPoint& seed : seeds) distances.push_back(seed.position.norm());
+  if (distances.empty()) return 0;
+  const auto at = distances.begin() +
+                  static_cast<ptrdiff_t>(kShare * static_cast<double>(distances.size() - 1));
+  std::nth_element(distances.begin(), at, distances.end());
+  return kMargin * *at;
+}
+
 }  // namespace
 
 FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
@@ -251,7 +267,12 @@ FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& s
     ClearCone cone;
     if (!views.IsHeldOut(view) && ConeOfView(views, view, &cone)) cones_.push_back(cone);
   }
-  const SeedBlocks blocks(seeds);
+  std::vector<SeedPoint> surfaces;
+  std::copy_if(seeds.begin(), seeds.end(), std::back_inserter(surfaces), [](const SeedPoint& seed) {
+    return !IsSkySite(seed.position);
+  });
+  if (surfaces.size() < seeds.size()) sky_begin_ = SkyBegin(surfaces);
+  const SeedBlocks blocks(surfaces);
   num_seed_tests_ = MeasureRadii(blocks, &cones_);
   const auto says_nothing = [](const ClearCone& cone) { return !(cone.radius > 0); };
   std::erase_if(cones_, says_nothing);
@@ -339,6 +360,7 @@ void FreeSpace::BuildRow(int y,
 }
 
 bool FreeSpace::Contains(const Eigen::Vector3f& x) const {
+  if (x.squaredNorm() > sky_begin_ * sky_begin_) return true;
   if (cones_.empty()) return false;
   const Eigen::Array3f at = (x - low_).array() / voxel_size_;
   if (!(at >= 0).all() || !(at < kGridSide).all()) return false;

@@ -4,6 +4,7 @@
 #include "foam/data/training_views.h"
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -59,6 +60,10 @@ class FreeSpace {
   // Returns whether `x` lies in a cone.
   bool Contains(const Eigen::Vector3f& x) const;
 
+  // Returns the distance from the origin beyond which only sky may be: 1.2 times that within which
+  // 99 % of the other seeds lie; infinite without sky (IsSkySite).
+  float sky_begin() const { return sky_begin_; }
+
   const std::vector<ClearCone>& cones() const { return cones_; }
 
   // Returns how often a seed, or a block of seeds, was tested against a cone.
@@ -86,6 +91,7 @@ class FreeSpace {
   static constexpr size_t kMostCandidates = 1024;
 
   std::vector<ClearCone> cones_;
+  float sky_begin_ = std::numeric_limits<float>::infinity();
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   float voxel_size_ = 1;
   // [voxels] Whether one cone contains the whole voxel.

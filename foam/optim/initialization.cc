@@ -24,6 +24,9 @@ constexpr uint64_t kThinPurpose = 0x1a1, kScatterPurpose = 0x1a2, kFarPurpose = 
 // colour can still turn to matter.
 constexpr double kSeedDensity = 3;
 constexpr double kScatteredDensity = 0.002;
+// Largest distance of empty sites from the origin where there is sky, whose cells begin half-way to
+// them.
+constexpr double kFarthestBeforeSky = 0.5 * kFarRadius;
 
 // Returns the box from the 2 % to the 98 % quantile of the points along each axis: the robust
 // extent of the photographed scene.
@@ -101,10 +104,13 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
     const Eigen::Vector3f p = middle + half.cwiseProduct(u);
     if (p.norm() <= kFarRadius) sites.push_back({p, grey, kScatteredDensity});
   }
-  const double inner = std::min(double(half.norm()), 0.5 * kFarRadius);
+  const bool has_sky = std::any_of(
+      seeds.begin(), seeds.end(), [](const SeedPoint& s) { return IsSkySite(s.position); });
+  const double outer = has_sky ? kFarthestBeforeSky : kFarRadius;
+  const double inner = std::min(double(half.norm()), 0.5 * outer);
   for (size_t i = 0; i < options.num_far; ++i) {
     CounterRandom random(options.seed, kFarPurpose, i);
-    const double radius = inner * std::pow(kFarRadius / inner, random.Uniform());
+    const double radius = inner * std::pow(outer / inner, random.Uniform());
     const Eigen::Vector3d direction = NormalVector(&random).normalized();
     if (!direction.allFinite()) continue;
     sites.push_back({(radius * 0.999 * direction).cast<float>(), grey, kScatteredDensity});

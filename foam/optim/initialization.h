@@ -23,8 +23,8 @@ struct InitializationOptions {
   size_t max_point_sites = 50'000;
   // Number of sites scattered in the space around cameras and points.
   size_t num_scattered = 4'000;
-  // Number of sites in the shell beyond, of log-uniform radius up to kFarRadius: the far
-  // background.
+  // Number of sites in the shell beyond, of log-uniform radius up to kFarRadius, or half of it
+  // where there are seeds of sky (IsSkySite): the far background.
   size_t num_far = 2'000;
   // Degree of the spherical harmonics, 0..3.
   int sh_degree = 2;

@@ -45,8 +45,8 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
 
 // Adds a row of changes to the parameters that are `stepped`, of all but the cell's identity, in
 // units of its step lengths.
-// Keeps the site within kFarRadius. Unless `is_clear`, updates `density` from the new raw
-// density.
+// Keeps the site within kFarRadius, and sky where it is. Unless `is_clear`, updates `density` from
+// the new raw density.
 void AddChange(const ParameterRow& row,
                const ParameterSpan& stepped,
                const float* change,
@@ -56,7 +56,7 @@ void AddChange(const ParameterRow& row,
                Foam* foam,
                float* density) {
   Eigen::Vector3f& position = foam->positions[site];
-  position += lengths.position * Eigen::Vector3f(change + row.position);
+  if (!IsSkySite(position)) position += lengths.position * Eigen::Vector3f(change + row.position);
   const float distance = position.norm();
   if (distance > kFarRadius) position *= kFarRadius / distance;
   if (!is_clear) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/training_topology.h"
 
+#include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
 #include "foam/render/total_variation.h"
 #include "foam/util/parallel.h"
@@ -58,9 +59,10 @@ void TrainingTopology::Triangulate(const std::vector<Eigen::Vector3f>& sites,
   is_clear_.assign(sites.size(), 0);
   ParallelForBlocks(sites.size(), 1024, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      is_clear_[i] = free_space.Contains(sites[i]) ||
-                     (radii[i] > kLargeCell &&
-                      ReachesInto(free_space, sites, delaunay_, static_cast<uint32_t>(i)));
+      is_clear_[i] = !IsSkySite(sites[i]) &&
+                     (free_space.Contains(sites[i]) ||
+                      (radii[i] > kLargeCell &&
+                       ReachesInto(free_space, sites, delaunay_, static_cast<uint32_t>(i))));
     }
   });
   RefreshPlanes(sites);

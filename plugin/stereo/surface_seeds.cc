@@ -6,6 +6,7 @@
 #include "foam/util/elapsed_time.h"
 #include "foam/util/parallel.h"
 #include "plugin/stereo/depth_filling.h"
+#include "plugin/stereo/far_regions.h"
 #include "plugin/stereo/plane_filling.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
@@ -30,6 +31,9 @@ constexpr double kTolerance = 0.015;
 constexpr double kSeenThrough = 2 * kTolerance;
 // Plain surfaces need fewer cells than textured ones.
 constexpr size_t kMeasuredPerPlainSeed = 8, kLeastPlainSeeds = 8;
+// Share of kSkyRadius from which on a ray's distance counts as infinite. The cells of sky begin
+// half-way between it and the farthest other sites.
+constexpr double kInfiniteShare = 0.7;
 // Sizes are rounded to pixels, so a view may have a little more than kStereoPixels.
 constexpr double kPixels = 1.02 * kStereoPixels;
 
@@ -170,8 +174,47 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
   return merger.Take();
 }
 
-// Returns the depths of a view that one of two maps has.
-PhotoDepths JoinDepths(const StereoView& view, DepthMap measured, const DepthMap& filled) {
+// Returns the unit direction, in the normalised frame, that a pixel looks in.
+Eigen::Vector3d DirectionOf(const StereoView& view, size_t pixel) {
+  return (view.PointAt(CenterOf(view, pixel), 1) - view.origin).normalized();
+}
+
+// Returns [views][pixels] 1 for what is infinitely far, of what neither map knows the depth of.
+std::vector<std::vector<uint8_t>> FarPixels(const std::vector<StereoView>& views,
+                                            const std::vector<ViewOverlap>& overlaps,
+                                            const std::vector<DepthMap>& measured,
+                                            const std::vector<DepthMap>& filled) {
+  std::vector<RegionInput> inputs(views.size());
+  for (size_t i = 0; i < views.size(); ++i) {
+    inputs[i].nearest = overlaps[i].depths.near;
+    for (size_t at = 0; at < measured[i].inverse.size(); ++at) {
+      inputs[i].is_known.push_back(measured[i].inverse[at] > 0 || filled[i].inverse[at] > 0);
+    }
+  }
+  return FindFarRegions(views, inputs);
+}
+
+// Returns at most kMostSkySeeds points at kSkyRadius in the directions of the pixels that are far.
+std::vector<SeedPoint> SkySeeds(const std::vector<StereoView>& views,
+                                const std::vector<std::vector<uint8_t>>& far) {
+  // A little outside, so that rounding leaves them sky.
+  constexpr float kRadius = 0.5f * (kSkyRadius + kFarRadius);
+  PointMerger merger(kMostSkySeeds);
+  for (size_t i = 0; i < views.size(); ++i) {
+    for (size_t at = 0; at < far[i].size(); ++at) {
+      if (far[i][at] != 0) merger.Add(kRadius * DirectionOf(views[i], at), views[i].color[at]);
+    }
+  }
+  std::vector<SeedPoint> seeds = merger.Take();
+  for (SeedPoint& seed : seeds) seed.position *= kRadius / seed.position.norm();
+  return seeds;
+}
+
+// Returns the depths of a view that one of two maps has, and those of what is far.
+PhotoDepths JoinDepths(const StereoView& view,
+                       DepthMap measured,
+                       const DepthMap& filled,
+                       const std::vector<uint8_t>& far) {
   PhotoDepths depths;
   depths.width = view.width;
   depths.height = view.height;
@@ -180,6 +223,9 @@ PhotoDepths JoinDepths(const StereoView& view, DepthMap measured, const DepthMap
   depths.inverse = std::move(measured.inverse);
   for (size_t at = 0; at < filled.inverse.size(); ++at) {
     if (filled.inverse[at] > 0) depths.inverse[at] = filled.inverse[at];
+    if (far[at] == 0) continue;
+    const double share_of_z = (view.cam_from_world * DirectionOf(view, at)).z();
+    depths.inverse[at] = static_cast<float>(1 / (kInfiniteShare * kSkyRadius * share_of_z));
   }
   return depths;
 }
@@ -192,7 +238,12 @@ std::string SurfaceSeeds::Report() const {
   std::string report = "Plane sweep: " + Plural(static_cast<int64_t>(points.size()), "seed") +
                        " from " + Plural(num_swept, "photo");
   if (num_swept < num_training) report += " of " + std::to_string(num_training);
-  return report + " in " + text;
+  report += std::string(" in ") + text;
+  if (far_share > 0) {
+    std::snprintf(text, sizeof(text), "%.1f %%", 100 * far_share);
+    report += std::string("; ") + text + " of their pixels show sky, or what is as far";
+  }
+  return report;
 }
 
 SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
@@ -210,10 +261,17 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
   const std::vector<SeedPoint> plain = MergedPoints(
       views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
   found.points.insert(found.points.end(), plain.begin(), plain.end());
+  const std::vector<std::vector<uint8_t>> far = FarPixels(views, overlaps, measured, filled);
+  const std::vector<SeedPoint> sky = SkySeeds(views, far);
+  found.points.insert(found.points.end(), sky.begin(), sky.end());
   found.depths.resize(scene.NumViews());
+  int64_t num_far = 0, num_pixels = 0;
   for (size_t i = 0; i < views.size(); ++i) {
-    found.depths[views[i].view] = JoinDepths(views[i], std::move(measured[i]), filled[i]);
+    num_far += std::count(far[i].begin(), far[i].end(), 1);
+    num_pixels += static_cast<int64_t>(views[i].NumPixels());
+    found.depths[views[i].view] = JoinDepths(views[i], std::move(measured[i]), filled[i], far[i]);
   }
+  if (num_far > 0) found.far_share = static_cast<double>(num_far) / static_cast<double>(num_pixels);
   found.seconds = SecondsSince(begin);
   return found;
 }
@@ -225,14 +283,16 @@ uint64_t PhotoDepthBytes(int64_t num_photos) {
 uint64_t SurfaceSeedBytes(int64_t num_photos) {
   // A view has grey and colour; two depth maps of it are in memory at a time, and a third while the
   // filled ones are compared.
-  constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + 3 * sizeof(float);
+  constexpr double kBytesOfPixel = sizeof(float) + sizeof(Eigen::Vector3f) + 3 * sizeof(float) +
+                                   2;  // and whether known, and far
   const double pixels = kPixels * static_cast<double>(num_photos);
   // Merged points wait in an array of twice their number, and are copied as it grows.
   constexpr double kBytesOfMerging = 3 * 64;
   const double merged = std::min<double>(pixels, kMostSurfaceSeeds);
   const int64_t of_thread = std::max({SweepPlanesBytes(), FillDepthsBytes(), FillPlanesBytes()});
   return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
-                               static_cast<double>(of_thread) * NumThreads());
+                               static_cast<double>(of_thread) * NumThreads()) +
+         FarRegionBytes(num_photos);
 }
 
 }  // namespace semfoam

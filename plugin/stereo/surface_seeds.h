@@ -18,10 +18,13 @@ namespace semfoam {
 // The points and the depths that were found.
 struct SurfaceSeeds {
   // Dense seeds (SeedPoint::is_dense) in the normalised frame: at most kMostSurfaceSeeds that were
-  // measured, then those of plain surfaces.
+  // measured, then those of plain surfaces, then at most kMostSkySeeds of what is infinitely far,
+  // beyond kSkyRadius.
   std::vector<SeedPoint> points;
   // [views] The depths of all points, of each photo of the scene; empty where it was not swept.
   std::vector<PhotoDepths> depths;
+  // Share of the swept photos' pixels that are infinitely far (FindFarRegions).
+  double far_share = 0;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
   int num_training = 0;
@@ -32,6 +35,7 @@ struct SurfaceSeeds {
 };
 
 inline constexpr int kMostSurfaceSeeds = 500'000;
+inline constexpr int kMostSkySeeds = 4'000;
 
 // Sweeps at most `most_photos` of the training photos, evenly spread by name, never a held-out one
 // (SweepPlanes), and keeps the depths on which the maps of two other views agree, within 1.5 % and
@@ -40,8 +44,10 @@ inline constexpr int kMostSurfaceSeeds = 500'000;
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
 // the same voxel are merged (PointMerger). Then fills the maps (FillDepths, FillPlanes), and keeps
 // what is new by the same rules, merged to an eighth of the number of points that were measured.
-// Colours are those of the reference exposure. Finds nothing where fewer than three photos overlap.
-// The result does not depend on the number of threads. Throws as TrainingScene::OpenView does.
+// What is infinitely far (FindFarRegions) gets seeds beyond kSkyRadius, and rays to it a distance
+// of 0.7 times that. Colours are those of the reference exposure. Finds nothing where fewer than
+// three photos overlap. The result does not depend on the number of threads. Throws as
+// TrainingScene::OpenView does.
 SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
 
 // Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos

@@ -19,10 +19,12 @@ struct FadeUnseen {
   // DensificationStatistics::contribution.
   const float* contribution;
   float transparent_contribution;
+  const Eigen::Vector3f* positions;
   float* raw_density;
 
   SEMFOAM_HOST_DEVICE void operator()(int64_t i) const {
-    raw_density[i] = FadedRawDensity(raw_density[i], contribution[i], transparent_contribution);
+    raw_density[i] =
+        FadedRawDensity(raw_density[i], positions[i], contribution[i], transparent_contribution);
   }
 };
 

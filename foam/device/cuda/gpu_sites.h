@@ -60,6 +60,7 @@ struct GpuSites {
     machine.ForEach(old_count,
                     FadeUnseen{contribution.data(),
                                DensificationOptions().transparent_contribution,
+                               positions.data(),
                                raw_density.data()});
     Array<uint32_t> origin;
     Array<uint8_t> is_new;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/densification.h"
 
+#include "foam/geometry/guard_sites.h"
 #include "foam/model/spherical_harmonics.h"
 #include "foam/render/ray_record.h"
 
@@ -151,6 +152,34 @@ TEST(Densification, PlacesChildrenTowardsTheFarthestNeighbourThatIsSeen) {
     EXPECT_LT((after.positions[k] - before.positions[parent] - step).norm(), 0.11f * step.norm());
   }
   EXPECT_GT(along, 50) << "the two rules were the same, so nothing was tested";
+}
+
+// A child of sky between it and the other surfaces would hide all of the sky behind; and a cell of
+// sky that no ray has met would be a hole in it.
+TEST(Densification, SkyStaysFarAndOpaque) {
+  constexpr int kInner = 200, kSky = 200;
+  std::vector<Eigen::Vector3f> sites = RandomSites(kInner, 1);
+  const float radius = 0.5f * (kSkyRadius + kFarRadius);
+  for (const Eigen::Vector3f& site : RandomSites(kSky, 2)) {
+    sites.push_back(radius * site.normalized());
+  }
+  const WalkableCells cells(sites);
+  Foam foam = MarkedFoam(kInner + kSky);
+  foam.positions = sites;
+  DensificationStatistics statistics;
+  statistics.Reset(kInner + kSky);
+  // The inner cells are those that are seen, so that they would draw the children.
+  std::fill_n(statistics.contribution.begin(), kInner, 0.5f);
+  std::fill_n(statistics.squared_error.begin() + kInner, kSky, 1.f);
+  DensificationOptions options;
+  options.num_to_add = 100;
+  const Rearrangement how = Densify(cells.delaunay, statistics, options, 1, 0, &foam);
+  ASSERT_GT(how.num_added, 90u);
+  for (size_t k = 0; k < foam.NumSites(); ++k) {
+    if (how.origin[k] < kInner) continue;
+    EXPECT_TRUE(IsSkySite(foam.positions[k])) << foam.positions[k].norm();
+    EXPECT_EQ(foam.raw_density[k], how.origin[k]) << "made transparent";
+  }
 }
 
 TEST(Densification, PrunesOnlySmallCellsThatNothingAroundSees) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/optim/free_space.h"
 
+#include "foam/geometry/guard_sites.h"
 #include "foam/optim/training_topology.h"
 #include "foam/util/random_vectors.h"
 
@@ -188,6 +189,27 @@ TEST(FreeSpace, NeedsPoints) {
   EXPECT_TRUE(space.cones().empty());
   EXPECT_FALSE(space.Contains(Before(arc, 0, 0.1)));
   EXPECT_FALSE(FreeSpace().Contains(Eigen::Vector3f::Zero()));
+}
+
+TEST(FreeSpace, LiesBetweenTheSurfacesAndSky) {
+  const Arc arc(1, 0);
+  const std::vector<SeedPoint> surfaces = Ball(0.05, 1000);
+  std::vector<SeedPoint> seeds = surfaces;
+  const Eigen::Vector3f sky(0, 0, kFarRadius);
+  seeds.push_back({sky, Eigen::Vector3f::Ones()});
+  const FreeSpace space(arc, seeds);
+  EXPECT_NEAR(space.sky_begin(), 1.2 * 0.05, 0.002);
+  EXPECT_FALSE(space.Contains({0, 0, 0.05f}));
+  EXPECT_TRUE(space.Contains({0, 0, 0.07f}));
+  // Sky does not count as a surface before which the view is clear.
+  EXPECT_EQ(space.cones()[0].radius, FreeSpace(arc, surfaces).cones()[0].radius);
+  EXPECT_FALSE(FreeSpace(arc, surfaces).Contains({0, 0, 20}));
+  TrainingTopology topology;
+  const std::vector<Eigen::Vector3f> sites = {
+      sky, {0, 0, 20}, {0.01f, 0, 0}, {0, 0.01f, 0}, {-0.01f, 0, 0}, {0, 0, -0.01f}};
+  topology.Triangulate(sites, space, /*with_areas=*/false);
+  EXPECT_EQ(topology.is_clear()[0], 0);
+  EXPECT_EQ(topology.is_clear()[1], 1);
 }
 
 TEST(FreeSpace, LooksAtEverySeedWhereTheyAreFew) {

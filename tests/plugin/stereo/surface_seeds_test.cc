@@ -3,6 +3,7 @@
 // A plane sweep of rendered photos, whose surfaces are known.
 #include "plugin/stereo/surface_seeds.h"
 
+#include "foam/geometry/guard_sites.h"
 #include "foam/util/parallel.h"
 #include "foam/util/random.h"
 #include "plugin/colmap/camera_models.h"
@@ -53,6 +54,13 @@ double Texture(const Eigen::Vector3d& x, uint64_t channel) {
   return sum;
 }
 
+// Soft clouds in the sky.
+Eigen::Vector3d CloudsAt(const Eigen::Vector3d& direction) {
+  const double x = direction.x() / direction.z(), y = direction.y() / direction.z();
+  const double cloud = 0.1 * std::sin(14 * x + 5 * y) * std::cos(11 * y - 3 * x);
+  return Eigen::Vector3d(0.5, 0.65, 0.85) + Eigen::Vector3d(cloud, cloud, 0.5 * cloud);
+}
+
 // Returns the first surface point along a ray from z < 1 towards z > 0.
 Eigen::Vector3d Hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d to_ball = kBall - origin;
@@ -91,6 +99,8 @@ struct Rendering {
   std::function<int(int i)> texture = [](int) { return 0; };
   // Where the wall begins to be of one colour.
   double plain_from = kPlain;
+  // Whether there is no wall there, but cloudy sky.
+  bool has_sky = false;
   // Whether all surfaces are of one colour.
   bool is_plain = false;
   // Radius of a disc on the wall that is of one colour, around kPatch.
@@ -158,7 +168,12 @@ class RenderedWorkspace {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int k = 0; k < 4; ++k) {
           const auto ray = Unproject(camera, {x + 0.25 + 0.5 * (k % 2), y + 0.25 + 0.5 * (k / 2)});
-          if (ray) sum += ColorAt(Hit(center, world_from_cam * *ray), texture) / 4;
+          if (!ray) continue;
+          const Eigen::Vector3d direction = (world_from_cam * *ray).normalized();
+          const Eigen::Vector3d hit = Hit(center, direction);
+          sum += (rendering_.has_sky && IsBeyondTexture(hit) ? CloudsAt(direction)
+                                                             : ColorAt(hit, texture)) /
+                 4;
         }
         for (int c = 0; c < 3; ++c) {
           const double noise = 5 * random.Uniform() - 2.5;
@@ -170,9 +185,13 @@ class RenderedWorkspace {
     WritePng(temp_ / "images" / image.name, width, height, 8, PNG_COLOR_TYPE_RGB, samples);
   }
 
+  bool IsBeyondTexture(const Eigen::Vector3d& x) const {
+    return x.z() > kWall - 1e-9 && x.x() > rendering_.plain_from;
+  }
+
   Eigen::Vector3d ColorAt(const Eigen::Vector3d& x, int texture) const {
-    const bool is_of_plain_wall = x.z() > kWall - 1e-9 && x.x() > rendering_.plain_from &&
-                                  (x - kPrint).norm() >= rendering_.print_radius;
+    const bool is_of_plain_wall =
+        IsBeyondTexture(x) && (x - kPrint).norm() >= rendering_.print_radius;
     const bool is_of_patch = (x - kPatch).norm() < rendering_.patch_radius;
     if (rendering_.is_plain || is_of_plain_wall || is_of_patch) return {0.95, 0.95, 0.95};
     const auto first = static_cast<uint64_t>(3 * texture);
@@ -327,6 +346,37 @@ TEST(SurfaceSeeds, TellRaysTheirDistances) {
   TrainingRay ray;
   ASSERT_TRUE(scene.Ray(1, 100, 80, &ray));
   EXPECT_EQ(ray.distance, 0);
+}
+
+TEST(SurfaceSeeds, ShowSkyInfinitelyFarAway) {
+  const RenderedWorkspace workspace({.plain_from = 0.2, .has_sky = true});
+  TrainingScene scene = workspace.Scene();
+  SurfaceSeeds seeds = FindSurfaceSeeds(scene, kPhotos);
+  EXPECT_GT(seeds.far_share, 0.15);
+  EXPECT_THAT(seeds.Report(), HasSubstr("of their pixels show sky"));
+  int num_sky = 0;
+  for (const SeedPoint& seed : seeds.points) {
+    if (!IsSkySite(seed.position)) continue;
+    ++num_sky;
+    const Eigen::Vector3d clouds = CloudsAt(seed.position.cast<double>().normalized());
+    EXPECT_LT((seed.color.cast<double>() - clouds).norm(), 0.06);
+  }
+  EXPECT_GT(num_sky, 50);
+  EXPECT_LE(num_sky, kMostSkySeeds);
+  scene.SetDepths(std::move(seeds.depths));
+  const Eigen::Vector3d eye = scene.WorldFromNormalized().Apply(scene.Origin(0));
+  int num_far = 0;
+  for (int y = 0; y < scene.Height(0); ++y) {
+    for (int x = 0; x < scene.Width(0); ++x) {
+      TrainingRay ray;
+      if (!scene.Ray(0, x, y, &ray) || !(ray.distance > 15)) continue;
+      ++num_far;
+      EXPECT_NEAR(ray.distance, 0.7 * kSkyRadius, 0.1);
+      const Eigen::Vector3d hit = Hit(eye, ray.direction.cast<double>());
+      EXPECT_GT(hit.x(), 0) << "a wall is not far";
+    }
+  }
+  EXPECT_GT(num_far, scene.Width(0) * scene.Height(0) / 8);
 }
 
 TEST(SurfaceSeeds, HaveTheColorsOfThePhotos) {

@@ -19,8 +19,8 @@ inline constexpr float kGuardRadius = 100;
 inline constexpr float kFarRadius = 30;
 
 // Sites at this distance from the origin or farther stand for what is infinitely far, such as sky:
-// in training they stay where they are, nothing else is between them and the other surfaces, and
-// they are never made transparent for want of a ray.
+// in training they stay where they are and others stay nearer, nothing else is between them and the
+// other surfaces, and they are never made transparent for want of a ray.
 inline constexpr float kSkyRadius = 0.995f * kFarRadius;
 
 SEMFOAM_HOST_DEVICE inline bool IsSkySite(const Eigen::Vector3f& position) {

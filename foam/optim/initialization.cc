@@ -102,11 +102,11 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
     CounterRandom random(options.seed, kScatterPurpose, i);
     const Eigen::Vector3f u = (2 * UniformVector(&random).array() - 1).cast<float>();
     const Eigen::Vector3f p = middle + half.cwiseProduct(u);
-    if (p.norm() <= kFarRadius) sites.push_back({p, grey, kScatteredDensity});
+    if (!IsSkySite(p)) sites.push_back({p, grey, kScatteredDensity});
   }
-  const bool has_sky = std::any_of(
-      seeds.begin(), seeds.end(), [](const SeedPoint& s) { return IsSkySite(s.position); });
-  const double outer = has_sky ? kFarthestBeforeSky : kFarRadius;
+  const bool has_sky =
+      std::any_of(sites.begin(), sites.end(), [](const Site& s) { return IsSkySite(s.position); });
+  const double outer = has_sky ? kFarthestBeforeSky : kSkyRadius;
   const double inner = std::min(double(half.norm()), 0.5 * outer);
   for (size_t i = 0; i < options.num_far; ++i) {
     CounterRandom random(options.seed, kFarPurpose, i);

@@ -92,7 +92,7 @@ class Collector {
       return;
     }
     const Eigen::Vector3d position = world_from_normalized_.Invert(world);
-    if (!(position.norm() <= kFarRadius)) {
+    if (IsSkySite(position.cast<float>())) {
       ++cloud_->num_far;
       return;
     }

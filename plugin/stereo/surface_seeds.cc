@@ -168,7 +168,7 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
       const float inverse = maps[i].inverse[at];
       if (!(inverse > 0)) continue;
       const Eigen::Vector3d point = views[i].PointAt(CenterOf(views[i], at), 1.0 / inverse);
-      if (point.norm() <= kFarRadius) merger.Add(point, views[i].color[at]);
+      if (point.norm() < kSkyRadius) merger.Add(point, views[i].color[at]);
     }
   }
   return merger.Take();

@@ -15,16 +15,16 @@ namespace semfoam {
 inline constexpr int kNumGuardSites = 32;
 // Radius of the sphere of the guards, normalised frame.
 inline constexpr float kGuardRadius = 100;
-// Maximum distance of a real site from the origin, normalised frame.
+// Maximum distance of a real site from the origin, normalised frame, that is not sky.
 inline constexpr float kFarRadius = 30;
-
-// Sites at this distance from the origin or farther stand for what is infinitely far, such as sky:
-// in training they stay where they are and others stay nearer, nothing else is between them and the
-// other surfaces, and they are never made transparent for want of a ray.
-inline constexpr float kSkyRadius = 0.995f * kFarRadius;
+// Distance of sites that stand for what is infinitely far, such as sky: in training they stay where
+// they are, nothing else is opaque between them and the other surfaces, and they are never made
+// transparent for want of a ray.
+inline constexpr float kSkyRadius = 1.005f * kFarRadius;
 
 SEMFOAM_HOST_DEVICE inline bool IsSkySite(const Eigen::Vector3f& position) {
-  return position.squaredNorm() >= kSkyRadius * kSkyRadius;
+  constexpr float kLeast = 0.5f * (kFarRadius + kSkyRadius);
+  return position.squaredNorm() >= kLeast * kLeast;
 }
 
 // Returns the positions of the guards.

@@ -107,7 +107,7 @@ Rearrangement PlanDensification(const Delaunay& delaunay,
     const Eigen::Vector3f step = 0.25f * to_farthest;
     Eigen::Vector3f child = p + step + 0.1f * step.norm() * RandomUnitVector(&random);
     if (is_sky) child *= p.norm() / child.norm();
-    if (IsSkySite(child) != is_sky || child == p) continue;
+    if ((!is_sky && child.norm() > kFarRadius) || child == p) continue;
     result.origin.push_back(parent);
     result.is_new.push_back(1);
     positions.push_back(child);

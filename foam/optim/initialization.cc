@@ -81,7 +81,7 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
   std::vector<Eigen::Vector3f> extent;
   const size_t num_sfm = NumSfmPoints(seeds);
   const auto add = [&](const SeedPoint& seed) {
-    if (!(seed.position.norm() <= kFarRadius)) return;
+    if (!(seed.position.norm() <= kFarRadius) && !IsSkySite(seed.position)) return;
     sites.push_back({seed.position, seed.color, kSeedDensity});
     // A dense cloud may reach far into the background, of which SfM has few points.
     if (!seed.is_dense || num_sfm == 0) extent.push_back(seed.position);
@@ -102,11 +102,11 @@ std::vector<Site> InitialSites(const std::vector<SeedPoint>& seeds,
     CounterRandom random(options.seed, kScatterPurpose, i);
     const Eigen::Vector3f u = (2 * UniformVector(&random).array() - 1).cast<float>();
     const Eigen::Vector3f p = middle + half.cwiseProduct(u);
-    if (!IsSkySite(p)) sites.push_back({p, grey, kScatteredDensity});
+    if (p.norm() <= kFarRadius) sites.push_back({p, grey, kScatteredDensity});
   }
   const bool has_sky =
       std::any_of(sites.begin(), sites.end(), [](const Site& s) { return IsSkySite(s.position); });
-  const double outer = has_sky ? kFarthestBeforeSky : kSkyRadius;
+  const double outer = has_sky ? kFarthestBeforeSky : kFarRadius;
   const double inner = std::min(double(half.norm()), 0.5 * outer);
   for (size_t i = 0; i < options.num_far; ++i) {
     CounterRandom random(options.seed, kFarPurpose, i);

@@ -23,7 +23,7 @@ struct InitializationOptions {
   size_t max_point_sites = 50'000;
   // Number of sites scattered in the space around cameras and points.
   size_t num_scattered = 4'000;
-  // Number of sites in the shell beyond, of log-uniform radius up to kSkyRadius, or half of it
+  // Number of sites in the shell beyond, of log-uniform radius up to kFarRadius, or half of it
   // where there are seeds of sky (IsSkySite): the far background.
   size_t num_far = 2'000;
   // Degree of the spherical harmonics, 0..3.
@@ -42,7 +42,7 @@ std::vector<SeedPoint> ThinDenseSeeds(std::vector<SeedPoint> seeds,
 
 // Returns a foam with a site at every seed, in its colour, and empty sites around these, in Hilbert
 // order. `camera_centers` as `seeds` in the normalised frame. Works without points too. Points and
-// random places beyond kFarRadius are left out; seeds from kSkyRadius on are sky. Points of a dense
+// random places beyond kFarRadius are left out, but for sky (IsSkySite). Points of a dense
 // cloud must have been thinned by ThinDenseSeeds.
 Foam InitialFoam(const std::vector<SeedPoint>& seeds,
                  const std::vector<Eigen::Vector3d>& camera_centers,

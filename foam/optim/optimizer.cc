@@ -45,7 +45,7 @@ CellRow RowOfRates(const ParameterRow& row, int sh_stride, const LearningRates& 
 
 // Adds a row of changes to the parameters that are `stepped`, of all but the cell's identity, in
 // units of its step lengths.
-// Keeps the site within kSkyRadius, and sky where it is. Unless `is_clear`, updates `density` from
+// Keeps the site within kFarRadius, and sky where it is. Unless `is_clear`, updates `density` from
 // the new raw density.
 void AddChange(const ParameterRow& row,
                const ParameterSpan& stepped,
@@ -57,10 +57,9 @@ void AddChange(const ParameterRow& row,
                float* density) {
   Eigen::Vector3f& position = foam->positions[site];
   if (!IsSkySite(position)) {
-    constexpr float kFarthest = 0.999f * kSkyRadius;  // else it would pass for sky
     position += lengths.position * Eigen::Vector3f(change + row.position);
     const float distance = position.norm();
-    if (distance > kFarthest) position *= kFarthest / distance;
+    if (distance > kFarRadius) position *= kFarRadius / distance;
   }
   if (!is_clear) {
     float& raw = foam->raw_density[site];

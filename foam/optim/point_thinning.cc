@@ -14,11 +14,11 @@ namespace {
 
 // Of a key, for each axis.
 constexpr int kBits = 21;
-// The largest coordinate of a voxel: 1 + ln kFarRadius is 4.4.
+// The largest coordinate of a voxel: 1 + ln kSkyRadius is 4.4.
 constexpr double kHalfExtent = 4.5;
 constexpr double kSmallestEdge = 2 * kHalfExtent / (1 << kBits);
 
-// Units of a sum of positions, of which 2^32 points within kFarRadius have room in 63 bits.
+// Units of a sum of positions, of which 2^32 points within kSkyRadius have room in 63 bits.
 constexpr double kPositionUnits = 1 << 26;
 constexpr double kColorUnits = 65535;
 

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 // Thins dense point clouds by voxels: of all points in a voxel, one is left, at their mean position
-// and in their mean colour. All positions are in the normalised frame, within kFarRadius.
+// and in their mean colour. All positions are in the normalised frame, within kSkyRadius.
 //
 // Voxels are cubes within distance 1 of the origin, about the distance from which the scene was
 // photographed. Beyond, their edges grow as r / (1 + ln r) across and as r along the distance r,
@@ -27,7 +27,7 @@ class PointMerger {
   // CHECKs most >= 8: a voxel for each octant.
   explicit PointMerger(size_t most);
 
-  // Adds a point, finite and within kFarRadius; display values, clamped to 0..1, where NaN is grey.
+  // Adds a point, finite and within kSkyRadius; display values, clamped to 0..1, where NaN is grey.
   void Add(const Eigen::Vector3d& position, const Eigen::Vector3f& color);
 
   // Returns one dense seed (SeedPoint::is_dense) for each voxel, in Morton order, and empties this

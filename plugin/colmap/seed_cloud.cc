@@ -92,7 +92,7 @@ class Collector {
       return;
     }
     const Eigen::Vector3d position = world_from_normalized_.Invert(world);
-    if (IsSkySite(position.cast<float>())) {
+    if (!(position.norm() <= kFarRadius)) {
       ++cloud_->num_far;
       return;
     }

@@ -59,7 +59,7 @@ void MakeSeeds(std::vector<Point3D> points,
   for (const Point3D& point : points) {
     if (has_tracks && point.track.empty()) continue;
     const Eigen::Vector3d position = world_from_normalized.Invert(point.position);
-    if (!position.allFinite() || IsSkySite(position.cast<float>())) continue;
+    if (!position.allFinite() || position.norm() > kFarRadius) continue;
     const Eigen::Vector3f rounded = position.cast<float>();
     const auto [entry, is_new] =
         seed_at.try_emplace({rounded.x(), rounded.y(), rounded.z()}, seeds->size());

@@ -39,7 +39,7 @@ void AppendObservations(const Point3D& point,
                         const SeenImages& images,
                         PixelObservations* observations);
 
-// Makes seeds of the points within kSkyRadius of the normalised frame, in ascending order of their
+// Makes seeds of the points within kFarRadius of the normalised frame, in ascending order of their
 // ids, each position once, with the observations of all points at that position. Without `images`
 // there are no observations. Leaves out points without a track, unless no point has one (models of
 // other programs).

@@ -168,7 +168,7 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
       const float inverse = maps[i].inverse[at];
       if (!(inverse > 0)) continue;
       const Eigen::Vector3d point = views[i].PointAt(CenterOf(views[i], at), 1.0 / inverse);
-      if (point.norm() < kSkyRadius) merger.Add(point, views[i].color[at]);
+      if (point.norm() <= kFarRadius) merger.Add(point, views[i].color[at]);
     }
   }
   return merger.Take();
@@ -197,16 +197,14 @@ std::vector<std::vector<uint8_t>> FarPixels(const std::vector<StereoView>& views
 // Returns at most kMostSkySeeds points at kSkyRadius in the directions of the pixels that are far.
 std::vector<SeedPoint> SkySeeds(const std::vector<StereoView>& views,
                                 const std::vector<std::vector<uint8_t>>& far) {
-  // A little outside, so that rounding leaves them sky.
-  constexpr float kRadius = 0.5f * (kSkyRadius + kFarRadius);
   PointMerger merger(kMostSkySeeds);
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t at = 0; at < far[i].size(); ++at) {
-      if (far[i][at] != 0) merger.Add(kRadius * DirectionOf(views[i], at), views[i].color[at]);
+      if (far[i][at] != 0) merger.Add(kSkyRadius * DirectionOf(views[i], at), views[i].color[at]);
     }
   }
   std::vector<SeedPoint> seeds = merger.Take();
-  for (SeedPoint& seed : seeds) seed.position *= kRadius / seed.position.norm();
+  for (SeedPoint& seed : seeds) seed.position *= kSkyRadius / seed.position.norm();
   return seeds;
 }
 

@@ -19,7 +19,7 @@ namespace semfoam {
 struct SurfaceSeeds {
   // Dense seeds (SeedPoint::is_dense) in the normalised frame: at most kMostSurfaceSeeds that were
   // measured, then those of plain surfaces, then at most kMostSkySeeds of what is infinitely far,
-  // beyond kSkyRadius.
+  // at kSkyRadius.
   std::vector<SeedPoint> points;
   // [views] The depths of all points, of each photo of the scene; empty where it was not swept.
   std::vector<PhotoDepths> depths;
@@ -44,7 +44,7 @@ inline constexpr int kMostSkySeeds = 4'000;
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
 // the same voxel are merged (PointMerger). Then fills the maps (FillDepths, FillPlanes), and keeps
 // what is new by the same rules, merged to an eighth of the number of points that were measured.
-// What is infinitely far (FindFarRegions) gets seeds beyond kSkyRadius, and rays to it a distance
+// What is infinitely far (FindFarRegions) gets seeds at kSkyRadius, and rays to it a distance
 // of 0.7 times that. Colours are those of the reference exposure. Finds nothing where fewer than
 // three photos overlap. The result does not depend on the number of threads. Throws as
 // TrainingScene::OpenView does.

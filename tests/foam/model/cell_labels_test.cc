@@ -21,7 +21,7 @@ TEST(CellLabels, SkyIsNoMatter) {
   foam.sh_degree = 0;
   foam.positions = RandomSites(kInner, 1);
   for (const Eigen::Vector3f& site : RandomSites(kSky, 2)) {
-    foam.positions.push_back(kFarRadius * site.normalized());
+    foam.positions.push_back(kSkyRadius * site.normalized());
   }
   foam.raw_density.assign(kInner + kSky, static_cast<float>(RawDensity(20)));
   foam.sh.assign((kInner + kSky) * foam.ShStride(), 0.f);

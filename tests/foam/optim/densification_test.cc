@@ -159,9 +159,8 @@ TEST(Densification, PlacesChildrenTowardsTheFarthestNeighbourThatIsSeen) {
 TEST(Densification, SkyStaysFarAndOpaque) {
   constexpr int kInner = 200, kSky = 200;
   std::vector<Eigen::Vector3f> sites = RandomSites(kInner, 1);
-  const float radius = 0.5f * (kSkyRadius + kFarRadius);
   for (const Eigen::Vector3f& site : RandomSites(kSky, 2)) {
-    sites.push_back(radius * site.normalized());
+    sites.push_back(kSkyRadius * site.normalized());
   }
   const WalkableCells cells(sites);
   Foam foam = MarkedFoam(kInner + kSky);

@@ -195,7 +195,7 @@ TEST(FreeSpace, LiesBetweenTheSurfacesAndSky) {
   const Arc arc(1, 0);
   const std::vector<SeedPoint> surfaces = Ball(0.05, 1000);
   std::vector<SeedPoint> seeds = surfaces;
-  const Eigen::Vector3f sky(0, 0, kFarRadius);
+  const Eigen::Vector3f sky(0, 0, kSkyRadius);
   seeds.push_back({sky, Eigen::Vector3f::Ones()});
   const FreeSpace space(arc, seeds);
   EXPECT_NEAR(space.sky_begin(), 1.2 * 0.05, 0.002);

@@ -246,18 +246,26 @@ Overlap OverlapWithBall(const ClearCone& cone, const Eigen::Vector3f& center, fl
   return Overlap::kPart;
 }
 
-// Returns the distance from the origin within which all but a few of the seeds lie, with a margin.
-float SkyBegin(const std::vector<SeedPoint>& seeds) {
+// Returns FreeSpace::sky_begin for seeds without those of sky.
+float SkyBegin(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
   constexpr double kShare = 0.99;
   constexpr float kMargin = 1.2f;
+  // Plain ground around a thing may have no seed at all.
+  constexpr float kCameraMargin = 3;
+  float farthest_camera = 0;
+  for (int view = 0; view < views.NumViews(); ++view) {
+    if (views.IsHeldOut(view)) continue;
+    farthest_camera = std::max(farthest_camera, static_cast<float>(views.Origin(view).norm()));
+  }
+  const float least = kCameraMargin * farthest_camera;
   std::vector<float> distances;
   distances.reserve(seeds.size());
   for (const SeedPoint& seed : seeds) distances.push_back(seed.position.norm());
-  if (distances.empty()) return 0;
+  if (distances.empty()) return least;
   const auto at = distances.begin() +
                   static_cast<ptrdiff_t>(kShare * static_cast<double>(distances.size() - 1));
   std::nth_element(distances.begin(), at, distances.end());
-  return kMargin * *at;
+  return std::max(least, kMargin * *at);
 }
 
 }  // namespace
@@ -271,7 +279,7 @@ FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& s
   std::copy_if(seeds.begin(), seeds.end(), std::back_inserter(surfaces), [](const SeedPoint& seed) {
     return !IsSkySite(seed.position);
   });
-  if (surfaces.size() < seeds.size()) sky_begin_ = SkyBegin(surfaces);
+  if (surfaces.size() < seeds.size()) sky_begin_ = SkyBegin(views, surfaces);
   const SeedBlocks blocks(surfaces);
   num_seed_tests_ = MeasureRadii(blocks, &cones_);
   const auto says_nothing = [](const ClearCone& cone) { return !(cone.radius > 0); };

@@ -57,11 +57,12 @@ class FreeSpace {
   static constexpr int64_t kFewestSampledSeeds = 8192;
   static constexpr int64_t kMostConesBetween = 32768;
 
-  // Returns whether `x` lies in a cone.
+  // Returns whether `x` lies in a cone, or beyond sky_begin.
   bool Contains(const Eigen::Vector3f& x) const;
 
   // Returns the distance from the origin beyond which only sky may be: 1.2 times that within which
-  // 99 % of the other seeds lie; infinite without sky (IsSkySite).
+  // 99 % of the other seeds lie, and at least three times that of the farthest camera; infinite
+  // without seeds of sky (IsSkySite).
   float sky_begin() const { return sky_begin_; }
 
   const std::vector<ClearCone>& cones() const { return cones_; }

@@ -198,9 +198,13 @@ TEST(FreeSpace, LiesBetweenTheSurfacesAndSky) {
   const Eigen::Vector3f sky(0, 0, kSkyRadius);
   seeds.push_back({sky, Eigen::Vector3f::Ones()});
   const FreeSpace space(arc, seeds);
-  EXPECT_NEAR(space.sky_begin(), 1.2 * 0.05, 0.002);
-  EXPECT_FALSE(space.Contains({0, 0, 0.05f}));
-  EXPECT_TRUE(space.Contains({0, 0, 0.07f}));
+  // The camera is 1 away, the surfaces 0.05: what lies around them may have no seeds.
+  EXPECT_NEAR(space.sky_begin(), 3, 1e-5);
+  EXPECT_FALSE(space.Contains({0, 0, 2.9f}));
+  EXPECT_TRUE(space.Contains({0, 0, 3.1f}));
+  std::vector<SeedPoint> far_surfaces = Ball(4, 1000);
+  far_surfaces.push_back(seeds.back());
+  EXPECT_NEAR(FreeSpace(arc, far_surfaces).sky_begin(), 1.2 * 4, 1e-3);
   // Sky does not count as a surface before which the view is clear.
   EXPECT_EQ(space.cones()[0].radius, FreeSpace(arc, surfaces).cones()[0].radius);
   EXPECT_FALSE(FreeSpace(arc, surfaces).Contains({0, 0, 20}));

@@ -2,6 +2,7 @@
 #include "plugin/stereo/far_regions.h"
 
 #include "foam/util/parallel.h"
+#include "plugin/stereo/reduced_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,46 +34,6 @@ constexpr double kLeastSeen = 1, kLeastSeenOnPlane = 0.3;
 constexpr size_t kMostPartners = 16;
 // Share of a view's directions that a partner must see, too.
 constexpr double kLeastOverlap = 0.2;
-
-// A photo reduced by kReduction.
-struct ReducedView {
-  StereoView view;
-  // [pixels] Whether hardly any of a pixel's depths is known.
-  std::vector<uint8_t> is_unknown;
-};
-
-ReducedView Reduce(const StereoView& full, const std::vector<uint8_t>& is_known) {
-  CHECK_EQ(is_known.size(), full.NumPixels());
-  constexpr int kMostKnown = kReduction * kReduction / 8;
-  ReducedView reduced;
-  StereoView& view = reduced.view;
-  view.view = full.view;
-  view.width = full.width / kReduction;
-  view.height = full.height / kReduction;
-  view.focal = full.focal / kReduction;
-  view.center = full.center / kReduction;
-  view.origin = full.origin;
-  view.cam_from_world = full.cam_from_world;
-  for (int y = 0; y < view.height; ++y) {
-    for (int x = 0; x < view.width; ++x) {
-      Eigen::Vector3f color = Eigen::Vector3f::Zero();
-      float grey = 0;
-      int num_known = 0;
-      for (int v = kReduction * y; v < kReduction * (y + 1); ++v) {
-        for (int u = kReduction * x; u < kReduction * (x + 1); ++u) {
-          const size_t at = static_cast<size_t>(v) * full.width + u;
-          color += full.color[at];
-          grey += full.grey[at];
-          num_known += is_known[at];
-        }
-      }
-      view.color.push_back(color / (kReduction * kReduction));
-      view.grey.push_back(grey / (kReduction * kReduction));
-      reduced.is_unknown.push_back(num_known <= kMostKnown && !std::isnan(grey));
-    }
-  }
-  return reduced;
-}
 
 // Regions of unknown depth.
 struct Regions {
@@ -260,7 +221,7 @@ std::vector<std::vector<uint8_t>> FindFarRegions(const std::vector<StereoView>& 
       }
     });
   };
-  for_each_view([&](size_t i) { reduced[i] = Reduce(views[i], inputs[i].is_known); });
+  for_each_view([&](size_t i) { reduced[i] = Reduce(views[i], inputs[i].is_known, kReduction); });
   for_each_view([&](size_t i) {
     const Regions regions = FindRegions(reduced[i]);
     const std::vector<uint8_t> are_far = AreFar(reduced, i, inputs[i].nearest, regions);

@@ -7,6 +7,7 @@
 #include "foam/util/parallel.h"
 #include "plugin/stereo/depth_filling.h"
 #include "plugin/stereo/far_regions.h"
+#include "plugin/stereo/ground_plane.h"
 #include "plugin/stereo/plane_filling.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
@@ -18,6 +19,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace semfoam {
 namespace {
@@ -63,15 +65,22 @@ std::vector<Track> NormalizedTracks(const TrainingScene& scene) {
   return tracks;
 }
 
+// Returns the views that a view is matched with.
+std::vector<const StereoView*> MatchedPartners(const std::vector<StereoView>& views,
+                                               const ViewOverlap& overlap) {
+  std::vector<const StereoView*> partners;
+  for (const int j : overlap.partners) {
+    if (partners.size() < kMatchedPartners) partners.push_back(&views[j]);
+  }
+  return partners;
+}
+
 std::vector<DepthMap> SweepAll(const std::vector<StereoView>& views,
                                const std::vector<ViewOverlap>& overlaps) {
   std::vector<DepthMap> maps(views.size());
   ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      std::vector<const StereoView*> partners;
-      for (const int j : overlaps[i].partners) {
-        if (partners.size() < kMatchedPartners) partners.push_back(&views[j]);
-      }
+      const std::vector<const StereoView*> partners = MatchedPartners(views, overlaps[i]);
       if (partners.empty()) continue;
       maps[i] = SweepPlanes(views[i], partners, overlaps[i].depths);
     }
@@ -85,16 +94,28 @@ Eigen::Vector2d CenterOf(const StereoView& view, size_t pixel) {
           static_cast<double>(pixel / view.width) + 0.5};
 }
 
-// Returns the mean depth of a point by the views that agree on it, as a multiple of its own. 0
-// where fewer than kLeastAgreeing agree, or as many contradict: they see something behind it, or
-// another colour at its depth.
-double AgreedDepth(const std::vector<StereoView>& views,
-                   const std::vector<DepthMap>& maps,
-                   const std::vector<int>& partners,
-                   const Eigen::Vector3d& point,
-                   const Eigen::Vector3f& color) {
+// What other views say of a point.
+struct Agreement {
+  // Of the depths that agree, as multiples of the point's, and of its own.
   double sum = 1;
-  int num_agreeing = 0, num_contradicting = 0;
+  int num_agreeing = 0;
+  // Of the views that see something behind it, or another colour at its depth.
+  int num_contradicting = 0;
+
+  // Returns the mean depth as a multiple of the point's own; 0 where fewer than kLeastAgreeing
+  // agree, or as many contradict.
+  double MeanDepth() const {
+    if (num_agreeing < kLeastAgreeing || num_contradicting >= num_agreeing) return 0;
+    return sum / (1 + num_agreeing);
+  }
+};
+
+Agreement AgreementOn(const std::vector<StereoView>& views,
+                      const std::vector<DepthMap>& maps,
+                      const std::vector<int>& partners,
+                      const Eigen::Vector3d& point,
+                      const Eigen::Vector3f& color) {
+  Agreement agreement;
   for (const int j : partners) {
     Eigen::Vector2d pixel;
     double depth = 0;
@@ -110,14 +131,13 @@ double AgreedDepth(const std::vector<StereoView>& views,
     const bool is_same_color =
         (views[j].color[at] - color).cwiseAbs().maxCoeff() <= kColorTolerance;
     if (is_same_depth && is_same_color) {
-      sum += ratio;
-      ++num_agreeing;
+      agreement.sum += ratio;
+      ++agreement.num_agreeing;
     } else if (is_same_depth || ratio > 1 + kSeenThrough) {
-      ++num_contradicting;
+      ++agreement.num_contradicting;
     }
   }
-  if (num_agreeing < kLeastAgreeing || num_contradicting >= num_agreeing) return 0;
-  return sum / (1 + num_agreeing);
+  return agreement;
 }
 
 // Calls body(i) for each of the views, on all threads.
@@ -128,32 +148,70 @@ void ForEachView(const std::vector<StereoView>& views, Body&& body) {
   });
 }
 
-// Returns the depths of each map that those of other views agree on (AgreedDepth). With `but`:
-// where those are unknown.
+// Returns the depths of each map that those of other views agree on (Agreement).
 std::vector<DepthMap> AgreedDepths(const std::vector<StereoView>& views,
                                    const std::vector<ViewOverlap>& overlaps,
-                                   const std::vector<DepthMap>& maps,
-                                   const std::vector<DepthMap>* but = nullptr) {
+                                   const std::vector<DepthMap>& maps) {
   std::vector<DepthMap> agreed(views.size());
   ForEachView(views, [&](int64_t i) {
     const StereoView& view = views[i];
     agreed[i].inverse.assign(maps[i].inverse.size(), 0.f);
     for (size_t at = 0; at < maps[i].inverse.size(); ++at) {
       const float inverse = maps[i].inverse[at];
-      if (!(inverse > 0) || (but != nullptr && (*but)[i].inverse[at] > 0)) continue;
+      if (!(inverse > 0)) continue;
       const Eigen::Vector3d point = view.PointAt(CenterOf(view, at), 1.0 / inverse);
-      const double factor = AgreedDepth(views, maps, overlaps[i].partners, point, view.color[at]);
+      const double factor =
+          AgreementOn(views, maps, overlaps[i].partners, point, view.color[at]).MeanDepth();
       if (factor > 0) agreed[i].inverse[at] = static_cast<float>(inverse / factor);
     }
   });
   return agreed;
 }
 
+// Returns the depths of the filled maps that are unknown in `known` and that those of other views
+// agree on, or that are on the ground and that none contradicts: of the ground before a camera,
+// other views often show nothing.
+std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
+                                     const std::vector<ViewOverlap>& overlaps,
+                                     const std::vector<DepthMap>& known,
+                                     const std::vector<DepthMap>& filled,
+                                     const std::optional<GroundPlane>& ground) {
+  std::vector<DepthMap> agreed(views.size());
+  ForEachView(views, [&](int64_t i) {
+    const StereoView& view = views[i];
+    agreed[i].inverse.assign(filled[i].inverse.size(), 0.f);
+    for (size_t at = 0; at < filled[i].inverse.size(); ++at) {
+      const float inverse = filled[i].inverse[at];
+      if (!(inverse > 0) || known[i].inverse[at] > 0) continue;
+      const Eigen::Vector2d pixel = CenterOf(view, at);
+      const Agreement agreement = AgreementOn(
+          views, filled, overlaps[i].partners, view.PointAt(pixel, 1.0 / inverse), view.color[at]);
+      const double factor = agreement.MeanDepth();
+      if (factor > 0) {
+        agreed[i].inverse[at] = static_cast<float>(inverse / factor);
+      } else if (ground && agreement.num_contradicting == 0) {
+        const double on_ground = ground->InImage(view).dot(pixel.homogeneous());
+        if (std::abs(on_ground - inverse) <= kTolerance * inverse) {
+          agreed[i].inverse[at] = static_cast<float>(on_ground);
+        }
+      }
+    }
+  });
+  return agreed;
+}
+
+// Fills each of the known maps, where it is not empty: first on the ground.
 std::vector<DepthMap> FillAll(const std::vector<StereoView>& views,
-                              const std::vector<DepthMap>& known) {
+                              const std::vector<ViewOverlap>& overlaps,
+                              const std::vector<DepthMap>& known,
+                              const std::optional<GroundPlane>& ground) {
   std::vector<DepthMap> filled(views.size());
   ForEachView(views, [&](int64_t i) {
-    if (!known[i].inverse.empty()) filled[i] = FillPlanes(views[i], FillDepths(views[i], known[i]));
+    if (known[i].inverse.empty()) return;
+    const StereoView& view = views[i];
+    const DepthMap start =
+        ground ? AddGround(view, MatchedPartners(views, overlaps[i]), *ground, known[i]) : known[i];
+    filled[i] = FillPlanes(view, FillDepths(view, start));
   });
   return filled;
 }
@@ -241,6 +299,7 @@ std::string SurfaceSeeds::Report() const {
     std::snprintf(text, sizeof(text), "%.1f %%", 100 * far_share);
     report += std::string("; ") + text + " of their pixels show sky, or what is as far";
   }
+  if (has_ground) report += "; the ground before the cameras is a plane";
   return report;
 }
 
@@ -254,8 +313,10 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
       FindOverlaps(views, NormalizedTracks(scene), scene.Plan().seeds);
   std::vector<DepthMap> measured = AgreedDepths(views, overlaps, SweepAll(views, overlaps));
   found.points = MergedPoints(views, measured, kMostSurfaceSeeds);
+  const std::optional<GroundPlane> ground = FindGroundPlane(views, overlaps, measured);
+  found.has_ground = ground.has_value();
   const std::vector<DepthMap> filled =
-      AgreedDepths(views, overlaps, FillAll(views, measured), &measured);
+      AgreedFillings(views, overlaps, measured, FillAll(views, overlaps, measured, ground), ground);
   const std::vector<SeedPoint> plain = MergedPoints(
       views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
   found.points.insert(found.points.end(), plain.begin(), plain.end());
@@ -290,7 +351,7 @@ uint64_t SurfaceSeedBytes(int64_t num_photos) {
   const int64_t of_thread = std::max({SweepPlanesBytes(), FillDepthsBytes(), FillPlanesBytes()});
   return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
                                static_cast<double>(of_thread) * NumThreads()) +
-         FarRegionBytes(num_photos);
+         FarRegionBytes(num_photos) + GroundPlaneBytes();
 }
 
 }  // namespace semfoam

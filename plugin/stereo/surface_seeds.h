@@ -25,6 +25,8 @@ struct SurfaceSeeds {
   std::vector<PhotoDepths> depths;
   // Share of the swept photos' pixels that are infinitely far (FindFarRegions).
   double far_share = 0;
+  // Whether the ground before the cameras was found (FindGroundPlane).
+  bool has_ground = false;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
   int num_training = 0;
@@ -42,8 +44,9 @@ inline constexpr int kMostSkySeeds = 4'000;
 // in about the same colour, and which fewer views contradict: those that see through the point, or
 // see another colour there (at the outlines of things, windows carry the depth of the thing over to
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
-// the same voxel are merged (PointMerger). Then fills the maps (FillDepths, FillPlanes), and keeps
-// what is new by the same rules, merged to an eighth of the number of points that were measured.
+// the same voxel are merged (PointMerger). Then fills the maps (AddGround, FillDepths, FillPlanes),
+// and keeps what is new by the same rules, or what is on the ground (FindGroundPlane) and no view
+// contradicts, merged to an eighth of the number of points that were measured.
 // What is infinitely far (FindFarRegions) gets seeds at kSkyRadius, and rays to it a distance
 // of 0.7 times that. Colours are those of the reference exposure. Finds nothing where fewer than
 // three photos overlap. The result does not depend on the number of threads. Throws as

@@ -123,9 +123,17 @@ export class Viewer {
     return { eye: camera.center, camFromWorld: camera.cam_from_world };
   }
 
-  // Goes to where a photo was taken, with a field of view that the photo fills.
+  // Goes to where a photo was taken, with a field of view that the photo fills: of the held-out
+  // photos, or of all where there are none, the one in the middle of all cameras. The first is often
+  // at the rim of what photos show.
   start(): void {
-    const camera = this.report.cameras.find((one) => one.held_out) ?? this.report.cameras[0];
+    const { cameras } = this.report;
+    const heldOut = cameras.filter((one) => one.held_out);
+    const fromAll = (one: Camera): number =>
+      cameras.reduce((sum, other) => sum + distance(one.center, other.center), 0);
+    const camera = (heldOut.length > 0 ? heldOut : cameras)
+      .map((one) => ({ one, away: fromAll(one) }))
+      .reduce((best, next) => (next.away < best.away ? next : best)).one;
     const { width, height } = this.canvas;
     this.pose = this.poseOf(camera);
     this.focal = (camera.fy * Math.max(width / camera.width, height / camera.height)) / height;

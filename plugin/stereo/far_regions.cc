@@ -75,11 +75,6 @@ Regions FindRegions(const ReducedView& reduced) {
   return regions;
 }
 
-// Returns the direction that a pixel looks in, of depth 1 along z, in the normalised frame.
-Eigen::Vector3d RayThrough(const StereoView& view, const Eigen::Vector2d& pixel) {
-  return view.PointAt(pixel, 1) - view.origin;
-}
-
 // Returns the share of a view's directions that another one sees, too.
 double SharedDirections(const StereoView& view, const StereoView& other) {
   constexpr int kSteps = 8;
@@ -89,7 +84,7 @@ double SharedDirections(const StereoView& view, const StereoView& other) {
       const Eigen::Vector2d at((x + 0.5) * view.width / kSteps, (y + 0.5) * view.height / kSteps);
       Eigen::Vector2d pixel;
       double depth = 0;
-      count += other.Project(other.origin + RayThrough(view, at), &pixel, &depth) &&
+      count += other.Project(other.origin + view.RayThrough(at), &pixel, &depth) &&
                other.Contains(pixel);
     }
   }
@@ -159,9 +154,7 @@ std::vector<Agreement> AgreementsAt(double inverse_depth,
   for (size_t at = 0; at < regions.of_pixel.size(); ++at) {
     if (regions.of_pixel[at] < 0) continue;
     Agreement& agreement = agreements[regions.of_pixel[at]];
-    const Eigen::Vector2d center(static_cast<double>(at % view.width) + 0.5,
-                                 static_cast<double>(at / view.width) + 0.5);
-    const Eigen::Vector3d ray = RayThrough(view, center);
+    const Eigen::Vector3d ray = view.RayThrough(view.CenterOf(at));
     for (const int j : partners) {
       Eigen::Vector3f color;
       const Eigen::Vector3d offset = ray + inverse_depth * (view.origin - reduced[j].view.origin);

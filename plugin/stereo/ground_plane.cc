@@ -70,13 +70,6 @@ struct PlaneScore {
   double Mean() const { return num_windows > 0 ? sum / num_windows : -1; }
 };
 
-// Returns (x, y, 1) of the centre of a pixel.
-Eigen::Vector3d CenterOf(const StereoView& view, size_t pixel) {
-  return {static_cast<double>(pixel % view.width) + 0.5,
-          static_cast<double>(pixel / view.width) + 0.5,
-          1};
-}
-
 std::vector<uint8_t> IsKnown(const DepthMap& map) {
   std::vector<uint8_t> is_known(map.inverse.size());
   for (size_t i = 0; i < is_known.size(); ++i) is_known[i] = map.inverse[i] > 0;
@@ -92,7 +85,7 @@ bool StandsBeforeUnknown(const StereoView& view, const DepthMap& known, const Ei
   std::vector<std::pair<double, size_t>> order;
   order.reserve(known.inverse.size());
   for (size_t i = 0; i < known.inverse.size(); ++i)
-    order.emplace_back(-plane.dot(CenterOf(view, i)), i);
+    order.emplace_back(-plane.dot(view.CenterOf(i).homogeneous()), i);
   const auto lowest = order.begin() + static_cast<ptrdiff_t>(order.size() / 6);
   std::nth_element(order.begin(), lowest, order.end());
   if (lowest == order.begin() || !(lowest->first < 0)) return false;
@@ -111,7 +104,7 @@ double ShareNearer(const StereoView& view,
   const Eigen::Vector3d plane = ground.InImage(view);
   size_t count = 0;
   for (size_t i = 0; i < known.inverse.size(); ++i) {
-    count += !(known.inverse[i] > 0) && plane.dot(CenterOf(view, i)) > nearest;
+    count += !(known.inverse[i] > 0) && plane.dot(view.CenterOf(i).homogeneous()) > nearest;
   }
   return static_cast<double>(count) /
          static_cast<double>(std::max<size_t>(1, known.inverse.size()));
@@ -178,7 +171,7 @@ class GroundComparison {
     correlation.Correlate(warped, &scores);
     for (size_t i = 0; i < scores.size(); ++i) {
       if (reduced.is_unknown[i] == 0 || !(scores[i] > kNoCorrelation)) continue;
-      if (!(nearby_in_image.dot(CenterOf(view, i)) > farthest_[pair.view])) continue;
+      if (!(nearby_in_image.dot(view.CenterOf(i).homogeneous()) > farthest_[pair.view])) continue;
       const double weight = std::min(1.f, correlation.Deviation(i) / kFullTexture);
       score->evidence += weight * (std::max(kChance, scores[i]) - kHalf);
       score->sum += weight * scores[i];
@@ -300,8 +293,7 @@ double ShareBelow(const std::vector<StereoView>& views,
     for (size_t i = 0; i < known[k].inverse.size(); i += kEvery) {
       if (!(known[k].inverse[i] > 0)) continue;
       const double depth = 1.0 / known[k].inverse[i];
-      below += plane.up.dot(view.PointAt(CenterOf(view, i).head<2>(), depth)) <
-               plane.level - kBelow * depth;
+      below += plane.up.dot(view.PointAt(view.CenterOf(i), depth)) < plane.level - kBelow * depth;
       ++count;
     }
   }
@@ -439,7 +431,7 @@ DepthMap AddGround(const StereoView& view,
     }
     const size_t at = small_y * small.width + small_x;
     if (reduced.is_unknown[at] == 0 || !(best[at] >= kCorrelated)) continue;
-    map.inverse[i] = static_cast<float>(std::max(0.0, in_view.dot(CenterOf(view, i))));
+    map.inverse[i] = static_cast<float>(std::max(0.0, in_view.dot(view.CenterOf(i).homogeneous())));
   }
   return map;
 }

@@ -37,8 +37,16 @@ struct StereoView {
   std::vector<Eigen::Vector3f> color;
 
   size_t NumPixels() const { return grey.size(); }
+  // Returns the centre of the pixel of this index.
+  Eigen::Vector2d CenterOf(size_t index) const {
+    return {static_cast<double>(index % width) + 0.5, static_cast<double>(index / width) + 0.5};
+  }
   // Returns the point of the normalised frame that is seen at a pixel, at `depth` along z.
   Eigen::Vector3d PointAt(const Eigen::Vector2d& pixel, double depth) const;
+  // Returns the direction in the normalised frame that a pixel looks in, of depth 1 along z.
+  Eigen::Vector3d RayThrough(const Eigen::Vector2d& pixel) const {
+    return PointAt(pixel, 1) - origin;
+  }
   // Computes pixel and depth along z of a point of the normalised frame. Returns false where it
   // lies behind the camera.
   bool Project(const Eigen::Vector3d& point, Eigen::Vector2d* pixel, double* depth) const;

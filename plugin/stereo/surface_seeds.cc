@@ -88,12 +88,6 @@ std::vector<DepthMap> SweepAll(const std::vector<StereoView>& views,
   return maps;
 }
 
-// Returns the centre of a pixel.
-Eigen::Vector2d CenterOf(const StereoView& view, size_t pixel) {
-  return {static_cast<double>(pixel % view.width) + 0.5,
-          static_cast<double>(pixel / view.width) + 0.5};
-}
-
 // What other views say of a point.
 struct Agreement {
   // Of the depths that agree, as multiples of the point's, and of its own.
@@ -159,7 +153,7 @@ std::vector<DepthMap> AgreedDepths(const std::vector<StereoView>& views,
     for (size_t at = 0; at < maps[i].inverse.size(); ++at) {
       const float inverse = maps[i].inverse[at];
       if (!(inverse > 0)) continue;
-      const Eigen::Vector3d point = view.PointAt(CenterOf(view, at), 1.0 / inverse);
+      const Eigen::Vector3d point = view.PointAt(view.CenterOf(at), 1.0 / inverse);
       const double factor =
           AgreementOn(views, maps, overlaps[i].partners, point, view.color[at]).MeanDepth();
       if (factor > 0) agreed[i].inverse[at] = static_cast<float>(inverse / factor);
@@ -183,7 +177,7 @@ std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
     for (size_t at = 0; at < filled[i].inverse.size(); ++at) {
       const float inverse = filled[i].inverse[at];
       if (!(inverse > 0) || known[i].inverse[at] > 0) continue;
-      const Eigen::Vector2d pixel = CenterOf(view, at);
+      const Eigen::Vector2d pixel = view.CenterOf(at);
       const Agreement agreement = AgreementOn(
           views, filled, overlaps[i].partners, view.PointAt(pixel, 1.0 / inverse), view.color[at]);
       const double factor = agreement.MeanDepth();
@@ -225,16 +219,11 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
     for (size_t at = 0; at < maps[i].inverse.size(); ++at) {
       const float inverse = maps[i].inverse[at];
       if (!(inverse > 0)) continue;
-      const Eigen::Vector3d point = views[i].PointAt(CenterOf(views[i], at), 1.0 / inverse);
+      const Eigen::Vector3d point = views[i].PointAt(views[i].CenterOf(at), 1.0 / inverse);
       if (point.norm() <= kFarRadius) merger.Add(point, views[i].color[at]);
     }
   }
   return merger.Take();
-}
-
-// Returns the unit direction, in the normalised frame, that a pixel looks in.
-Eigen::Vector3d DirectionOf(const StereoView& view, size_t pixel) {
-  return (view.PointAt(CenterOf(view, pixel), 1) - view.origin).normalized();
 }
 
 // Returns [views][pixels] 1 for what is infinitely far, of what neither map knows the depth of.
@@ -258,7 +247,9 @@ std::vector<SeedPoint> SkySeeds(const std::vector<StereoView>& views,
   PointMerger merger(kMostSkySeeds);
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t at = 0; at < far[i].size(); ++at) {
-      if (far[i][at] != 0) merger.Add(kSkyRadius * DirectionOf(views[i], at), views[i].color[at]);
+      if (far[i][at] != 0)
+        merger.Add(kSkyRadius * views[i].RayThrough(views[i].CenterOf(at)).normalized(),
+                   views[i].color[at]);
     }
   }
   std::vector<SeedPoint> seeds = merger.Take();
@@ -280,7 +271,8 @@ PhotoDepths JoinDepths(const StereoView& view,
   for (size_t at = 0; at < filled.inverse.size(); ++at) {
     if (filled.inverse[at] > 0) depths.inverse[at] = filled.inverse[at];
     if (far[at] == 0) continue;
-    const double share_of_z = (view.cam_from_world * DirectionOf(view, at)).z();
+    const double share_of_z =
+        (view.cam_from_world * view.RayThrough(view.CenterOf(at)).normalized()).z();
     depths.inverse[at] = static_cast<float>(1 / (kInfiniteShare * kSkyRadius * share_of_z));
   }
   return depths;

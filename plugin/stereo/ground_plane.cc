@@ -21,7 +21,7 @@ namespace semfoam {
 namespace {
 
 constexpr int kCoarse = 4, kFine = 2;
-constexpr size_t kMostViews = 8, kPartners = 2;
+constexpr size_t kFewestViews = 3, kMostViews = 8, kPartners = 2;
 // Sine of the angle by which cameras look up or down at most.
 constexpr double kMostPitch = 0.5;
 // Share of the lowest pixels whose depth may be known.
@@ -118,7 +118,7 @@ class GroundComparison {
                    const std::vector<DepthMap>& known,
                    const std::vector<size_t>& chosen,
                    int reduction)
-      : reduced_(views.size()) {
+      : reduced_(views.size()), farthest_(views.size()) {
     for (const size_t i : chosen) {
       size_t count = 0;
       for (const int partner : overlaps[i].partners) {
@@ -129,7 +129,6 @@ class GroundComparison {
         for (const size_t k : {i, j}) {
           if (reduced_[k].view.NumPixels() > 0) continue;
           reduced_[k] = Reduce(views[k], IsKnown(known[k]), reduction);
-          farthest_.resize(views.size());
           farthest_[k] = overlaps[k].depths.far;
         }
       }
@@ -187,7 +186,10 @@ class GroundComparison {
 
 // The planes among which the ground is looked for.
 struct Candidates {
-  Eigen::Vector3d up, right, forward, center;
+  Eigen::Vector3d up, right, forward;
+  // Mean of the cameras, and the distance from them of the sweep's nearest plane.
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double distance = 0;
   int num_forwards = kTilts;  // to either side
 
   GroundPlane PlaneOf(const Tilt& tilt) const {
@@ -203,8 +205,7 @@ struct Candidates {
            std::abs(tilt.forwards) <= (num_forwards + 0.5) * kTiltStep;
   }
 
-  // Heights are shares of `distance`.
-  std::vector<Tilt> Grid(double distance) const {
+  std::vector<Tilt> Grid() const {
     std::vector<Tilt> tilts;
     for (int a = -kTilts; a <= kTilts; ++a) {
       for (int b = -num_forwards; b <= num_forwards; ++b) {
@@ -300,6 +301,79 @@ double ShareBelow(const std::vector<StereoView>& views,
   return count > 0 ? static_cast<double>(below) / static_cast<double>(count) : 0;
 }
 
+// Returns the views that stand before ground of unknown depth.
+std::vector<size_t> ViewsBeforeUnknown(const std::vector<StereoView>& views,
+                                       const std::vector<DepthMap>& known,
+                                       const Eigen::Vector3d& up) {
+  std::vector<size_t> found;
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (!known[i].inverse.empty() && StandsBeforeUnknown(views[i], known[i], up)) {
+      found.push_back(i);
+    }
+  }
+  return found;
+}
+
+// Returns the planes to look for the ground among, for these views.
+Candidates CandidatesFor(const std::vector<StereoView>& views,
+                         const std::vector<ViewOverlap>& overlaps,
+                         const std::vector<size_t>& showing,
+                         const CameraUp& up) {
+  Candidates candidates;
+  candidates.up = up.up;
+  candidates.num_forwards = up.by_horizon ? kTilts : kTiltsOfPitch;
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  std::vector<double> nearest;
+  for (const size_t i : showing) {
+    right += views[i].cam_from_world.row(0).transpose();
+    candidates.center += views[i].origin / static_cast<double>(showing.size());
+    nearest.push_back(1 / overlaps[i].depths.near);
+  }
+  const auto median = nearest.begin() + static_cast<ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), median, nearest.end());
+  candidates.distance = *median;
+  // Where the cameras look all around, any horizontal direction will do.
+  const Eigen::Vector3d forward = right.cross(up.up);
+  candidates.forward = forward.norm() > 0 ? Eigen::Vector3d(forward.normalized())
+                                          : Eigen::Vector3d(up.up.unitOrthogonal());
+  candidates.right = candidates.forward.cross(up.up);
+  return candidates;
+}
+
+// Returns the tilts of the grid with the most evidence, at most kRefined, the best first.
+std::vector<Tilt> BestOfGrid(const GroundComparison& comparison, const Candidates& candidates) {
+  const std::vector<Tilt> tilts = candidates.Grid();
+  std::vector<std::pair<double, size_t>> order(tilts.size());
+  ParallelForBlocks(static_cast<int64_t>(tilts.size()), 16, [&](int64_t begin, int64_t end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const GroundPlane plane = candidates.PlaneOf(tilts[i]);
+      order[i] = {-comparison.Score(plane, plane, 2).evidence, i};
+    }
+  });
+  const size_t count = std::min(kRefined, order.size());
+  std::partial_sort(order.begin(), order.begin() + static_cast<ptrdiff_t>(count), order.end());
+  std::vector<Tilt> best;
+  for (size_t k = 0; k < count; ++k) best.push_back(tilts[order[k].second]);
+  return best;
+}
+
+// Climbs from each of the tilts in coarse photos, and returns the one that is best in fine ones.
+Tilt BestRefined(const GroundComparison& coarse,
+                 const GroundComparison& fine,
+                 const Candidates& candidates,
+                 const std::vector<Tilt>& tilts) {
+  std::vector<Tilt> refined(tilts.size());
+  std::vector<double> evidence(tilts.size());
+  ParallelForBlocks(static_cast<int64_t>(tilts.size()), 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      refined[i] = TiltSearch(coarse, candidates, tilts[i]).Climb(kTiltStep / 2);
+      const GroundPlane plane = candidates.PlaneOf(refined[i]);
+      evidence[i] = fine.Score(plane, plane, 1).evidence;
+    }
+  });
+  return refined[std::max_element(evidence.begin(), evidence.end()) - evidence.begin()];
+}
+
 }  // namespace
 
 Eigen::Vector3d GroundPlane::InImage(const StereoView& view) const {
@@ -318,65 +392,21 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
   for (const StereoView& view : views) rotations.emplace_back(view.cam_from_world);
   const std::optional<CameraUp> up = UpOfCameras(rotations);
   if (!up) return {};
-  std::vector<size_t> showing;
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (!known[i].inverse.empty() && StandsBeforeUnknown(views[i], known[i], up->up)) {
-      showing.push_back(i);
-    }
-  }
-  if (showing.size() < 3) return {};
+  const std::vector<size_t> showing = ViewsBeforeUnknown(views, known, up->up);
+  if (showing.size() < kFewestViews) return {};
   const size_t count = std::min(showing.size(), kMostViews);
   std::vector<size_t> chosen;
   for (size_t k = 0; k < count; ++k) chosen.push_back(showing[k * showing.size() / count]);
+  const Candidates candidates = CandidatesFor(views, overlaps, showing, *up);
 
-  Candidates candidates;
-  candidates.up = up->up;
-  candidates.num_forwards = up->by_horizon ? kTilts : kTiltsOfPitch;
-  candidates.center.setZero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  std::vector<double> nearest;
-  for (const size_t i : showing) {
-    right += views[i].cam_from_world.row(0).transpose();
-    candidates.center += views[i].origin / static_cast<double>(showing.size());
-    nearest.push_back(1 / overlaps[i].depths.near);
-  }
-  std::nth_element(nearest.begin(), nearest.begin() + nearest.size() / 2, nearest.end());
-  const double distance = nearest[nearest.size() / 2];
-
-  // Where the cameras look all around, any horizontal direction will do.
-  const Eigen::Vector3d forward = right.cross(up->up);
-  candidates.forward = forward.norm() > 0 ? Eigen::Vector3d(forward.normalized())
-                                          : Eigen::Vector3d(up->up.unitOrthogonal());
-  candidates.right = candidates.forward.cross(up->up);
-
-  const std::vector<Tilt> tilts = candidates.Grid(distance);
   const GroundComparison coarse(views, overlaps, known, chosen, kCoarse);
-  std::vector<std::pair<double, size_t>> order(tilts.size());
-  ParallelForBlocks(static_cast<int64_t>(tilts.size()), 16, [&](int64_t begin, int64_t end) {
-    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      const GroundPlane plane = candidates.PlaneOf(tilts[i]);
-      order[i] = {-coarse.Score(plane, plane, 2).evidence, i};
-    }
-  });
-  const size_t refined = std::min(kRefined, order.size());
-  std::partial_sort(order.begin(), order.begin() + refined, order.end());
-
   const GroundComparison fine(views, overlaps, known, chosen, kFine);
-  std::vector<Tilt> best(refined);
-  std::vector<double> scores(refined);
-  ParallelForBlocks(static_cast<int64_t>(refined), 1, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      best[i] = TiltSearch(coarse, candidates, tilts[order[i].second]).Climb(kTiltStep / 2);
-      const GroundPlane plane = candidates.PlaneOf(best[i]);
-      scores[i] = fine.Score(plane, plane, 1).evidence;
-    }
-  });
-  const auto winner = std::max_element(scores.begin(), scores.end()) - scores.begin();
+  Tilt tilt = BestRefined(coarse, fine, candidates, BestOfGrid(coarse, candidates));
+  tilt = TiltSearch(fine, candidates, tilt).Climb(kTiltStep / 4);
   // A ridge is flat, and only full photos tell where on it the top is.
   const GroundComparison full(views, overlaps, known, chosen, 1);
-  const Tilt tilt =
-      TiltSearch(full, candidates, TiltSearch(fine, candidates, best[winner]).Climb(kTiltStep / 4))
-          .Climb(kTiltStep / 8);
+  tilt = TiltSearch(full, candidates, tilt).Climb(kTiltStep / 8);
+
   GroundPlane ground = candidates.PlaneOf(tilt);
   const PlaneScore score = fine.Score(ground, ground, 1);
   ground.agreement = score.Mean();
@@ -391,9 +421,11 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
     nearer += ShareNearer(views[i], known[i], ground, overlaps[i].depths.near) /
               static_cast<double>(showing.size());
   }
-  if (score.num_windows < kLeastCompared * static_cast<double>(fine.NumPixels()) ||
-      !(ground.agreement >= kLeastAgreement) ||
-      !(ground.agreement - ground.agreement_beside >= kLeastLead) || nearer < kLeastNearer ||
+  const bool stands_out = ground.agreement >= kLeastAgreement &&
+                          ground.agreement - ground.agreement_beside >= kLeastLead;
+  const bool is_compared =
+      score.num_windows >= kLeastCompared * static_cast<double>(fine.NumPixels());
+  if (!stands_out || !is_compared || nearer < kLeastNearer ||
       ShareBelow(views, known, ground) > kMostBelow) {
     return {};
   }
@@ -437,10 +469,15 @@ DepthMap AddGround(const StereoView& view,
 }
 
 uint64_t GroundPlaneBytes() {
-  constexpr uint64_t kBytesOfReducedPixel = sizeof(Eigen::Vector3f) + sizeof(float) + 1;
-  constexpr uint64_t kMostReduced = kMostViews * (1 + kPartners);
-  return kMostReduced * kBytesOfReducedPixel * kStereoPixels * (kFine * kFine + kCoarse * kCoarse) /
-         (kFine * kFine * kCoarse * kCoarse);
+  constexpr double kBytesOfReducedPixel = sizeof(Eigen::Vector3f) + sizeof(float) + 1;
+  constexpr double kReductions = 1 + 1.0 / (kFine * kFine) + 1.0 / (kCoarse * kCoarse);
+  constexpr double kMostReduced = kMostViews * (1 + kPartners);
+  constexpr double kBytesOfOrder = sizeof(std::pair<double, size_t>);
+  // Of each thread a picture as the plane shows it, its scores, and the sums of windows.
+  constexpr double kBytesOfThread = 9 * sizeof(float);
+  return static_cast<uint64_t>(1.02 * kStereoPixels *
+                               (kMostReduced * kBytesOfReducedPixel * kReductions + kBytesOfOrder +
+                                kBytesOfThread * NumThreads()));
 }
 
 }  // namespace semfoam

@@ -19,6 +19,8 @@ struct TrainingRay {
   Eigen::Vector3f direction;
   // Display values (sRGB / 255), 0..1.
   Eigen::Vector3f color;
+  // Bit c: channel c may be brighter than that, for the photo is saturated.
+  uint8_t at_least = 0;
   // Class of the pixel; kUnlabelled: the ray trains colour, not identity.
   ClassIndex class_index = kUnlabelled;
   // Distance along the ray to the surface that it shows, as far as other photos tell; 0: not known.

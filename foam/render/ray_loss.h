@@ -34,12 +34,24 @@ struct RayTarget {
   int32_t class_index = Value(kUnlabelled);
   // Distance along the ray to the surface that other photos see there; 0: not known.
   float distance = 0;
+  // Bit c: channel c of the colour is at least as bright as `color` says, for the photo is
+  // saturated.
+  uint32_t at_least = 0;
 };
+
+// Returns by how much a channel that is seen differs from the target; 0 where it is brighter and
+// may be.
+template <typename T>
+SEMFOAM_HOST_DEVICE T ColorDifference(const T& seen, const RayTarget& target, int channel) {
+  const T difference = seen - T(target.color[channel]);
+  if ((target.at_least >> channel & 1) != 0 && difference > T(0)) return T(0);
+  return difference;
+}
 
 // The terms of one ray's loss, unweighted; or sums of them.
 template <typename T>
 struct RayLossTerms {
-  // ColorLoss of the difference between the colour over white and the photo's.
+  // ColorLoss of the difference between the colour over white and the photo's (ColorDifference).
   T color = T(0);
   // (1 - opacity)^2
   T opacity = T(0);
@@ -267,7 +279,7 @@ SEMFOAM_HOST_DEVICE RayLossTerms<T> RayLoss(const RayComposite<T>& ray,
   const T transmittance = ray.Transmittance();
   T mean_square = T(0);
   for (int c = 0; c < 3; ++c) {
-    const T difference = ray.color[c] + transmittance - T(target.color[c]);  // over white
+    const T difference = ColorDifference(ray.color[c] + transmittance, target, c);  // over white
     mean_square += difference * difference / T(3);
   }
   loss.color = ColorLoss(mean_square);
@@ -300,7 +312,7 @@ SEMFOAM_HOST_DEVICE RayGradient<T> RayLossGradient(const RayComposite<T>& ray,
   T difference[3];
   T mean_square = T(0);
   for (int c = 0; c < 3; ++c) {
-    difference[c] = ray.color[c] + transmittance - T(target.color[c]);
+    difference[c] = ColorDifference(ray.color[c] + transmittance, target, c);
     mean_square += difference[c] * difference[c] / T(3);
   }
   const T scale = T(weights.color) * ColorLossSlope(mean_square) / T(3);

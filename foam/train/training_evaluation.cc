@@ -22,7 +22,7 @@ double SquaredError(const std::vector<BatchRay>& rays, const std::vector<Rendere
     for (size_t i = begin; i < std::min(rays.size(), begin + kBlock); ++i) {
       for (int c = 0; c < 3; ++c) {
         const double seen = std::min(rendered[i].color[c], 1.f);
-        const double difference = seen - rays[i].target.color[c];
+        const double difference = ColorDifference(seen, rays[i].target, c);
         of_block += difference * difference;
       }
     }

@@ -32,6 +32,7 @@ PixelKind MakeBatchRay(const TrainingViews& views,
   out->direction = ray.direction;
   out->start_cell = start_cell;
   std::copy_n(ray.color.data(), 3, out->target.color);
+  out->target.at_least = ray.at_least;
   out->target.class_index = Value(ray.class_index);
   out->target.distance = ray.distance;
   return PixelKind::kTrains;

@@ -238,9 +238,10 @@ bool TrainingScene::RayOf(int view, int x, int y, const PixelValue& value, Train
   const uint8_t* color = value.color;
   if (lights_.empty()) {
     ray->color = Eigen::Vector3f(color[0], color[1], color[2]) / 255.0f;
+    ray->at_least = 0;
   } else {
     const Eigen::Vector2d place = PlaceInPhoto({x + 0.5, y + 0.5}, Width(view), Height(view));
-    ray->color = ReferenceColor(color, lights_[view], place);
+    ray->color = LeastReferenceColor(color, lights_[view], place, &ray->at_least);
   }
   ray->class_index = value.Class();
   return true;

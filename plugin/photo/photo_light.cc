@@ -50,22 +50,36 @@ Eigen::Vector3d LightAt(const PhotoLight& light, const Eigen::Vector2d& place) {
   return light.gain.array() * (shading.array() + falloff).exp();
 }
 
-Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
-                               const PhotoLight& light,
-                               const Eigen::Vector2d& place) {
+Eigen::Vector3f LeastReferenceColor(const uint8_t* rgb,
+                                    const PhotoLight& light,
+                                    const Eigen::Vector2d& place,
+                                    uint8_t* at_least) {
   const Eigen::Vector3d factor = LightAt(light, place);
   Eigen::Vector3d linear;
   for (int c = 0; c < 3; ++c) linear[c] = LinearTable()[rgb[c]] / factor[c];
-  if (light.tone != Eigen::Matrix3d::Identity()) linear = Toned(linear, light.tone.inverse());
+  const bool has_tone = light.tone != Eigen::Matrix3d::Identity();
+  if (has_tone) linear = Toned(linear, light.tone.inverse());
+  *at_least = 0;
   Eigen::Vector3f color;
   for (int c = 0; c < 3; ++c) {
     const double value = DisplayFromLinear(linear[c]);
-    if (rgb[c] >= kSaturated && value < kStillWhite) {
-      return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
-    }
+    if (rgb[c] >= kSaturated && value < kStillWhite) *at_least |= 1 << c;
     color[c] = static_cast<float>(std::min(value, 1.0));
   }
+  if (has_tone && *at_least != 0) {
+    color.setConstant(std::numeric_limits<float>::quiet_NaN());
+    *at_least = 0;
+  }
   return color;
+}
+
+Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
+                               const PhotoLight& light,
+                               const Eigen::Vector2d& place) {
+  uint8_t at_least = 0;
+  const Eigen::Vector3f color = LeastReferenceColor(rgb, light, place, &at_least);
+  if (at_least == 0) return color;
+  return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 }
 
 Eigen::Vector3f PhotographedColor(const Eigen::Vector3f& reference,

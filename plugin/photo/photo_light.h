@@ -53,6 +53,13 @@ Eigen::Vector3f ReferenceColor(const uint8_t* rgb,
                                const PhotoLight& light,
                                const Eigen::Vector2d& place);
 
+// Returns the same, but the least that saturated channels may be, and sets their bits in
+// `at_least`: bit c for channel c. NaN only with a tone, which mixes the channels.
+Eigen::Vector3f LeastReferenceColor(const uint8_t* rgb,
+                                    const PhotoLight& light,
+                                    const Eigen::Vector2d& place,
+                                    uint8_t* at_least);
+
 // Returns the display values that a photo in this light shows of a colour (display values, 0 or
 // more) in the reference exposure: multiplies its light, Toned, by LightAt, and clips at white.
 // White stays white in darker photos, too, as ReferenceColor has it; what is nearly white (0.94 or

@@ -50,7 +50,9 @@ Eigen::Vector3f ReferenceColorOf(const TrainingScene& scene,
   const int x = std::clamp(static_cast<int>(photo_pixel.x()), 0, scene.Width(view) - 1);
   const int y = std::clamp(static_cast<int>(photo_pixel.y()), 0, scene.Height(view) - 1);
   TrainingRay ray;
-  if (scene.RayOf(view, x, y, value, &ray) && ray.color.allFinite()) return ray.color;
+  if (scene.RayOf(view, x, y, value, &ray) && ray.at_least == 0 && ray.color.allFinite()) {
+    return ray.color;
+  }
   return mean.cast<float>() / 255.f;
 }
 

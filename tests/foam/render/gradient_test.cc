@@ -209,6 +209,8 @@ RayCase RandomRay(uint64_t seed, int index) {
   const Eigen::Vector3d aim = RandomPoint(&random, 0.7);
   ray.direction = (aim - ray.origin).normalized();
   for (float& c : ray.target.color) c = static_cast<float>(random.Uniform());
+  // Of one in four rays, channels may be brighter.
+  ray.target.at_least = random.Uniform() < 0.25 ? 5 : 0;
   ray.target.class_index =
       index % 4 == 3 ? Value(kUnlabelled) : static_cast<int>(random.Below(kNumClasses));
   const double u = random.Uniform(), v = random.Uniform();

@@ -38,6 +38,7 @@ class RayBatch : public testing::TestWithParam<std::string> {
       ray.origin = RandomPoint(&random, 0.8).cast<float>().cast<double>();
       ray.direction = RandomDirection(&random).cast<float>().cast<double>();
       ray.target.class_index = i % 4 == 3 ? Value(kUnlabelled) : i % kNumClasses;
+      ray.target.at_least = i % 5 == 2 ? 3 : 0;
       cases_.push_back(ray);
       BatchRay& in_batch = rays_.emplace_back();
       in_batch.origin = ray.origin.cast<float>();

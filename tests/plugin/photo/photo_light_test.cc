@@ -96,6 +96,21 @@ TEST(PhotoLight, WhiteStaysWhiteOrIsNotKnown) {
   const PhotoLight bright{{1.4, 1.4, 1.4}, {0, 0}};
   EXPECT_FALSE(ReferenceColor(white, bright, {0, 0}).allFinite());
   EXPECT_FALSE(ReferenceColor(one_channel, bright, {0, 0}).allFinite());
+  // At least what white is in this light, then.
+  uint8_t at_least = 0;
+  const Eigen::Vector3f least = LeastReferenceColor(white, bright, {0, 0}, &at_least);
+  EXPECT_EQ(at_least, 7);
+  EXPECT_GT(least.minCoeff(), 0.8);
+  EXPECT_LT(least.maxCoeff(), 0.9);
+  EXPECT_EQ(LeastReferenceColor(one_channel, bright, {0, 0}, &at_least).x(), least.x());
+  EXPECT_EQ(at_least, 1);
+  EXPECT_EQ(LeastReferenceColor(white, dark, {0, 0}, &at_least), Eigen::Vector3f::Ones());
+  EXPECT_EQ(at_least, 0);
+  // A tone mixes the channels, so that none has a bound.
+  PhotoLight toned = bright;
+  toned.tone(0, 1) = 0.1;
+  EXPECT_FALSE(LeastReferenceColor(one_channel, toned, {0, 0}, &at_least).allFinite());
+  EXPECT_EQ(at_least, 0);
   // So little brighter that nobody sees it.
   const PhotoLight hardly{{1.02, 1.02, 1.02}, {0, 0}};
   EXPECT_TRUE(ReferenceColor(white, hardly, {0, 0}).allFinite());

@@ -57,6 +57,7 @@ struct Tilt {
 // A view and another one to compare it with.
 struct ComparedPair {
   size_t view, partner;
+  PlaneWarp warp;
 };
 
 // How well pairs of views agree on a plane. Windows count by their texture.
@@ -118,20 +119,22 @@ class GroundComparison {
                    const std::vector<DepthMap>& known,
                    const std::vector<size_t>& chosen,
                    int reduction)
-      : reduced_(views.size()), farthest_(views.size()) {
+      : reduced_(views.size()), windows_(views.size()), farthest_(views.size()) {
     for (const size_t i : chosen) {
       size_t count = 0;
       for (const int partner : overlaps[i].partners) {
         const auto j = static_cast<size_t>(partner);
         if (known[j].inverse.empty() || count == kPartners) continue;
-        pairs_.push_back({i, j});
         ++count;
         for (const size_t k : {i, j}) {
           if (reduced_[k].view.NumPixels() > 0) continue;
           reduced_[k] = Reduce(views[k], IsKnown(known[k]), reduction);
           farthest_[k] = overlaps[k].depths.far;
         }
+        pairs_.push_back({i, j, PlaneWarp(reduced_[i].view, reduced_[j].view)});
       }
+      const StereoView& view = reduced_[i].view;
+      if (std::min(view.width, view.height) > 2 * kWindowRadius) windows_[i].emplace(view);
     }
   }
 
@@ -146,32 +149,45 @@ class GroundComparison {
   // are compared with each other `nearby` should be the same, or that with more pixels is better.
   PlaneScore Score(const GroundPlane& plane, const GroundPlane& nearby, size_t step) const {
     PlaneScore score;
-    for (size_t k = 0; k < pairs_.size(); k += step) AddPair(plane, nearby, pairs_[k], &score);
+    Buffers buffers;
+    for (size_t k = 0; k < pairs_.size(); k += step) {
+      AddPair(plane, nearby, pairs_[k], &buffers, &score);
+    }
     return score;
   }
 
  private:
+  // What pairs are compared in.
+  struct Buffers {
+    // What the partner shows of the plane, and how it correlates with the view.
+    ImageValues warped, scores;
+    WindowCorrelation::Buffers windows;
+  };
+
   void AddPair(const GroundPlane& plane,
                const GroundPlane& nearby,
                const ComparedPair& pair,
+               Buffers* buffers,
                PlaneScore* score) const {
+    if (!windows_[pair.view]) return;
+    const WindowCorrelation& windows = *windows_[pair.view];
     const ReducedView& reduced = reduced_[pair.view];
     const StereoView& view = reduced.view;
     const StereoView& partner = reduced_[pair.partner].view;
-    if (std::min(view.width, view.height) <= 2 * WindowSums::kRadius) return;
     if (plane.up.dot(view.origin) <= plane.level || plane.up.dot(partner.origin) <= plane.level) {
       return;
     }
     const Eigen::Vector3d in_image = plane.InImage(view), nearby_in_image = nearby.InImage(view);
-    ImageValues warped(view.NumPixels()), scores(view.NumPixels());
-    const PlaneWarp warp(view, partner);
-    warp.Warp(in_image.cast<float>(), view.width, view.height, partner, &warped);
-    WindowCorrelation correlation(view);
-    correlation.Correlate(warped, &scores);
+    ImageValues& warped = buffers->warped;
+    ImageValues& scores = buffers->scores;
+    warped.resize(view.NumPixels());
+    scores.resize(view.NumPixels());
+    pair.warp.Warp(in_image.cast<float>(), view.width, view.height, partner, &warped);
+    windows.Correlate(warped, &buffers->windows, &scores);
     for (size_t i = 0; i < scores.size(); ++i) {
       if (reduced.is_unknown[i] == 0 || !(scores[i] > kNoCorrelation)) continue;
       if (!(nearby_in_image.dot(view.CenterOf(i).homogeneous()) > farthest_[pair.view])) continue;
-      const double weight = std::min(1.f, correlation.Deviation(i) / kFullTexture);
+      const double weight = std::min(1.f, windows.Deviation(i) / kFullTexture);
       score->evidence += weight * (std::max(kChance, scores[i]) - kHalf);
       score->sum += weight * scores[i];
       score->num_windows += weight;
@@ -179,6 +195,8 @@ class GroundComparison {
   }
 
   std::vector<ReducedView> reduced_;
+  // [views] Of those that are compared with partners and are larger than a window.
+  std::vector<std::optional<WindowCorrelation>> windows_;
   // [views] Inverse depths.
   std::vector<double> farthest_;
   std::vector<ComparedPair> pairs_;
@@ -441,8 +459,9 @@ DepthMap AddGround(const StereoView& view,
   if (ground.up.dot(view.origin) <= ground.level) return map;
   const ReducedView reduced = Reduce(view, IsKnown(known), kFine);
   const StereoView& small = reduced.view;
-  if (std::min(small.width, small.height) <= 2 * WindowSums::kRadius) return map;
-  WindowCorrelation correlation(small);
+  if (std::min(small.width, small.height) <= 2 * kWindowRadius) return map;
+  const WindowCorrelation windows(small);
+  WindowCorrelation::Buffers buffers;
   const Eigen::Vector3d in_small = ground.InImage(small), in_view = ground.InImage(view);
   ImageValues warped(small.NumPixels()), scores(small.NumPixels());
   ImageValues best(small.NumPixels(), kNoCorrelation);
@@ -451,7 +470,7 @@ DepthMap AddGround(const StereoView& view,
     const StereoView other =
         Reduce(*partner, std::vector<uint8_t>(partner->NumPixels(), 0), kFine).view;
     PlaneWarp(small, other).Warp(in_small.cast<float>(), small.width, small.height, other, &warped);
-    correlation.Correlate(warped, &scores);
+    windows.Correlate(warped, &buffers, &scores);
     for (size_t i = 0; i < best.size(); ++i) best[i] = std::max(best[i], scores[i]);
   }
   for (size_t i = 0; i < map.inverse.size(); ++i) {
@@ -472,12 +491,15 @@ uint64_t GroundPlaneBytes() {
   constexpr double kBytesOfReducedPixel = sizeof(Eigen::Vector3f) + sizeof(float) + 1;
   constexpr double kReductions = 1 + 1.0 / (kFine * kFine) + 1.0 / (kCoarse * kCoarse);
   constexpr double kMostReduced = kMostViews * (1 + kPartners);
+  // Mean and deviation of the windows of a view.
+  constexpr double kBytesOfWindow = 2 * sizeof(float);
   constexpr double kBytesOfOrder = sizeof(std::pair<double, size_t>);
   // Of each thread a picture as the plane shows it, its scores, and the sums of windows.
-  constexpr double kBytesOfThread = 9 * sizeof(float);
-  return static_cast<uint64_t>(1.02 * kStereoPixels *
-                               (kMostReduced * kBytesOfReducedPixel * kReductions + kBytesOfOrder +
-                                kBytesOfThread * NumThreads()));
+  constexpr double kBytesOfThread = 7 * sizeof(float);
+  return static_cast<uint64_t>(
+      1.02 * kStereoPixels *
+      ((kMostReduced * kBytesOfReducedPixel + kMostViews * kBytesOfWindow) * kReductions +
+       kBytesOfOrder + kBytesOfThread * NumThreads()));
 }
 
 }  // namespace semfoam

@@ -50,8 +50,8 @@ DepthMap SweepPlanes(const StereoView& view,
   const size_t num_pixels = view.NumPixels();
   DepthMap map;
   map.inverse.assign(num_pixels, 0.f);
-  if (depths.IsEmpty() || partners.size() < 2 || view.width <= 2 * WindowSums::kRadius ||
-      view.height <= 2 * WindowSums::kRadius) {
+  if (depths.IsEmpty() || partners.size() < 2 || view.width <= 2 * kWindowRadius ||
+      view.height <= 2 * kWindowRadius) {
     return map;
   }
   const double spacing = (depths.near - depths.far) / (kNumPlanes - 1);
@@ -59,7 +59,8 @@ DepthMap SweepPlanes(const StereoView& view,
   warps.reserve(partners.size());
   for (const StereoView* partner : partners) warps.emplace_back(view, *partner);
 
-  WindowCorrelation correlation(view);
+  const WindowCorrelation correlation(view);
+  WindowCorrelation::Buffers buffers;
   ImageValues warped(num_pixels), scores(num_pixels), best(num_pixels), second(num_pixels);
   // [kNumPlanes][pixels]
   ImageValues volume(kNumPlanes * num_pixels);
@@ -69,7 +70,7 @@ DepthMap SweepPlanes(const StereoView& view,
     std::fill(second.begin(), second.end(), kNoCorrelation);
     for (size_t k = 0; k < partners.size(); ++k) {
       warps[k].Warp({0, 0, inverse_depth}, view.width, view.height, *partners[k], &warped);
-      correlation.Correlate(warped, &scores);
+      correlation.Correlate(warped, &buffers, &scores);
       for (size_t i = 0; i < num_pixels; ++i) {
         second[i] = std::max(second[i], std::min(best[i], scores[i]));
         best[i] = std::max(best[i], scores[i]);
@@ -88,8 +89,7 @@ DepthMap SweepPlanes(const StereoView& view,
         static_cast<int>(std::max_element(of_pixel, of_pixel + kNumPlanes) - of_pixel);
     const float score = of_pixel[winner];
     if (!(score >= kLeastScore) || winner == 0 || winner == kNumPlanes - 1) continue;
-    if (correlation.IsFlat(
-            static_cast<int>(i % view.width), static_cast<int>(i / view.width), view.width)) {
+    if (correlation.IsFlat(static_cast<int>(i % view.width), static_cast<int>(i / view.width))) {
       continue;
     }
     float other = kNoCorrelation;

@@ -173,6 +173,7 @@ std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
   std::vector<DepthMap> agreed(views.size());
   ForEachView(views, [&](int64_t i) {
     const StereoView& view = views[i];
+    const Eigen::Vector3d in_image = ground ? ground->InImage(view) : Eigen::Vector3d::Zero();
     agreed[i].inverse.assign(filled[i].inverse.size(), 0.f);
     for (size_t at = 0; at < filled[i].inverse.size(); ++at) {
       const float inverse = filled[i].inverse[at];
@@ -184,7 +185,7 @@ std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
       if (factor > 0) {
         agreed[i].inverse[at] = static_cast<float>(inverse / factor);
       } else if (ground && agreement.num_contradicting == 0) {
-        const double on_ground = ground->InImage(view).dot(pixel.homogeneous());
+        const double on_ground = in_image.dot(pixel.homogeneous());
         if (std::abs(on_ground - inverse) <= kTolerance * inverse) {
           agreed[i].inverse[at] = static_cast<float>(on_ground);
         }

@@ -22,6 +22,8 @@ namespace {
 
 constexpr int kCoarse = 4, kFine = 2;
 constexpr size_t kFewestViews = 3, kMostViews = 8, kPartners = 2;
+// Partners of a view that its ground is compared with.
+constexpr size_t kPartnersOnGround = 4;
 // Sine of the angle by which cameras look up or down at most.
 constexpr double kMostPitch = 0.5;
 // Share of the lowest pixels whose depth may be known.
@@ -392,6 +394,67 @@ Tilt BestRefined(const GroundComparison& coarse,
   return refined[std::max_element(evidence.begin(), evidence.end()) - evidence.begin()];
 }
 
+// Returns the views, reduced by kFine, without their colours; also of those that take no part,
+// because other views may be compared with them.
+std::vector<ReducedView> ReduceAll(const std::vector<StereoView>& views,
+                                   const std::vector<DepthMap>& known) {
+  std::vector<ReducedView> reduced(views.size());
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      reduced[i] = Reduce(views[i],
+                          known[i].inverse.empty() ? std::vector<uint8_t>(views[i].NumPixels(), 0)
+                                                   : IsKnown(known[i]),
+                          kFine);
+      reduced[i].view.color = std::vector<Eigen::Vector3f>();
+    }
+  });
+  return reduced;
+}
+
+// Returns [pixels of the i-th reduced view] 1 where the depth is unknown, and one of the first
+// partners agrees that it is the plane's.
+std::vector<uint8_t> OnGround(const std::vector<ReducedView>& reduced,
+                              size_t i,
+                              const std::vector<int>& partners,
+                              const GroundPlane& ground) {
+  const StereoView& view = reduced[i].view;
+  std::vector<uint8_t> is_on_ground(view.NumPixels(), 0);
+  if (std::min(view.width, view.height) <= 2 * kWindowRadius) return is_on_ground;
+  const WindowCorrelation windows(view);
+  WindowCorrelation::Buffers buffers;
+  const Eigen::Vector3f in_image = ground.InImage(view).cast<float>();
+  ImageValues warped(view.NumPixels()), scores(view.NumPixels());
+  for (size_t k = 0; k < std::min(partners.size(), kPartnersOnGround); ++k) {
+    const StereoView& partner = reduced[partners[k]].view;
+    if (ground.up.dot(partner.origin) <= ground.level) continue;
+    PlaneWarp(view, partner).Warp(in_image, view.width, view.height, partner, &warped);
+    windows.Correlate(warped, &buffers, &scores);
+    for (size_t at = 0; at < scores.size(); ++at) {
+      if (reduced[i].is_unknown[at] != 0 && scores[at] >= kCorrelated) is_on_ground[at] = 1;
+    }
+  }
+  return is_on_ground;
+}
+
+// Adds the plane's depths to the unknown ones of a view, where `is_on_ground` [pixels of the
+// reduced view].
+void AddWhere(const std::vector<uint8_t>& is_on_ground,
+              const StereoView& view,
+              const GroundPlane& ground,
+              DepthMap* map) {
+  const Eigen::Vector3d in_image = ground.InImage(view);
+  const int small_width = view.width / kFine, small_height = view.height / kFine;
+  for (int y = 0; y < kFine * small_height; ++y) {
+    for (int x = 0; x < kFine * small_width; ++x) {
+      const size_t at = static_cast<size_t>(y) * view.width + x;
+      const size_t small_at = static_cast<size_t>(y / kFine) * small_width + x / kFine;
+      if (map->inverse[at] > 0 || is_on_ground[small_at] == 0) continue;
+      map->inverse[at] =
+          static_cast<float>(std::max(0.0, in_image.dot(view.CenterOf(at).homogeneous())));
+    }
+  }
+}
+
 }  // namespace
 
 Eigen::Vector3d GroundPlane::InImage(const StereoView& view) const {
@@ -450,56 +513,41 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
   return ground;
 }
 
-DepthMap AddGround(const StereoView& view,
-                   const std::vector<const StereoView*>& partners,
-                   const GroundPlane& ground,
-                   const DepthMap& known) {
-  CHECK_EQ(known.inverse.size(), view.NumPixels());
-  DepthMap map = known;
-  if (ground.up.dot(view.origin) <= ground.level) return map;
-  const ReducedView reduced = Reduce(view, IsKnown(known), kFine);
-  const StereoView& small = reduced.view;
-  if (std::min(small.width, small.height) <= 2 * kWindowRadius) return map;
-  const WindowCorrelation windows(small);
-  WindowCorrelation::Buffers buffers;
-  const Eigen::Vector3d in_small = ground.InImage(small), in_view = ground.InImage(view);
-  ImageValues warped(small.NumPixels()), scores(small.NumPixels());
-  ImageValues best(small.NumPixels(), kNoCorrelation);
-  for (const StereoView* partner : partners) {
-    if (ground.up.dot(partner->origin) <= ground.level) continue;
-    const StereoView other =
-        Reduce(*partner, std::vector<uint8_t>(partner->NumPixels(), 0), kFine).view;
-    PlaneWarp(small, other).Warp(in_small.cast<float>(), small.width, small.height, other, &warped);
-    windows.Correlate(warped, &buffers, &scores);
-    for (size_t i = 0; i < best.size(); ++i) best[i] = std::max(best[i], scores[i]);
-  }
-  for (size_t i = 0; i < map.inverse.size(); ++i) {
-    const size_t x = i % view.width, y = i / view.width;
-    const size_t small_x = x / kFine, small_y = y / kFine;
-    if (map.inverse[i] > 0 || small_x >= static_cast<size_t>(small.width) ||
-        small_y >= static_cast<size_t>(small.height)) {
-      continue;
+std::vector<DepthMap> AddGround(const std::vector<StereoView>& views,
+                                const std::vector<ViewOverlap>& overlaps,
+                                const GroundPlane& ground,
+                                const std::vector<DepthMap>& known) {
+  CHECK_EQ(views.size(), overlaps.size());
+  CHECK_EQ(views.size(), known.size());
+  const std::vector<ReducedView> reduced = ReduceAll(views, known);
+  std::vector<DepthMap> maps = known;
+  ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      if (known[i].inverse.empty() || ground.up.dot(views[i].origin) <= ground.level) continue;
+      AddWhere(OnGround(reduced, i, overlaps[i].partners, ground), views[i], ground, &maps[i]);
     }
-    const size_t at = small_y * small.width + small_x;
-    if (reduced.is_unknown[at] == 0 || !(best[at] >= kCorrelated)) continue;
-    map.inverse[i] = static_cast<float>(std::max(0.0, in_view.dot(view.CenterOf(i).homogeneous())));
-  }
-  return map;
+  });
+  return maps;
 }
 
-uint64_t GroundPlaneBytes() {
+uint64_t GroundPlaneBytes(int64_t num_views) {
   constexpr double kBytesOfReducedPixel = sizeof(Eigen::Vector3f) + sizeof(float) + 1;
   constexpr double kReductions = 1 + 1.0 / (kFine * kFine) + 1.0 / (kCoarse * kCoarse);
   constexpr double kMostReduced = kMostViews * (1 + kPartners);
   // Mean and deviation of the windows of a view.
   constexpr double kBytesOfWindow = 2 * sizeof(float);
   constexpr double kBytesOfOrder = sizeof(std::pair<double, size_t>);
+  constexpr double kBytesOfSearch =
+      (kMostReduced * kBytesOfReducedPixel + kMostViews * kBytesOfWindow) * kReductions +
+      kBytesOfOrder;
+  // Of each view that gets depths.
+  constexpr double kBytesOfGround = (sizeof(float) + 1.0) / (kFine * kFine);
   // Of each thread a picture as the plane shows it, its scores, and the sums of windows.
   constexpr double kBytesOfThread = 7 * sizeof(float);
   return static_cast<uint64_t>(
       1.02 * kStereoPixels *
-      ((kMostReduced * kBytesOfReducedPixel + kMostViews * kBytesOfWindow) * kReductions +
-       kBytesOfOrder + kBytesOfThread * NumThreads()));
+      (std::max(kBytesOfSearch, kBytesOfGround * static_cast<double>(num_views)) +
+       kBytesOfThread * NumThreads()));
 }
 
 }  // namespace semfoam

@@ -52,14 +52,15 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
                                            const std::vector<ViewOverlap>& overlaps,
                                            const std::vector<DepthMap>& known);
 
-// Returns the depths of `known`, and those of the plane where a pixel's is unknown and its window,
-// in photos reduced to half, correlates with what the plane shows of one of the `partners` by 0.7.
-DepthMap AddGround(const StereoView& view,
-                   const std::vector<const StereoView*>& partners,
-                   const GroundPlane& ground,
-                   const DepthMap& known);
+// Returns [views] the depths of `known`, and those of the plane where a pixel's is unknown and its
+// window, in photos reduced to half, correlates by 0.7 with what the plane shows of one of the
+// view's first four partners. Deterministic on any number of threads.
+std::vector<DepthMap> AddGround(const std::vector<StereoView>& views,
+                                const std::vector<ViewOverlap>& overlaps,
+                                const GroundPlane& ground,
+                                const std::vector<DepthMap>& known);
 
 // Returns the peak memory of FindGroundPlane and AddGround beside their results, in bytes.
-uint64_t GroundPlaneBytes();
+uint64_t GroundPlaneBytes(int64_t num_views);
 
 }  // namespace semfoam

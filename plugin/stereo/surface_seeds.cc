@@ -200,15 +200,12 @@ std::vector<DepthMap> FillAll(const std::vector<StereoView>& views,
                               const std::vector<ViewOverlap>& overlaps,
                               const std::vector<DepthMap>& known,
                               const std::optional<GroundPlane>& ground) {
-  std::vector<DepthMap> filled(views.size());
+  std::vector<DepthMap> maps = ground ? AddGround(views, overlaps, *ground, known) : known;
   ForEachView(views, [&](int64_t i) {
-    if (known[i].inverse.empty()) return;
-    const StereoView& view = views[i];
-    const DepthMap start =
-        ground ? AddGround(view, MatchedPartners(views, overlaps[i]), *ground, known[i]) : known[i];
-    filled[i] = FillPlanes(view, FillDepths(view, start));
+    if (maps[i].inverse.empty()) return;
+    maps[i] = FillPlanes(views[i], FillDepths(views[i], maps[i]));
   });
-  return filled;
+  return maps;
 }
 
 // Returns the points at the known depths, merged to at most `most`.
@@ -344,7 +341,7 @@ uint64_t SurfaceSeedBytes(int64_t num_photos) {
   const int64_t of_thread = std::max({SweepPlanesBytes(), FillDepthsBytes(), FillPlanesBytes()});
   return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
                                static_cast<double>(of_thread) * NumThreads()) +
-         FarRegionBytes(num_photos) + GroundPlaneBytes();
+         FarRegionBytes(num_photos) + GroundPlaneBytes(num_photos);
 }
 
 }  // namespace semfoam

@@ -162,11 +162,10 @@ TEST(GroundPlane, GivesDepthsToTheGroundAlone) {
   const Scene scene = Render({});
   const std::optional<GroundPlane> ground = Find(scene);
   ASSERT_TRUE(ground);
+  const std::vector<DepthMap> maps = AddGround(scene.views, scene.overlaps, *ground, scene.known);
   size_t num_ground = 0, num_right = 0, num_post = 0, num_wrong = 0;
   for (size_t k = 0; k < scene.views.size(); ++k) {
-    std::vector<const StereoView*> partners;
-    for (const int j : scene.overlaps[k].partners) partners.push_back(&scene.views[j]);
-    const DepthMap map = AddGround(scene.views[k], partners, *ground, scene.known[k]);
+    const DepthMap& map = maps[k];
     for (size_t i = 0; i < map.inverse.size(); ++i) {
       if (scene.known[k].inverse[i] > 0) {
         ASSERT_EQ(map.inverse[i], scene.known[k].inverse[i]);

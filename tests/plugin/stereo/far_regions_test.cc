@@ -2,12 +2,12 @@
 #include "plugin/stereo/far_regions.h"
 
 #include "foam/util/parallel.h"
-#include "foam/util/random.h"
 
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "tests/plugin/stereo/grey_views.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
@@ -43,23 +43,10 @@ double Plain(const Eigen::Vector3d&, const Eigen::Vector3d&) { return 0.6; }
 std::vector<StereoView> ViewsOf(const Light& light, double baseline = kBaseline) {
   std::vector<StereoView> views;
   for (int i = 0; i < 6; ++i) {
-    StereoView view;
-    view.view = i;
-    view.width = kWidth;
-    view.height = kHeight;
-    view.focal.setConstant(kFocal);
-    view.center = {0.5 * kWidth, 0.5 * kHeight};
+    StereoView view = PinholeView(i, kWidth, kHeight, kFocal);
     view.origin = {baseline * (i - 2.5), 0, 0};
-    CounterRandom random(5, 0x11, i);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const Eigen::Vector3d direction = view.PointAt({x + 0.5, y + 0.5}, 1) - view.origin;
-        const auto value =
-            static_cast<float>(light(view.origin, direction) + 0.01 * random.Normal());
-        view.grey.push_back(value - 0.5f);
-        view.color.push_back(Eigen::Vector3f::Constant(value));
-      }
-    }
+    AddPixelsOfRays(
+        [&](const Eigen::Vector3d& ray) { return light(view.origin, ray); }, 0.01, &view);
     views.push_back(view);
   }
   return views;

@@ -12,6 +12,7 @@
 #include <optional>
 #include <vector>
 
+#include "tests/plugin/stereo/grey_views.h"
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -69,40 +70,28 @@ struct Scene {
 Scene Render(const Ground& ground) {
   Scene scene;
   for (int i = 0; i < ground.num_views; ++i) {
-    StereoView view;
-    view.view = i;
-    view.width = kWidth;
-    view.height = kHeight;
-    view.focal.setConstant(kFocal);
-    view.center = {0.5 * kWidth, 0.5 * kHeight};
+    StereoView view = PinholeView(i, kWidth, kHeight, kFocal);
     view.origin = {0.4 * (i - 3), 0, 0.1 * (i % 3)};
     view.cam_from_world =
         Eigen::AngleAxisd(ground.camera_pitch * kDegree, Eigen::Vector3d::UnitX()).matrix();
     DepthMap known;
     std::vector<double> truth;
-    CounterRandom random(5, 0x11, i);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const Eigen::Vector3d ray = view.PointAt({x + 0.5, y + 0.5}, 1) - view.origin;
-        const double falls = -ground.Up().dot(ray);
-        const double to_ground =
-            falls > 0 ? (ground.Up().dot(view.origin) - ground.Level()) / falls : 1e9;
-        double to_wall = (kWall - view.origin.z()) / ray.z();
-        const Eigen::Vector3d at_post = view.origin + (kPost - view.origin.z()) / ray.z() * ray;
-        const bool is_post = std::abs(at_post.x()) < 0.2 && at_post.y() > 0 && at_post.y() < 1.05;
-        if (is_post) to_wall = (kPost - view.origin.z()) / ray.z();
-        const bool is_ground = to_ground < to_wall;
-        const Eigen::Vector3d at = view.origin + std::min(to_ground, to_wall) * ray;
-        const double value =
-            0.4 + 0.02 * random.Normal() +
-            (is_ground ? ground.contrast * (Patches({at.x(), at.z()}) > 0.5 ? 1 : 0)
-                       : 0.4 * Patches({5 * at.x(), 5 * at.y()}));
-        view.grey.push_back(static_cast<float>(value - 0.5));
-        view.color.push_back(Eigen::Vector3f::Constant(static_cast<float>(value)));
-        known.inverse.push_back(is_ground || is_post ? 0.f : static_cast<float>(1 / to_wall));
-        truth.push_back(is_ground ? 1 / to_ground : 0);
-      }
-    }
+    const auto light = [&](const Eigen::Vector3d& ray) {
+      const double falls = -ground.Up().dot(ray);
+      const double to_ground =
+          falls > 0 ? (ground.Up().dot(view.origin) - ground.Level()) / falls : 1e9;
+      double to_wall = (kWall - view.origin.z()) / ray.z();
+      const Eigen::Vector3d at_post = view.origin + (kPost - view.origin.z()) / ray.z() * ray;
+      const bool is_post = std::abs(at_post.x()) < 0.2 && at_post.y() > 0 && at_post.y() < 1.05;
+      if (is_post) to_wall = (kPost - view.origin.z()) / ray.z();
+      const bool is_ground = to_ground < to_wall;
+      const Eigen::Vector3d at = view.origin + std::min(to_ground, to_wall) * ray;
+      known.inverse.push_back(is_ground || is_post ? 0.f : static_cast<float>(1 / to_wall));
+      truth.push_back(is_ground ? 1 / to_ground : 0);
+      return 0.4 + (is_ground ? ground.contrast * (Patches({at.x(), at.z()}) > 0.5 ? 1 : 0)
+                              : 0.4 * Patches({5 * at.x(), 5 * at.y()}));
+    };
+    AddPixelsOfRays(light, 0.02, &view);
     scene.views.push_back(view);
     scene.known.push_back(known);
     scene.truth.push_back(truth);

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <functional>
 
-#include <Eigen/Core>
+#include "tests/plugin/stereo/grey_views.h"
 
 namespace semfoam {
 
@@ -22,12 +22,7 @@ inline StereoView ViewOf(const Colors& color) {
   StereoView view;
   view.width = kWidth;
   view.height = kHeight;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      view.color.push_back(Eigen::Vector3f::Constant(color(x, y)));
-      view.grey.push_back(color(x, y) - 0.5f);
-    }
-  }
+  AddPixels(color, &view);
   return view;
 }
 

@@ -31,9 +31,13 @@ using testing::IsEmpty;
 
 // A wall at z = 2, of one colour beyond kPlain, and a ball before it. Cameras are near z = 0.
 constexpr double kWall = 2, kPlain = 0.45, kBallRadius = 0.35;
+// Size of lawns and paths, by that of the parts of the texture.
+constexpr double kPatchSize = 6;
 // More than there are in most tests.
 constexpr int kPhotos = 150;
 const Eigen::Vector3d kBall(-0.1, 0, 1.45);
+// Of the ground, which takes the place of the ball in two tests; y is down.
+constexpr double kGround = 0.5;
 const Eigen::Vector3d kPatch(0.55, 0.4, kWall), kPrint(0.75, 0, kWall);
 
 // A smooth random function of space, 0..1, that changes over some 0.04 units.
@@ -70,19 +74,29 @@ Eigen::Vector3d Hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
   return origin + (kWall - origin.z()) / direction.z() * direction;
 }
 
+// The same of the ground, instead of the ball.
+Eigen::Vector3d HitOfGround(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+  const double to_wall = (kWall - origin.z()) / direction.z();
+  const double to_ground = (kGround - origin.y()) / direction.y();
+  return origin + (to_ground > 0 ? std::min(to_ground, to_wall) : to_wall) * direction;
+}
+
+bool IsOnGround(const Eigen::Vector3d& x) { return x.y() > kGround - 1e-9; }
+
 double DistanceToSurface(const Eigen::Vector3d& x) {
   return std::min(std::abs(x.z() - kWall), std::abs((x - kBall).norm() - kBallRadius));
 }
 
-Camera MakeCamera(uint32_t id, int model, uint64_t width, uint64_t height) {
+// `focal` is by the longest side.
+Camera MakeCamera(uint32_t id, int model, uint64_t width, uint64_t height, double focal) {
   Camera camera;
   camera.id = id;
   camera.model_id = model;
   camera.width = width;
   camera.height = height;
   const double x = static_cast<double>(width), y = static_cast<double>(height);
-  camera.params = {0.95 * std::max(x, y), x / 2 + 3, y / 2 - 2};
-  if (model == 1) camera.params.insert(camera.params.begin(), 0.93 * std::max(x, y));
+  camera.params = {focal * std::max(x, y), x / 2 + 3, y / 2 - 2};
+  if (model == 1) camera.params.insert(camera.params.begin(), 0.98 * focal * std::max(x, y));
   if (model == 2) camera.params.push_back(-0.25);
   return camera;
 }
@@ -107,6 +121,11 @@ struct Rendering {
   double patch_radius = 0;
   // Radius of a disc on the wall, around kPrint, that has texture where the wall is of one colour.
   double print_radius = 0;
+  // Whether there is ground instead of the ball, of lawns and paths that are each of one colour and
+  // have no SfM point, and cameras of a wider angle show what lies before them.
+  bool has_ground = false;
+  // By how much the ground is brighter in the first photo.
+  double brighter = 0;
 };
 
 // A workspace of rendered photos, on a grid of cameras that look at the ball.
@@ -126,14 +145,29 @@ class RenderedWorkspace {
     return TrainingScene(PlanScene(options));
   }
 
+  // Returns how many photos show a point that nothing hides.
+  int64_t NumShowing(const Eigen::Vector3d& point) const {
+    return std::count_if(model_.images.begin(), model_.images.end(), [&](const Image& image) {
+      const Camera& camera = model_.cameras[image.camera_id - 1];
+      const auto pixel = Project(
+          camera, image.cam_from_world.UnitRotation() * point + image.cam_from_world.translation);
+      return pixel && pixel->x() >= 0 && pixel->y() >= 0 &&
+             pixel->x() < static_cast<double>(camera.width) &&
+             pixel->y() < static_cast<double>(camera.height);
+    });
+  }
+
  private:
   void AddPhoto(int i) {
     const auto models = static_cast<int>(rendering_.camera_models.size());
     const bool is_upright = i % 3 == 2;
     const int width = is_upright ? rendering_.size * 3 / 4 : rendering_.size;
     const int height = is_upright ? rendering_.size : rendering_.size * 3 / 4;
-    const Camera camera = MakeCamera(
-        static_cast<uint32_t>(i + 1), rendering_.camera_models[i % models], width, height);
+    const Camera camera = MakeCamera(static_cast<uint32_t>(i + 1),
+                                     rendering_.camera_models[i % models],
+                                     width,
+                                     height,
+                                     rendering_.has_ground ? 0.6 : 0.95);
     model_.cameras.push_back(camera);
 
     Image image;
@@ -170,10 +204,14 @@ class RenderedWorkspace {
           const auto ray = Unproject(camera, {x + 0.25 + 0.5 * (k % 2), y + 0.25 + 0.5 * (k / 2)});
           if (!ray) continue;
           const Eigen::Vector3d direction = (world_from_cam * *ray).normalized();
-          const Eigen::Vector3d hit = Hit(center, direction);
+          const Eigen::Vector3d hit =
+              rendering_.has_ground ? HitOfGround(center, direction) : Hit(center, direction);
           sum += (rendering_.has_sky && IsBeyondTexture(hit) ? CloudsAt(direction)
                                                              : ColorAt(hit, texture)) /
                  4;
+          if (rendering_.has_ground && IsOnGround(hit) && image.id == 1) {
+            sum.array() += rendering_.brighter / 4;
+          }
         }
         for (int c = 0; c < 3; ++c) {
           const double noise = 5 * random.Uniform() - 2.5;
@@ -190,6 +228,10 @@ class RenderedWorkspace {
   }
 
   Eigen::Vector3d ColorAt(const Eigen::Vector3d& x, int texture) const {
+    if (rendering_.has_ground && IsOnGround(x)) {
+      const bool is_path = Texture(x / kPatchSize, 0) > 0.5;
+      return is_path ? Eigen::Vector3d(0.75, 0.7, 0.65) : Eigen::Vector3d(0.3, 0.4, 0.25);
+    }
     const bool is_of_plain_wall =
         IsBeyondTexture(x) && (x - kPrint).norm() >= rendering_.print_radius;
     const bool is_of_patch = (x - kPatch).norm() < rendering_.patch_radius;
@@ -198,15 +240,19 @@ class RenderedWorkspace {
     return {Texture(x, first), Texture(x, first + 1), Texture(x, first + 2)};
   }
 
-  // A point on the wall, or, every eighth, on the ball.
+  // A point on the wall, or, every eighth, on the ball if there is one.
   void AddPoint(int i) {
     CounterRandom random(3, 0x99, i);
     const double x = random.Uniform() - 0.5, y = random.Uniform() - 0.5;
     Point3D point;
     point.id = static_cast<uint64_t>(i + 1);
-    point.position = i % 8 == 0 ? Hit(Eigen::Vector3d::Zero(),
-                                      (kBall + 0.3 * Eigen::Vector3d(x, y, 0)).normalized())
-                                : Eigen::Vector3d(1.2 * x, 1.2 * y, kWall);
+    if (rendering_.has_ground) {
+      point.position = {1.2 * x, kGround * (y - 0.5), kWall};
+    } else {
+      point.position = i % 8 == 0 ? Hit(Eigen::Vector3d::Zero(),
+                                        (kBall + 0.3 * Eigen::Vector3d(x, y, 0)).normalized())
+                                  : Eigen::Vector3d(1.2 * x, 1.2 * y, kWall);
+    }
     for (Image& image : model_.images) {
       if (!rendering_.has_tracks) break;
       const auto pixel = Project(
@@ -238,6 +284,48 @@ double ShareWithin(const std::vector<Eigen::Vector3d>& positions, double percent
     return DistanceToSurface(x) < percent / 100 * x.norm();
   });
   return static_cast<double>(count) / static_cast<double>(positions.size());
+}
+
+// Numbers of training rays.
+struct Distances {
+  int num_rays = 0;
+  // With a distance, and with one that is right within 1 %.
+  int num_known = 0, num_right = 0;
+};
+
+// Returns the numbers of those rays of which is_counted(view, surface point), with the point by
+// `hit`.
+template <typename HitFunction, typename IsCounted>
+Distances DistancesOf(const TrainingScene& scene,
+                      const HitFunction& hit,
+                      const IsCounted& is_counted) {
+  const Similarity& world_from_normalized = scene.WorldFromNormalized();
+  Distances distances;
+  for (int view = 0; view < scene.NumViews(); ++view) {
+    const Eigen::Vector3d origin = scene.Origin(view);
+    const Eigen::Vector3d eye = world_from_normalized.Apply(origin);
+    for (int y = 0; y < scene.Height(view); ++y) {
+      for (int x = 0; x < scene.Width(view); ++x) {
+        TrainingRay ray;
+        if (!scene.Ray(view, x, y, &ray)) continue;
+        if (scene.IsHeldOut(view)) {
+          EXPECT_EQ(ray.distance, 0);
+          continue;
+        }
+        const auto point_at = [&](double distance) {
+          return world_from_normalized.Apply(origin + distance * ray.direction.cast<double>());
+        };
+        const Eigen::Vector3d truth = hit(eye, (point_at(1) - eye).normalized());
+        if (!is_counted(view, truth)) continue;
+        ++distances.num_rays;
+        if (ray.distance == 0) continue;
+        ++distances.num_known;
+        const double ratio = (point_at(ray.distance) - eye).norm() / (truth - eye).norm();
+        distances.num_right += std::abs(ratio - 1) < 0.01;
+      }
+    }
+  }
+  return distances;
 }
 
 std::string Bytes(const SurfaceSeeds& seeds) {
@@ -315,37 +403,55 @@ TEST(SurfaceSeeds, TellRaysTheirDistances) {
   ASSERT_EQ(seeds.depths.size(), static_cast<size_t>(scene.NumViews()));
   EXPECT_LE(seeds.depths[1].inverse.size() * sizeof(float), PhotoDepthBytes(1));
   scene.SetDepths(std::move(seeds.depths));
-  const Similarity& world_from_normalized = scene.WorldFromNormalized();
-  int num_rays = 0, num_known = 0, num_right = 0;
-  for (int view = 0; view < scene.NumViews(); ++view) {
-    const Eigen::Vector3d origin = scene.Origin(view);
-    const Eigen::Vector3d eye = world_from_normalized.Apply(origin);
-    for (int y = 0; y < scene.Height(view); ++y) {
-      for (int x = 0; x < scene.Width(view); ++x) {
-        TrainingRay ray;
-        if (!scene.Ray(view, x, y, &ray)) continue;
-        if (scene.IsHeldOut(view)) {
-          ASSERT_EQ(ray.distance, 0);
-          continue;
-        }
-        ++num_rays;
-        if (ray.distance == 0) continue;
-        ++num_known;
-        const Eigen::Vector3d point =
-            world_from_normalized.Apply(origin + ray.distance * ray.direction.cast<double>());
-        const double distance = (Hit(eye, (point - eye).normalized()) - eye).norm();
-        num_right += std::abs((point - eye).norm() / distance - 1) < 0.01;
-      }
-    }
-  }
+  const Distances all = DistancesOf(scene, Hit, [](int, const auto&) { return true; });
   // Not on the plain wall, nor where one photo sees alone.
-  EXPECT_GT(num_known, num_rays / 3);
-  EXPECT_GT(num_right, 0.98 * num_known);
+  EXPECT_GT(all.num_known, all.num_rays / 3);
+  EXPECT_GT(all.num_right, 0.98 * all.num_known);
 
   scene.SetDepths({});
   TrainingRay ray;
   ASSERT_TRUE(scene.Ray(1, 100, 80, &ray));
   EXPECT_EQ(ray.distance, 0);
+}
+
+// Two other photos must agree on a depth elsewhere, and often do not show the ground before a
+// camera.
+TEST(SurfaceSeeds, AreOnTheGroundBeforeTheCameras) {
+  const RenderedWorkspace workspace(
+      {.camera_models = {1}, .num_photos = 6, .plain_from = 100, .has_ground = true});
+  TrainingScene scene = workspace.Scene();
+  SurfaceSeeds seeds = FindSurfaceSeeds(scene, kPhotos);
+  EXPECT_TRUE(seeds.has_ground);
+  EXPECT_THAT(seeds.Report(), HasSubstr("the ground before the cameras is a plane"));
+  scene.SetDepths(std::move(seeds.depths));
+  const Distances ground =
+      DistancesOf(scene, HitOfGround, [](int, const auto& point) { return IsOnGround(point); });
+  const Distances lonely = DistancesOf(scene, HitOfGround, [&](int, const auto& point) {
+    return IsOnGround(point) && workspace.NumShowing(point) <= 2;
+  });
+  EXPECT_GT(ground.num_known, 0.85 * ground.num_rays);
+  EXPECT_GT(ground.num_right, 0.95 * ground.num_known);
+  ASSERT_GT(lonely.num_rays, 5000);
+  EXPECT_GT(lonely.num_known, 0.7 * lonely.num_rays);
+  EXPECT_GT(lonely.num_right, 0.98 * lonely.num_known);
+}
+
+// A photo that shows the ground in another colour contradicts the others, and they contradict it.
+TEST(SurfaceSeeds, AreNotOnGroundThatAnotherPhotoContradicts) {
+  const RenderedWorkspace workspace({.camera_models = {1},
+                                     .num_photos = 6,
+                                     .plain_from = 100,
+                                     .has_ground = true,
+                                     .brighter = 0.2});
+  TrainingScene scene = workspace.Scene();
+  SurfaceSeeds seeds = FindSurfaceSeeds(scene, kPhotos);
+  EXPECT_TRUE(seeds.has_ground);
+  scene.SetDepths(std::move(seeds.depths));
+  const Distances brighter = DistancesOf(scene, HitOfGround, [&](int view, const auto& point) {
+    return view == 0 && IsOnGround(point) && workspace.NumShowing(point) >= 3;
+  });
+  ASSERT_GT(brighter.num_rays, 5000);
+  EXPECT_LT(brighter.num_known, brighter.num_rays / 100);
 }
 
 TEST(SurfaceSeeds, ShowSkyInfinitelyFarAway) {

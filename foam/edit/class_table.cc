@@ -3,6 +3,7 @@
 
 #include "foam/model/classifier.h"
 #include "foam/util/error.h"
+#include "foam/util/random.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,7 +129,68 @@ double LimitReach(const Vector& direction, KnownClasses* known, Foam* foam) {
   return reach;
 }
 
+// Returns `count` features of unit length: axes, and from then on each the one of some thousand
+// random directions whose largest cosine with those before is the smallest.
+std::vector<Vector> DistinctFeatures(size_t count) {
+  constexpr int kDraws = 4000;
+  constexpr uint64_t kFeaturePurpose = 0x1a6;
+  std::vector<Vector> features;
+  for (size_t k = 0; k < std::min<size_t>(count, kIdentityDim); ++k) {
+    features.push_back(Vector::Unit(static_cast<int>(k)));
+  }
+  CounterRandom random(0, kFeaturePurpose, count);
+  while (features.size() < count) {
+    Vector best = Vector::Zero();
+    double least = 2;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      Vector direction;
+      for (int c = 0; c < kIdentityDim; ++c) direction[c] = random.Normal();
+      direction.normalize();
+      double largest = -1;
+      for (const Vector& feature : features) largest = std::max(largest, feature.dot(direction));
+      if (largest >= least) continue;
+      least = largest;
+      best = direction;
+    }
+    features.push_back(best);
+  }
+  return features;
+}
+
 }  // namespace
+
+void SetClasses(std::vector<Label> labels,
+                const std::vector<ClassIndex>& class_of_cell,
+                Model* model) {
+  Foam& foam = model->foam;
+  CHECK_EQ(class_of_cell.size(), foam.NumSites());
+  // Logit of a class where its cells have all of a ray's weight, and share of that from which on it
+  // shows.
+  constexpr float kLogit = 64, kLeastShare = 0.25f;
+  const std::vector<Vector> features = DistinctFeatures(labels.size());
+  const auto num_labels = static_cast<int32_t>(labels.size());
+  foam.num_classes = num_labels + 1;
+  foam.classifier_weight.assign(foam.num_classes * kIdentityDim, 0.f);
+  foam.classifier_bias.assign(foam.num_classes, 0.f);
+  foam.classifier_bias[0] = kLeastShare * kLogit;
+  for (int32_t k = 0; k < num_labels; ++k) {
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam.classifier_weight[(k + 1) * kIdentityDim + c] =
+          kLogit * static_cast<float>(features[k][c]);
+    }
+  }
+  foam.identity.assign(foam.NumSites() * kIdentityDim, 0.f);
+  for (size_t i = 0; i < foam.NumSites(); ++i) {
+    const int32_t k = Value(class_of_cell[i]);
+    if (class_of_cell[i] == kUnlabelled) continue;
+    CHECK(k >= 0 && k < num_labels);
+    for (int c = 0; c < kIdentityDim; ++c) {
+      foam.identity[i * kIdentityDim + c] = static_cast<float>(features[k][c]);
+    }
+  }
+  labels.insert(labels.begin(), Label{});
+  model->labels = std::move(labels);
+}
 
 void KeepClasses(const std::vector<ClassIndex>& classes, Model* model) {
   Foam& foam = model->foam;

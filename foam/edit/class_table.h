@@ -17,6 +17,16 @@ using IdentityFeature = std::array<float, kIdentityDim>;
 // model has no semantics: identities and classifier are empty.
 void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 
+// Replaces all classes: `labels` [K] are the new table, of which cell i gets class_of_cell[i]
+// ([sites]; kUnlabelled: a class of id 0, unlabelled, which is added in front). Of up to
+// kIdentityDim labels the features are perpendicular to each other, of more as different as can
+// be found: a rendered feature belongs to the class that has the most of the ray's weight, and to
+// none where all together have less than about a quarter. The softmax of a cell's class is near 1,
+// as there is no doubt to express. CHECKs the sizes, and that the classes are in the table.
+void SetClasses(std::vector<Label> labels,
+                const std::vector<ClassIndex>& class_of_cell,
+                Model* model);
+
 // Adds a last class for cells that will be inserted, and returns the identity feature that they
 // must have. The features of an inserted object come from another training and mean nothing to this
 // classifier, so all its cells get this feature:

@@ -44,6 +44,7 @@ void RunObjectRemover(int argc, char** argv);
 void RunPointLabeler(int argc, char** argv);
 void RunReportWriter(int argc, char** argv);
 void RunSceneAnalyzer(int argc, char** argv);
+void RunSceneSegmenter(int argc, char** argv);
 void RunSceneSplitter(int argc, char** argv);
 void RunSelfTest(int argc, char** argv);
 void RunViewInterpolator(int argc, char** argv);

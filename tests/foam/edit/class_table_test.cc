@@ -161,5 +161,51 @@ TEST(ClassTableWithFreeId, KeepsTheIdOrTakesTheSmallestThatIsFree) {
   EXPECT_THROW(WithFreeId(all, {LabelId{4}, MaskId{4}, ""}), UserError);
 }
 
+// One label for each of `num_sites` cells in turn, every eleventh cell unlabelled.
+Model WithClasses(int num_labels, int num_sites) {
+  Model model;
+  model.foam.positions.assign(num_sites, Eigen::Vector3f::Zero());
+  std::vector<Label> labels;
+  for (int k = 0; k < num_labels; ++k) {
+    labels.push_back({LabelId{k + 5}, static_cast<MaskId>(k + 5), "label"});
+  }
+  std::vector<ClassIndex> classes;
+  for (int i = 0; i < num_sites; ++i) {
+    classes.push_back(i % 11 == 0 ? kUnlabelled : ClassIndex{i % num_labels});
+  }
+  SetClasses(labels, classes, &model);
+  return model;
+}
+
+TEST(SetClasses, GivesEachCellItsLabel) {
+  for (const int num_labels : {1, 16, 17, 120}) {
+    const Model model = WithClasses(num_labels, 300);
+    ASSERT_EQ(model.labels.size(), static_cast<size_t>(num_labels + 1));
+    for (int i = 0; i < 300; ++i) {
+      const MostLikelyClass found = Classify(model.foam, &model.foam.identity[i * kIdentityDim]);
+      const int32_t expected = i % 11 == 0 ? 0 : i % num_labels + 5;
+      EXPECT_EQ(Value(model.labels[found.class_index].id), expected) << num_labels;
+      EXPECT_GT(found.confidence, 0.99);
+    }
+  }
+}
+
+TEST(SetClasses, ARayBelongsToTheClassWithTheMostWeight) {
+  const Model model = WithClasses(40, 41);
+  for (int a = 1; a < 40; ++a) {
+    const int b = a % 39 + 1;
+    if (a % 11 == 0 || b % 11 == 0) continue;
+    const float* of_a = &model.foam.identity[a * kIdentityDim];
+    const float* of_b = &model.foam.identity[b * kIdentityDim];
+    float both[kIdentityDim], little[kIdentityDim];
+    for (int c = 0; c < kIdentityDim; ++c) {
+      both[c] = 0.7f * of_a[c] + 0.3f * of_b[c];
+      little[c] = 0.15f * of_a[c];
+    }
+    EXPECT_EQ(Value(model.labels[Classify(model.foam, both).class_index].id), a + 5);
+    EXPECT_EQ(Value(model.labels[Classify(model.foam, little).class_index].id), 0);
+  }
+}
+
 }  // namespace
 }  // namespace semfoam

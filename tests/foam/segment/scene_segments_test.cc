@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/segment/scene_segments.h"
+
+#include "foam/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "tests/foam/segment/shown_scenes.h"
+#include <gtest/gtest.h>
+
+namespace semfoam {
+namespace {
+
+enum { kTop, kLeg, kBox, kPost, kSnowman, kNumKinds };
+
+// A table on a leg; a box, a post and two balls, one on the other, on its top.
+int Table(const Eigen::Vector3f& x) {
+  const Eigen::Vector2f at = x.head<2>();
+  if (x.z() < -0.4f) return at.norm() < 0.2f ? kLeg : kAir;
+  if (x.z() < -0.2f) return at.cwiseAbs().maxCoeff() < 0.95f ? kTop : kAir;
+  const auto near = [&](float x0, float y0) { return Eigen::Vector2f(at.x() - x0, at.y() - y0); };
+  if (near(-0.5f, -0.5f).cwiseAbs().maxCoeff() < 0.22f && x.z() < 0.3f) return kBox;
+  if (near(0.55f, -0.55f).norm() < 0.17f && x.z() < 0.5f) return kPost;
+  const Eigen::Vector3f ball(0.3f, 0.4f, 0.08f), head(0.3f, 0.4f, 0.5f);
+  return (x - ball).norm() < 0.32f || (x - head).norm() < 0.2f ? kSnowman : kAir;
+}
+
+// No photo shows the underside of the top.
+Model TableModel() {
+  return ShownModel(
+      60000, Table, [](const Eigen::Vector3f& x) { return Table(x) != kTop || x.z() > -0.33f; });
+}
+
+SceneSegments Segment(const Model& model, double granularity) {
+  return FindSceneSegments(model, TriangulateModel(model), granularity);
+}
+
+// Intersection over union of the best segment with what is of these kinds, over solid cells in the
+// cube.
+double BestMatch(const Model& model, const SceneSegments& found, const std::vector<int>& kinds) {
+  std::map<int32_t, int64_t> common, all;
+  int64_t of_kinds = 0;
+  for (size_t i = 0; i < model.foam.NumSites(); ++i) {
+    const Eigen::Vector3f& x = model.foam.positions[i];
+    const int kind = x.cwiseAbs().maxCoeff() > 1 ? kAir : Table(x);
+    const int32_t segment = found.segment_of_cell[i];
+    const bool is_wanted = std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+    of_kinds += is_wanted;
+    if (segment == kNoSegment) continue;
+    ++all[segment];
+    common[segment] += is_wanted;
+  }
+  double best = 0;
+  for (const auto& [segment, count] : common) {
+    best = std::max(
+        best, static_cast<double>(count) / static_cast<double>(of_kinds + all[segment] - count));
+  }
+  return best;
+}
+
+TEST(SceneSegments, FindsWhatStandsOnATable) {
+  const Model model = TableModel();
+  const SceneSegments found = Segment(model, 0);
+  ASSERT_EQ(found.segments.size(), 4u);
+  EXPECT_TRUE(found.segments[0].is_plane);
+  EXPECT_GT(BestMatch(model, found, {kTop, kLeg}), 0.9);
+  EXPECT_GT(BestMatch(model, found, {kBox}), 0.8);
+  EXPECT_GT(BestMatch(model, found, {kPost}), 0.8);
+  EXPECT_GT(BestMatch(model, found, {kSnowman}), 0.8);
+  double shares = 0;
+  for (const SceneSegment& segment : found.segments) shares += segment.share;
+  EXPECT_NEAR(shares, 1, 0.02);
+}
+
+TEST(SceneSegments, CutsFinerOnRequest) {
+  const SceneSegments coarse = Segment(TableModel(), 0), fine = Segment(TableModel(), 0.8);
+  EXPECT_GT(fine.segments.size(), coarse.segments.size());
+}
+
+TEST(SceneSegments, CoverAllMatterAndNoAir) {
+  const Model model = TableModel();
+  const CellLabels labels = LabelCells(model.foam, TriangulateModel(model));
+  const SceneSegments found = Segment(model, 0.5);
+  int64_t missed = 0;
+  for (size_t i = 0; i < labels.solid.size(); ++i) {
+    const bool has_none = found.segment_of_cell[i] == kNoSegment;
+    EXPECT_TRUE(labels.solid[i] != 0 || has_none);
+    missed += labels.solid[i] != 0 && has_none;
+  }
+  EXPECT_LE(missed, 5);
+}
+
+TEST(SceneSegments, AreTheSameOnAnyNumberOfThreads) {
+  const Model model = TableModel();
+  const std::vector<int32_t> one = [&] {
+    const ThreadLimit limit(1);
+    return Segment(model, 0.5).segment_of_cell;
+  }();
+  for (const int threads : {2, 5}) {
+    const ThreadLimit limit(threads);
+    EXPECT_EQ(Segment(model, 0.5).segment_of_cell, one) << threads;
+  }
+}
+
+TEST(SceneSegments, AirHasNone) {
+  const Model model = ShownModel(500, [](const Eigen::Vector3f&) { return kAir; });
+  EXPECT_TRUE(Segment(model, 0.5).segments.empty());
+}
+
+TEST(SceneSegments, TwinSitesAndOneCellOfMatter) {
+  Model model =
+      ShownModel(500, [](const Eigen::Vector3f& x) { return x.norm() < 0.15f ? 0 : kAir; });
+  for (size_t i = 0; i + 1 < model.foam.NumSites(); i += 50) {
+    model.foam.positions[i + 1] = model.foam.positions[i];
+  }
+  const SceneSegments found = Segment(model, 1);
+  for (const SceneSegment& segment : found.segments) EXPECT_TRUE(std::isfinite(segment.share));
+}
+
+}  // namespace
+}  // namespace semfoam

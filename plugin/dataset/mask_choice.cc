@@ -46,24 +46,32 @@ void PairWithPhotos(ScenePlan* plan) {
 
 }  // namespace
 
+std::vector<fs::path> FindIgnoreFiles(const fs::path& ignore_path,
+                                      const std::vector<std::string>& photo_names) {
+  if (!fs::is_directory(ignore_path)) {
+    throw UserError(ignore_path.string(),
+                    ": there is no such folder; it should hold a PNG for each photo whose pixels "
+                    "are to be ignored in part.");
+  }
+  const std::map<std::string, fs::path> files = ListMasks(ignore_path);
+  if (files.empty()) throw UserError(NoMaskIn(ignore_path), ".");
+  std::vector<std::string> names;
+  for (const auto& [name, file] : files) names.push_back(name);
+  const PhotoMatching matching = MatchPhotos(ignore_path.string(), names, photo_names);
+  std::vector<fs::path> file_of(photo_names.size());
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (matching.photos[i] >= 0) file_of[matching.photos[i]] = files.at(names[i]);
+  }
+  return file_of;
+}
+
 void ChooseIgnoredPixels(const SceneOptions& options, ScenePlan* plan) {
   plan->ignore_files.resize(plan->photos.size());
   plan->ignore_inverted = options.ignore_inverted;
   if (options.ignore_path.empty()) return;
-  if (!fs::is_directory(options.ignore_path)) {
-    throw UserError(options.ignore_path.string(),
-                    ": there is no such folder; it should hold a PNG for each photo whose pixels "
-                    "are to be ignored in part.");
-  }
-  const std::map<std::string, fs::path> files = ListMasks(options.ignore_path);
-  if (files.empty()) throw UserError(NoMaskIn(options.ignore_path), ".");
-  std::vector<std::string> names, photos;
-  for (const auto& [name, file] : files) names.push_back(name);
+  std::vector<std::string> photos;
   for (const PhotoRecord& photo : plan->photos) photos.push_back(photo.name);
-  const PhotoMatching matching = MatchPhotos(options.ignore_path.string(), names, photos);
-  for (size_t i = 0; i < names.size(); ++i) {
-    if (matching.photos[i] >= 0) plan->ignore_files[matching.photos[i]] = files.at(names[i]);
-  }
+  plan->ignore_files = FindIgnoreFiles(options.ignore_path, photos);
 }
 
 std::vector<fs::path> WorkspacesOf(const SceneOptions& options) {

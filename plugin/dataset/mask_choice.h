@@ -5,6 +5,7 @@
 #include "plugin/dataset/scene_plan.h"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -20,8 +21,13 @@ std::vector<std::filesystem::path> WorkspacesOf(const SceneOptions& options);
 // PlanScene throws about masks and label names.
 void ChooseMasks(const SceneOptions& options, ScenePlan* plan);
 
-// Sets the plan's binary masks of ignored pixels, found by the photos' names in all spellings
-// (MatchPhotos). Throws UserError where the folder is missing, has no PNG or none of a photo.
+// Returns the binary masks of ignored pixels in `ignore_path` [photo_names], empty where a photo
+// has none, found by the photos' names in all spellings (MatchPhotos). Throws UserError where the
+// folder is missing, has no PNG or none of a photo.
+std::vector<std::filesystem::path> FindIgnoreFiles(const std::filesystem::path& ignore_path,
+                                                   const std::vector<std::string>& photo_names);
+
+// Sets the plan's binary masks of ignored pixels, and throws, as FindIgnoreFiles does.
 void ChooseIgnoredPixels(const SceneOptions& options, ScenePlan* plan);
 
 }  // namespace semfoam

@@ -2,13 +2,8 @@
 #include "plugin/mask_import/mask_import.h"
 
 #include "foam/util/error.h"
-#include "foam/util/json_file.h"
-#include "foam/util/output_file.h"
-#include "foam/util/scratch_folder.h"
-#include "plugin/mask/label_png.h"
-#include "plugin/mask/mask_folders.h"
+#include "plugin/mask/mask_folder_writer.h"
 #include "plugin/mask/mask_pairing.h"
-#include "plugin/mask/mask_tables.h"
 #include "plugin/mask_import/photo_matching.h"
 #include "plugin/mask_import/stroke_growing.h"
 #include "plugin/util/files.h"
@@ -18,53 +13,19 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <system_error>
-#include <utility>
-
-#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kLabelsFile = "labels.json";
-// The key of labels.json by which an import is known.
-constexpr const char* kImportedKey = "imported_from";
-constexpr size_t kMostNamesTold = 3;
+constexpr MaskOrigin kImport = {"imported_from", "an import of masks"};
 // A mask may be of a larger photo than the one that is trained on, but no picture is believed to be
 // of any size that a number can say.
 constexpr int kMostEnlarged = 16;
 
 std::string SizeText(const PhotoSize& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
-bool IsImport(const fs::path& labels_file) {
-  if (!fs::is_regular_file(labels_file)) return false;
-  try {
-    return ReadJsonFile(labels_file).contains(kImportedKey);
-  } catch (const UserError&) {
-    return false;
-  }
-}
-
-// Throws UserError where files would be lost, or would be taken for masks of this import.
-void RequireRoom(const fs::path& folder, const std::vector<std::string>& mask_names) {
-  const fs::path labels_file = folder / kLabelsFile;
-  const bool is_import = IsImport(labels_file);
-  if (fs::exists(labels_file) && !is_import) {
-    throw UserError(labels_file.string(),
-                    ": was not written by an import of masks and would be lost; a folder of their "
-                    "own would be right for these.");
-  }
-  const std::set<std::string> names(mask_names.begin(), mask_names.end());
-  for (const auto& [name, path] : ListMasks(folder)) {
-    if (is_import && names.contains(name)) continue;
-    throw UserError(path.string(),
-                    ": is not of this import and would be mixed up with its masks; a folder of "
-                    "their own would be right for these.");
-  }
 }
 
 // Returns the size that a picture is drawn in. Throws UserError where it is none of this photo.
@@ -120,17 +81,6 @@ MarkedPhoto MarksOf(const ImportedPicture& picture,
   return marked;
 }
 
-void Move(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  const int failure = error ? error.value() : MoveOutOfScratch(from, to);
-  if (failure == 0) return;
-  throw UserError(to.string(),
-                  ": cannot be written (",
-                  std::generic_category().message(failure),
-                  "); is a folder of that name in the way?");
-}
-
 // The share of the pixels that have a label.
 double ShareOfLabels(const std::vector<LabelImage>& masks) {
   double labelled = 0, pixels = 0;
@@ -142,26 +92,13 @@ double ShareOfLabels(const std::vector<LabelImage>& masks) {
   return pixels > 0 ? labelled / pixels : 0;
 }
 
-std::string LabelsJson(const MaskImport& import) {
-  nlohmann::ordered_json json;
-  json["version"] = 1;
-  json[kImportedKey] = import.format;
+MaskTable TableOf(const MaskImport& import) {
+  MaskTable table;
+  table.made_from = import.format;
   // What no stroke claims may be anything, a background too.
-  if (import.num_grown > 0) json[kLabelZeroKey] = kLabelZeroIgnored;
-  json["labels"] = nlohmann::ordered_json::object();
-  for (const ImportedLabel& label : import.labels) {
-    json["labels"][std::to_string(label.id)] = label.name;
-  }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
-// "a, b and 7 more".
-std::string Some(const std::vector<std::string>& names) {
-  std::string text;
-  const size_t told = std::min(names.size(), kMostNamesTold);
-  for (size_t i = 0; i < told; ++i) text += (i == 0 ? "" : ", ") + names[i];
-  if (told < names.size()) text += " and " + std::to_string(names.size() - told) + " more";
-  return text;
+  table.zero_is_unlabelled = import.num_grown > 0;
+  for (const ImportedLabel& label : import.labels) table.labels.emplace(label.id, label.name);
+  return table;
 }
 
 }  // namespace
@@ -212,7 +149,7 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
   const std::vector<std::string> all_mask_names = NamesForMasks(photo_names);
   std::vector<std::string> mask_names;
   for (const size_t i : taken) mask_names.push_back(all_mask_names[matching.photos[i]]);
-  RequireRoom(output_path, mask_names);
+  const MaskFolderWriter writer(output_path, kImport, mask_names);
 
   std::vector<size_t> with_strokes, grown_of(taken.size());
   for (size_t k = 0; k < taken.size(); ++k) {
@@ -230,7 +167,6 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
   import.num_grown = static_cast<int>(grown.size());
   import.grown_share = ShareOfLabels(grown);
 
-  const ScratchFolder scratch(output_path);
   std::vector<std::set<int32_t>> shown(taken.size());
   ForEachFile(static_cast<int64_t>(taken.size()), [&](int64_t k) {
     const size_t i = taken[k];
@@ -244,7 +180,7 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
       if (id != last && id != 0) shown[k].insert(id);
       last = id;
     }
-    WriteLabelPng(scratch.path() / mask_names[k], image);
+    writer.Write(k, image);
   });
   std::map<int32_t, int> num_photos;
   for (const std::set<int32_t>& ids : shown) {
@@ -259,19 +195,17 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
     }
   }
   if (!hidden.empty()) {
-    import.warnings.push_back("No pixel is left of " + Some(hidden) +
+    import.warnings.push_back("No pixel is left of " + FirstNames(hidden) +
                               ": without a photo, or under other regions.");
   }
   if (!numbered.numbered.empty()) {
     import.warnings.push_back(
-        "Some photos have several regions of " + Some(numbered.numbered) +
+        "Some photos have several regions of " + FirstNames(numbered.numbered) +
         ", which are numbered photo by photo: a training corrects that by the SfM tracks as far as "
         "it can; an export with track ids would be right, or same_name one where they are parts "
         "of one object.");
   }
-  const fs::path labels_file = output_path / kLabelsFile;
-  for (const std::string& name : mask_names) Move(scratch.path() / name, output_path / name);
-  WriteTextFile(labels_file, LabelsJson(import));
+  writer.Finish(TableOf(import));
   return import;
 }
 
@@ -288,7 +222,7 @@ std::vector<std::string> DescribeImport(const MaskImport& import) {
   std::vector<std::string> left_out = import.left_out;
   if (!import.without_photo.empty()) {
     left_out.push_back(Plural(static_cast<int64_t>(import.without_photo.size()), "mask") +
-                       " without a photo (" + Some(import.without_photo) + ")");
+                       " without a photo (" + FirstNames(import.without_photo) + ")");
   }
   std::string text;
   for (const std::string& part : left_out) text += (text.empty() ? "" : "; ") + part;

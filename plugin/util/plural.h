@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
@@ -10,5 +11,8 @@ namespace semfoam {
 inline std::string Plural(int64_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
+
+// Returns the first names of a list: "a, b, c and 7 more".
+std::string FirstNames(const std::vector<std::string>& names);
 
 }  // namespace semfoam

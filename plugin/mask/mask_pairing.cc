@@ -34,11 +34,6 @@ std::vector<std::string> MaskNames(const std::string& photo_name) {
 // that were reduced on purpose by more.
 constexpr double kUndistortedShare = 0.1;
 
-bool SeemsDistorted(const PhotoSize& mask, const PhotoSize& photo) {
-  const auto is_near = [](int a, int b) { return std::abs(a - b) < kUndistortedShare * b; };
-  return mask != photo && is_near(mask.width, photo.width) && is_near(mask.height, photo.height);
-}
-
 }  // namespace
 
 int MaskPairing::NumPaired() const {
@@ -121,6 +116,11 @@ std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_nam
   return are_their_own ? short_names : whole_names;
 }
 
+bool DifferAsByUndistortion(const PhotoSize& a, const PhotoSize& b) {
+  const auto is_near = [](int x, int y) { return std::abs(x - y) < kUndistortedShare * y; };
+  return a != b && is_near(a.width, b.width) && is_near(a.height, b.height);
+}
+
 std::string MaskSizeWarning(const MaskPairing& pairing,
                             const std::vector<PhotoSize>& mask_sizes,
                             const std::vector<PhotoSize>& photo_sizes) {
@@ -129,7 +129,9 @@ std::string MaskSizeWarning(const MaskPairing& pairing,
   int count = 0;
   size_t first = 0;
   for (size_t i = pairing.masks.size(); i-- > 0;) {
-    if (pairing.masks[i].empty() || !SeemsDistorted(mask_sizes[i], photo_sizes[i])) continue;
+    if (pairing.masks[i].empty() || !DifferAsByUndistortion(mask_sizes[i], photo_sizes[i])) {
+      continue;
+    }
     ++count;
     first = i;
   }

@@ -41,10 +41,13 @@ bool HavePhotos(const std::filesystem::path& mask_folder,
 // The photos' names must differ.
 std::vector<std::string> NamesForMasks(const std::vector<std::string>& photo_names);
 
+// Returns whether two sizes differ as those of a photo before and after COLMAP's image_undistorter:
+// each side by less than a tenth of `b`, whereas masks are usually reduced by more.
+bool DifferAsByUndistortion(const PhotoSize& a, const PhotoSize& b);
+
 // Returns a sentence for the user about masks that seem to be of the photos before they were
-// undistorted: larger or smaller than their photos by less than a tenth, as undistortion changes
-// the size of a photo by so little, whereas masks are usually reduced by more. Read at the nearest
-// pixel centre, they would be displaced from the objects that they show. Empty where there is none.
+// undistorted (DifferAsByUndistortion). Read at the nearest pixel centre, they would be displaced
+// from the objects that they show. Empty where there is none.
 // `mask_sizes` and `photo_sizes` [pairing.masks] are those of the files; sizes of photos without a
 // mask are not read.
 std::string MaskSizeWarning(const MaskPairing& pairing,

@@ -61,8 +61,8 @@ void RequireAspect(const fs::path& path, const PhotoSize& mask, const PhotoSize&
                   photo.width,
                   " x ",
                   photo.height,
-                  "; a mask of the photo's aspect would be right, made of the undistorted photo if "
-                  "COLMAP undistorted it.");
+                  "; a mask of the photo's aspect would be right, by mask_undistorter if COLMAP "
+                  "undistorted the photo.");
 }
 
 DecodedMask DecodeMask(const fs::path& path, const PhotoSize& photo_size) {

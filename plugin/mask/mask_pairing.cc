@@ -143,7 +143,7 @@ std::string MaskSizeWarning(const MaskPairing& pairing,
          " masks seem to be of photos that were not yet undistorted, the first of them " +
          pairing.masks[first].string() + ", " + text(mask_sizes[first]) +
          " pixels for a photo of " + text(photo_sizes[first]) +
-         "; masks made of the undistorted photos would be right.";
+         "; masks made of the undistorted photos, or by mask_undistorter, would be right.";
 }
 
 }  // namespace semfoam

@@ -35,6 +35,7 @@ void RunLabelTransfer(int argc, char** argv);
 void RunMaskAnalyzer(int argc, char** argv);
 void RunMaskImporter(int argc, char** argv);
 void RunMaskRenderer(int argc, char** argv);
+void RunMaskUndistorter(int argc, char** argv);
 void RunMeshEvaluator(int argc, char** argv);
 void RunMeshExporter(int argc, char** argv);
 void RunModelAligner(int argc, char** argv);

@@ -281,7 +281,7 @@ TEST_F(ColmapPipelineTest, MasksMadeBeforeUndistortionAreToldOf) {
   const std::string warning =
       "WARNING: 1[3-6] of 1[3-6] masks seem to be of photos that were not yet undistorted, the "
       "first of them .*object_mask/0008.png, 320 x 240 pixels for a photo of 319 x 239; masks made "
-      "of the undistorted photos would be right.\n";
+      "of the undistorted photos, or by mask_undistorter, would be right.\n";
   for (const std::vector<std::string>& command : {
            TinyTraining({"automatic_segmenter", "--formats", "om", "--workspace_path"}),
            {"mask_analyzer", "--workspace_path"},
@@ -302,6 +302,25 @@ TEST_F(ColmapPipelineTest, MasksMadeBeforeUndistortionAreToldOf) {
     ASSERT_EQ(as_made.exit_code, 0) << as_made.err;
     EXPECT_THAT(as_made.err, Not(HasSubstr("undistorted")));
   }
+  // The command that it names makes masks without fault.
+  fs::rename(workspace / "object_mask", workspace / "masks before");
+  const Outcome made = RunSemfoam({"mask_undistorter",
+                                   "--mask_path",
+                                   (workspace / "masks before").string(),
+                                   "--input_path",
+                                   distorted.string(),
+                                   "--undistorted_path",
+                                   workspace.string(),
+                                   "--output_path",
+                                   (workspace / "object_mask").string()});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome after = RunSemfoam({"mask_analyzer",
+                                    "--workspace_path",
+                                    workspace.string(),
+                                    "--output_path",
+                                    Out("undistorted_masks").string()});
+  ASSERT_EQ(after.exit_code, 0) << after.err;
+  EXPECT_THAT(after.err, Not(HasSubstr("not yet undistorted")));
 }
 
 }  // namespace

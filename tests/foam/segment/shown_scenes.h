@@ -12,38 +12,41 @@
 
 namespace semfoam {
 
-// A model without classes in the cube [-1, 1]^3, cell of site x matter where kind_of(x) is not
-// kAir, of which photos show the cells that border on air where `is_shown`.
-inline Model ShownModel(
-    int num_sites,
-    const std::function<int(const Eigen::Vector3f&)>& kind_of,
-    const std::function<bool(const Eigen::Vector3f&)>& is_shown = [](const Eigen::Vector3f&) {
-      return true;
-    }) {
-  std::vector<Eigen::Vector3f> sites = FarSites();
-  for (const Eigen::Vector3f& x : RandomSites(num_sites, 3)) sites.push_back(x);
-  Model model = ModelOf(sites, 0, 0, [&](const Eigen::Vector3f& x) {
-    return x.cwiseAbs().maxCoeff() > 1 ? kAir : kind_of(x);
-  });
-  const Delaunay delaunay = TriangulateModel(model);
-  const CellLabels labels = LabelCells(model.foam, delaunay);
-  CellStatistics& statistics = model.statistics;
-  const size_t count = sites.size();
+// Makes photos show the solid cells of a model that border on air, where `is_shown`.
+inline void ShowSurfaces(const std::function<bool(const Eigen::Vector3f&)>& is_shown,
+                         Model* model) {
+  const Delaunay delaunay = TriangulateModel(*model);
+  const CellLabels labels = LabelCells(model->foam, delaunay);
+  CellStatistics& statistics = model->statistics;
+  const size_t count = model->foam.NumSites();
   statistics.contribution.assign(count, 0);
   statistics.passed.assign(count, 0);
   statistics.stopped.assign(count, 0);
   statistics.mean_color.assign(count, Eigen::Vector3f::Constant(0.5f));
   for (uint32_t i = 0; i < count; ++i) {
-    if (labels.solid[i] == 0) {
-      statistics.passed[i] = 100;
-      continue;
-    }
+    if (labels.solid[i] == 0) statistics.passed[i] = 100;
+    if (labels.solid[i] == 0 || !is_shown(model->foam.positions[i])) continue;
     for (const uint32_t other : delaunay.Neighbors(i)) {
-      if ((other < count && labels.solid[other] != 0) || !is_shown(sites[i])) continue;
+      if (other < count && labels.solid[other] != 0) continue;
       statistics.contribution[i] = 1;
       statistics.stopped[i] = 50;
     }
   }
+}
+
+inline bool IsAnywhere(const Eigen::Vector3f&) { return true; }
+
+// A model without classes in the cube [-1, 1]^3, cell of site x matter where kind_of(x) is not
+// kAir, of which photos show the surfaces where `is_shown`.
+inline Model ShownModel(int num_sites,
+                        const std::function<int(const Eigen::Vector3f&)>& kind_of,
+                        const std::function<bool(const Eigen::Vector3f&)>& is_shown = IsAnywhere) {
+  std::vector<Eigen::Vector3f> sites = FarSites();
+  for (const Eigen::Vector3f& x : RandomSites(num_sites, 3)) sites.push_back(x);
+  Model model = ModelOf(sites, 0, 0, [&](const Eigen::Vector3f& x) {
+    return x.cwiseAbs().maxCoeff() > 1 ? kAir : kind_of(x);
+  });
+  ShowSurfaces(is_shown, &model);
   return model;
 }
 

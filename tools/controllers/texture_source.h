@@ -26,8 +26,8 @@ inline constexpr EnumName<TextureFormat> kTextureFormatNames[] = {{TextureFormat
 // - Masks: labels are found by their ids in the masks (Label::source_id).
 // - Photos that were held out of the training are not used, nor those that it did not have.
 // - Visible is what is no farther away than the foam's depth (CoarseViews), with a margin of 2 %
-// and
-//   of two of its pixels.
+//   and of two of its pixels; in photos without masks also not within one or two of these of the
+//   outline of something nearer, which would leave its colours there.
 //
 // Decoded photos are kept while they fit into a quarter of the memory that is available at first.
 // Throws UserError where a file is missing or damaged, and where no photo of the folder was taken

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace semfoam {
@@ -61,6 +62,19 @@ std::vector<CoarseViews::Stop> CoarseViews::Look(const CameraRays& rays) const {
     }
   });
   return stops;
+}
+
+float FarthestVisible(const CoarseDistances& view, int x, int y, bool keeps_off_outlines) {
+  constexpr float kStep = 0.95f;
+  float farthest = 0, nearest = std::numeric_limits<float>::infinity();
+  for (int ny = std::max(0, y - 1); ny <= std::min(view.height - 1, y + 1); ++ny) {
+    for (int nx = std::max(0, x - 1); nx <= std::min(view.width - 1, x + 1); ++nx) {
+      const float distance = view.distance[static_cast<size_t>(ny) * view.width + nx];
+      farthest = std::max(farthest, distance);
+      nearest = std::min(nearest, distance);
+    }
+  }
+  return keeps_off_outlines && nearest < kStep * farthest ? nearest : farthest;
 }
 
 }  // namespace semfoam

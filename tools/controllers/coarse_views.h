@@ -44,4 +44,18 @@ class CoarseViews {
   CellShading<float> shading_;
 };
 
+// Distances of what the rays of a coarse camera show; infinite where that is nothing.
+struct CoarseDistances {
+  int width = 0;
+  int height = 0;
+  // [height][width]
+  const std::vector<float>& distance;
+};
+
+// Returns how far away what a photo shows around the pixel (x, y) of the coarse camera may be: the
+// largest of the distances of the pixel and its eight neighbours, for a coarse pixel is wide. With
+// `keeps_off_outlines`, the smallest one where that is below 0.95 of the largest: there is the
+// outline of something nearer, of which a coarse pixel does not say on which side a place lies.
+float FarthestVisible(const CoarseDistances& view, int x, int y, bool keeps_off_outlines);
+
 }  // namespace semfoam

@@ -32,8 +32,6 @@ namespace {
 constexpr double kSamplesAlongEdge = 192;
 constexpr double kDepthMargin = 0.02;
 constexpr double kDepthPixels = 2;
-// Ratio of distances below which neighbours are of different surfaces.
-constexpr float kStep = 0.95f;
 constexpr int kJpegQuality = 92;
 // Of poses, relative to the scene: what is written as text and read again is nearer than that.
 constexpr double kSamePlace = 1e-6;
@@ -87,16 +85,11 @@ class PhotosOfScene final : public TexturePhotos {
     const View& view = views_[photo];
     const int x = static_cast<int>(pixel.x() / Width(photo) * view.coarse_width);
     const int y = static_cast<int>(pixel.y() / Height(photo) * view.coarse_height);
-    float farthest = 0, nearest = std::numeric_limits<float>::infinity();
-    for (int ny = std::max(0, y - 1); ny <= std::min(view.coarse_height - 1, y + 1); ++ny) {
-      for (int nx = std::max(0, x - 1); nx <= std::min(view.coarse_width - 1, x + 1); ++nx) {
-        const float distance = view.distance[static_cast<size_t>(ny) * view.coarse_width + nx];
-        farthest = std::max(farthest, distance);
-        nearest = std::min(nearest, distance);
-      }
-    }
-    // Beside the outline of something nearer. With a mask, that tells where the outline is.
-    if (!HasLabels(photo) && nearest < kStep * farthest) farthest = nearest;
+    // A mask tells where the outlines of nearer things are.
+    const float farthest = FarthestVisible({view.coarse_width, view.coarse_height, view.distance},
+                                           x,
+                                           y,
+                                           /*keeps_off_outlines=*/!HasLabels(photo));
     const double coarse_angle = view.pixel_angle * Width(photo) / view.coarse_width;
     return scale_ * farthest * (1 + kDepthMargin + kDepthPixels * coarse_angle);
   }

@@ -11,6 +11,7 @@
 #include "plugin/colmap/camera_rays.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/object_choice.h"
@@ -497,6 +498,7 @@ void RunLabelEditor(int argc, char** argv) {
   std::vector<std::string> done;
   for (const LabelEdit& edit : edits) done.push_back(editor.Apply(edit));
   WriteModel(target, model);
+  CopyLight(model, foam_path, target);
   WarnOfOtherExports(output_path);
   for (const std::string& line : done) LOG(INFO) << line;
   LOG(INFO) << "The edited foam is " << target.string();

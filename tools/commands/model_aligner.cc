@@ -10,6 +10,7 @@
 #include "plugin/colmap/model_transform.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_frame.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
@@ -177,6 +178,7 @@ void RunModelAligner(int argc, char** argv) {
   if (model) {
     TransformModel(target_from_source, &*model);
     WriteModel(target, *model);
+    CopyLight(*model, paths.foam, target);
     WarnOfOtherExports(paths.output);
   }
   WriteTextFile(paths.Frame(), FrameJson(transform));

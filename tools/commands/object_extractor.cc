@@ -2,6 +2,7 @@
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
@@ -35,6 +36,7 @@ void RunObjectExtractor(int argc, char** argv) {
   const ChosenObjects chosen = ChooseObjects(model, selection, foam_path, options.device());
   const ExtractedObjects extracted = ExtractObjects(model, chosen.delaunay, chosen.objects);
   WriteModel(target, extracted.model);
+  CopyLight(extracted.model, foam_path, target);
   WarnOfOtherExports(output_path);
   LOG(INFO) << "Extracted " << Joined(chosen.names) << ": " << chosen.num_cells << " cells and "
             << extracted.model.foam.NumSites() - chosen.num_cells << " empty ones around them, in "

@@ -3,6 +3,7 @@
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
@@ -56,6 +57,7 @@ void RunObjectInserter(int argc, char** argv) {
   const Insertion insertion =
       InsertObjects(scene, renderer.delaunay(), PlaceObjects(objects, placement, scene));
   WriteModel(target, insertion.model);
+  CopyLight(insertion.model, foam_path, target);
   WarnOfOtherExports(output_path);
   std::vector<std::string> names;
   for (size_t k = 0; k < chosen.names.size(); ++k) {

@@ -2,6 +2,7 @@
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/export_options.h"
@@ -37,6 +38,7 @@ void RunObjectRemover(int argc, char** argv) {
   const Model edited = RemoveObjects(
       model, chosen.delaunay, chosen.cell_labels, chosen.is_in_object, chosen.objects);
   WriteModel(target, edited);
+  CopyLight(edited, foam_path, target);
   WarnOfOtherExports(output_path);
   const size_t num_gone = model.foam.NumSites() - edited.foam.NumSites();
   LOG(INFO) << "Removed " << Joined(chosen.names) << ": " << chosen.num_cells << " cells, "

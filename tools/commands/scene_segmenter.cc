@@ -8,6 +8,7 @@
 #include "foam/util/ids.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/effects_report.h"
 #include "tools/controllers/export_record.h"
 #include "tools/controllers/label_names.h"
 #include "tools/options/object_choice.h"
@@ -100,6 +101,7 @@ void RunSceneSegmenter(int argc, char** argv) {
   for (const int32_t s : found.segment_of_cell) class_of_cell.push_back(ClassIndex{s});
   SetClasses(std::move(labels), class_of_cell, &model);
   WriteModel(target, model);
+  CopyLight(model, foam_path, target);
   WarnOfOtherExports(output_path);
   LOG(INFO) << "The labelled foam is " << target.string();
 }

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
 #include <glog/logging.h>
@@ -126,6 +128,20 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
 
 bool AdaptsLight(const Model& model) {
   return model.options.contains("exposure") || model.options.contains("shading");
+}
+
+void CopyLight(const Model& model,
+               const std::filesystem::path& foam_path,
+               const std::filesystem::path& edited_path) {
+  const std::filesystem::path effects = foam_path.parent_path() / "effects.json";
+  if (!AdaptsLight(model) || !std::filesystem::exists(effects)) return;
+  std::ifstream file(effects, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) {
+    throw UserError(effects.string(), ": cannot be read; the light of the photos is in it.");
+  }
+  WriteTextFile(edited_path.parent_path() / "effects.json", text.str());
 }
 
 std::optional<ExpectedLights> FindExpectedLights(const std::filesystem::path& foam_path,

@@ -43,6 +43,13 @@ PhotoLights ReadLights(const std::filesystem::path& path, const std::vector<Phot
 // among the model's options), so that photos compare with renders only up to their own light.
 bool AdaptsLight(const Model& model);
 
+// Copies the effects.json beside a foam, where there is one, to that beside a foam that was made of
+// it, with the same photos, if their light differs (AdaptsLight): renders and textures need it.
+// Throws UserError where it cannot be read or written.
+void CopyLight(const Model& model,
+               const std::filesystem::path& foam_path,
+               const std::filesystem::path& edited_path);
+
 // Returns the lights that renders of a foam are best held against photos in, from the effects.json
 // beside it; nothing where the photos of its training do not differ in their light. Warns where
 // they do and the file is missing. Throws UserError where the file is damaged.

@@ -14,26 +14,6 @@
 namespace semfoam {
 namespace {
 
-enum { kTop, kLeg, kBox, kPost, kSnowman, kNumKinds };
-
-// A table on a leg; a box, a post and two balls, one on the other, on its top.
-int Table(const Eigen::Vector3f& x) {
-  const Eigen::Vector2f at = x.head<2>();
-  if (x.z() < -0.4f) return at.norm() < 0.2f ? kLeg : kAir;
-  if (x.z() < -0.2f) return at.cwiseAbs().maxCoeff() < 0.95f ? kTop : kAir;
-  const auto near = [&](float x0, float y0) { return Eigen::Vector2f(at.x() - x0, at.y() - y0); };
-  if (near(-0.5f, -0.5f).cwiseAbs().maxCoeff() < 0.22f && x.z() < 0.3f) return kBox;
-  if (near(0.55f, -0.55f).norm() < 0.17f && x.z() < 0.5f) return kPost;
-  const Eigen::Vector3f ball(0.3f, 0.4f, 0.08f), head(0.3f, 0.4f, 0.5f);
-  return (x - ball).norm() < 0.32f || (x - head).norm() < 0.2f ? kSnowman : kAir;
-}
-
-// No photo shows the underside of the top.
-Model TableModel() {
-  return ShownModel(
-      60000, Table, [](const Eigen::Vector3f& x) { return Table(x) != kTop || x.z() > -0.33f; });
-}
-
 SceneSegments Segment(const Model& model, double granularity) {
   return FindSceneSegments(model, TriangulateModel(model), granularity);
 }

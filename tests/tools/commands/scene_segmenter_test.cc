@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// scene_segmenter as a user meets it, on a ring on a table with a ball in the ring.
+// scene_segmenter as a user meets it, on a table with three things.
+#include "foam/edit/class_table.h"
 #include "foam/model/cell_labels.h"
 #include "foam/model/model.h"
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "tests/foam/segment/shown_scenes.h"
-#include "tests/tools/commands/ring_scene.h"
 #include "tests/tools/program.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,20 +20,13 @@ namespace semfoam {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
-using ::testing::StartsWith;
 
 class SceneSegmenterTest : public testing::Test {
  protected:
-  void SetUp() override {
-    Model model = RingScene();
-    // From above.
-    ShowSurfaces([](const Eigen::Vector3f& x) { return x.z() > kTableTop - 0.1f; }, &model);
-    WriteModel(Foam(), model);
-  }
+  void SetUp() override { WriteModel(Foam(), TableModel()); }
 
   fs::path Foam() const { return folder_ / "in.foam"; }
 
@@ -50,7 +44,7 @@ class SceneSegmenterTest : public testing::Test {
 };
 
 TEST_F(SceneSegmenterTest, LabelsPlanesAndThings) {
-  const Outcome outcome = Segment("out");
+  const Outcome outcome = Segment("out", {"--granularity", "0"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(FilesBelow(folder_ / "out"), ElementsAre("scene.foam"));
   const Model before = ReadModel(Foam()), after = ReadModel(folder_ / "out/scene.foam");
@@ -59,34 +53,34 @@ TEST_F(SceneSegmenterTest, LabelsPlanesAndThings) {
   EXPECT_EQ(after.foam.sh, before.foam.sh);
 
   // The label that most cells of each thing have; no two share one.
-  const CellLabels truth = LabelCells(before.foam, TriangulateModel(before));
-  const CellLabels found = LabelCells(after.foam, TriangulateModel(after));
-  std::map<std::string, std::map<std::string, int64_t>> counts;
-  std::map<std::string, int64_t> all;
-  for (size_t i = 0; i < truth.solid.size(); ++i) {
-    const std::string& name = after.labels[Value(found.class_index[i])].name;
-    if (truth.solid[i] == 0) {
+  const CellLabels labels = LabelCells(after.foam, TriangulateModel(after));
+  std::map<int, std::map<std::string, int64_t>> counts;
+  std::map<int, int64_t> all;
+  for (size_t i = 0; i < labels.solid.size(); ++i) {
+    const std::string& name = after.labels[Value(labels.class_index[i])].name;
+    if (labels.solid[i] == 0) {
       EXPECT_EQ(name, "");
       continue;
     }
-    ++counts[before.labels[Value(truth.class_index[i])].name][name];
-    ++all[before.labels[Value(truth.class_index[i])].name];
+    const int kind = Table(after.foam.positions[i]);
+    ++counts[kind][name];
+    ++all[kind];
   }
-  std::map<std::string, std::string> names;
-  for (const auto& [thing, of_thing] : counts) {
+  std::map<int, std::string> names;
+  for (const auto& [kind, of_kind] : counts) {
     const auto most = std::max_element(
-        of_thing.begin(), of_thing.end(), [](auto& a, auto& b) { return a.second < b.second; });
-    names[thing] = most->first;
-    EXPECT_GT(most->second, 0.75 * static_cast<double>(all[thing])) << thing;
+        of_kind.begin(), of_kind.end(), [](auto& a, auto& b) { return a.second < b.second; });
+    names[kind] = most->first;
+    EXPECT_GT(most->second, 0.75 * static_cast<double>(all[kind])) << kind;
   }
-  EXPECT_EQ(names["table"], "plane_1");
-  EXPECT_THAT(names["ring"], StartsWith("thing_"));
-  EXPECT_THAT(names["ball"], StartsWith("thing_"));
-  EXPECT_NE(names["ring"], names["ball"]);
+  EXPECT_EQ(names[kTop], "plane_1");
+  EXPECT_EQ(names[kLeg], "plane_1");
+  EXPECT_EQ((std::set<std::string>{names[kBox], names[kPost], names[kSnowman]}),
+            (std::set<std::string>{"thing_1", "thing_2", "thing_3"}));
 }
 
 TEST_F(SceneSegmenterTest, WhatItFindsIsNamedAndExported) {
-  ASSERT_EQ(Segment("out").exit_code, 0);
+  ASSERT_EQ(Segment("out", {"--granularity", "0"}).exit_code, 0);
   const Outcome named = RunSemfoam({"label_editor",
                                     "--foam_path",
                                     (folder_ / "out/scene.foam").string(),
@@ -109,11 +103,26 @@ TEST_F(SceneSegmenterTest, WhatItFindsIsNamedAndExported) {
 }
 
 TEST_F(SceneSegmenterTest, LabelsThatAreThereAreReplacedAndThatIsSaid) {
+  Model model = TableModel();
+  const std::vector<ClassIndex> classes(model.foam.NumSites(), ClassIndex{0});
+  SetClasses({{LabelId{9}, MaskId{9}, "ring"}}, classes, &model);
+  WriteModel(Foam(), model);
   const Outcome outcome = Segment("out");
   EXPECT_THAT(outcome.err, HasSubstr("has labels already"));
   for (const Label& label : ReadModel(folder_ / "out/scene.foam").labels) {
     EXPECT_NE(label.name, "ring");
   }
+}
+
+TEST_F(SceneSegmenterTest, TheLightOfThePhotosGoesAlong) {
+  WriteFile(folder_ / "effects.json", "{}");
+  ASSERT_EQ(Segment("same").exit_code, 0);
+  EXPECT_THAT(FilesBelow(folder_ / "same"), ElementsAre("scene.foam"));
+  Model model = ReadModel(Foam());
+  model.options["exposure"] = "on";
+  WriteModel(Foam(), model);
+  ASSERT_EQ(Segment("out").exit_code, 0);
+  EXPECT_EQ(ReadFile(folder_ / "out/effects.json"), "{}");
 }
 
 TEST_F(SceneSegmenterTest, BadInputIsOneSentence) {
@@ -122,7 +131,8 @@ TEST_F(SceneSegmenterTest, BadInputIsOneSentence) {
   EXPECT_THAT(range.err, HasSubstr("--granularity 1.5: 0 to 1 would be right."));
   EXPECT_EQ(Segment("out", {"--granularity", "nan"}).exit_code, 1);
 
-  Model model = RingScene();
+  Model model = TableModel();
+  model.statistics = {};
   WriteModel(Foam(), model);
   const Outcome unknown = Segment("out");
   EXPECT_EQ(unknown.exit_code, 1);

@@ -463,56 +463,16 @@ TEST(MaskUndistortion, IgnoredPixelsAreBlackAndAllElseIsWhite) {
     return IdsIn(temp / output / "a.jpg.png");
   };
   constexpr int kWhite = 65535;
-  EXPECT_THAT(undistort(false, "out"),
-              ElementsAre(0,
-                          0,
-                          kWhite,
-                          kWhite,
-                          0,
-                          0,  //
-                          0,
-                          0,
-                          0,
-                          kWhite,
-                          kWhite,
-                          0,  //
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,  //
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0));
-  EXPECT_THAT(undistort(true, "inverted"),
-              ElementsAre(0,
-                          kWhite,
-                          0,
-                          0,
-                          kWhite,
-                          0,  //
-                          0,
-                          kWhite,
-                          kWhite,
-                          0,
-                          0,
-                          0,  //
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,  //
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0));
+  const std::vector<int32_t> plain = {0, 0, kWhite, kWhite, 0,      0,  //
+                                      0, 0, 0,      kWhite, kWhite, 0,  //
+                                      0, 0, 0,      0,      0,      0,  //
+                                      0, 0, 0,      0,      0,      0};
+  EXPECT_EQ(undistort(false, "out"), plain);
+  const std::vector<int32_t> inverted = {0, kWhite, 0,      0, kWhite, 0,  //
+                                         0, kWhite, kWhite, 0, 0,      0,  //
+                                         0, 0,      0,      0, 0,      0,  //
+                                         0, 0,      0,      0, 0,      0};
+  EXPECT_EQ(undistort(true, "inverted"), inverted);
 }
 
 }  // namespace

@@ -154,8 +154,6 @@ class CavityFinder {
   std::vector<uint32_t> mark_;
 };
 
-// Haze stops less than one part in this number of the light that meets it.
-constexpr float kHazeRatio = 30;
 // CellStatistics::passed of a cell that photos look through. Behind surfaces it is 0, however many
 // rays leak there.
 constexpr float kFewestCrossings = 1;
@@ -205,10 +203,7 @@ std::vector<uint8_t> FindMatter(const CellStatistics& statistics,
   for (uint32_t i = 0; i < scene.NumSites(); ++i) {
     // A site at the place of another one has no cell.
     if (!scene.labels.solid[i] || scene.delaunay.Neighbors(i).empty()) continue;
-    if (knows_rays && IsSeen(statistics, i, fewest_looks) &&
-        statistics.passed[i] > kHazeRatio * statistics.stopped[i]) {
-      continue;
-    }
+    if (knows_rays && IsSeen(statistics, i, fewest_looks) && IsHaze(statistics, i)) continue;
     is_matter[i] = 1;
   }
   return is_matter;

@@ -20,9 +20,10 @@ void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 // Replaces all classes: `labels` [K] are the new table, of which cell i gets class_of_cell[i]
 // ([sites]; kUnlabelled: a class of id 0, unlabelled, which is added in front). Of up to
 // kIdentityDim labels the features are perpendicular to each other, of more as different as can
-// be found: a rendered feature belongs to the class that has the most of the ray's weight, and to
-// none where all together have less than about a quarter. The softmax of a cell's class is near 1,
-// as there is no doubt to express. CHECKs the sizes, and that the classes are in the table.
+// be found: a rendered feature belongs to the class that has clearly the most of the ray's weight
+// (with up to kIdentityDim labels: the most), and to none where no class has a quarter. The softmax
+// of a cell's class is near 1, as there is no doubt to express. CHECKs the sizes, and that the
+// classes are in the table.
 void SetClasses(std::vector<Label> labels,
                 const std::vector<ClassIndex>& class_of_cell,
                 Model* model);

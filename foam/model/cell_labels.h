@@ -5,6 +5,7 @@
 #include "foam/model/foam.h"
 #include "foam/util/ids.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -32,5 +33,12 @@ inline constexpr float kSolidOpticalDepth = 0.1f;
 CellLabels LabelCells(const Foam& foam,
                       const Delaunay& delaunay,
                       float solid_optical_depth = kSolidOpticalDepth);
+
+// Returns whether a cell is haze, which stops less than a thirtieth of the light that meets it,
+// however dense it is. `passed` and `stopped` must have been measured.
+inline bool IsHaze(const CellStatistics& statistics, size_t cell) {
+  constexpr float kRatio = 30;
+  return statistics.passed[cell] > kRatio * statistics.stopped[cell];
+}
 
 }  // namespace semfoam

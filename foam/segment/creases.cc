@@ -17,8 +17,8 @@ namespace semfoam {
 namespace {
 
 // What a way between neighbours is longer by, in cells for each unit of turn (1 - cosine), of
-// colour and of concavity. Smoothed normals turn over several cells in a crease, so
-// that a patch would lie across it if concave turns counted no more than others.
+// colour and of concavity. Smoothed normals turn over several cells in a crease, so that a patch
+// would lie across it if concave turns counted no more than others.
 constexpr float kTurn = 7, kColor = 7, kConcave = 13;
 // Length of the ways in a patch from its seed to the next one.
 constexpr float kPatch = 5;

@@ -25,8 +25,8 @@ struct DominantPlane {
 };
 
 // Finds planes that hold at least `least_share` of what photos show (SurfaceGraph::weights), the
-// largest first, and connected parts of the same plane that hold a third of it. No node is in two
-// planes.
+// largest first, and connected parts of the same plane that hold three tenths of `least_share` and
+// a twentieth of the largest part. No node is in two planes.
 //
 // Of 400 planes through nodes with their normals, spread evenly over what photos show, takes the
 // one with the most weight near it (within two radii of the cell, its normal within 45 degrees),

@@ -16,8 +16,6 @@ namespace semfoam {
 namespace {
 
 constexpr float kLeastContribution = 0.05f;
-// Haze stops less than one part in this number of the light that meets it.
-constexpr float kHazeRatio = 30;
 constexpr float kMostWeight = 20;  // of the median
 constexpr float kLeastWeight = 1e-3f;
 constexpr int kSmoothings = 3;
@@ -30,7 +28,7 @@ constexpr int64_t kBlock = 1024;
 std::vector<uint8_t> FindMatter(const CellStatistics& statistics, const CellLabels& labels) {
   std::vector<uint8_t> is_matter = labels.solid;
   for (size_t i = 0; i < is_matter.size(); ++i) {
-    if (statistics.passed[i] > kHazeRatio * statistics.stopped[i]) is_matter[i] = 0;
+    if (IsHaze(statistics, i)) is_matter[i] = 0;
   }
   return is_matter;
 }

@@ -61,6 +61,8 @@ struct EffectsOptions {
   EffectSwitch poses = EffectSwitch::kAuto;
   // Whether to look for what passes by, during the training (transient_things.h).
   bool transients = true;
+  // Whether to look for what is infinitely far, in the plane sweep (stereo/far_regions.h).
+  bool sky = true;
   // Whether to draw blurred photos less.
   bool blur = true;
   // Copied from the SceneOptions of the scene: distortion and use_masks.

@@ -2,6 +2,7 @@
 #include "plugin/stereo/far_regions.h"
 
 #include "foam/util/parallel.h"
+#include "plugin/stereo/plain_regions.h"
 #include "plugin/stereo/reduced_view.h"
 
 #include <algorithm>
@@ -18,8 +19,6 @@ namespace {
 
 // Photos are reduced by this factor: the noise falls by as much.
 constexpr int kReduction = 4;
-// Largest difference of display values between neighbours in a region.
-constexpr float kColorStep = 0.04f;
 // Root of the largest squared difference that a pixel counts with, and of the largest mean of a
 // region at infinity.
 constexpr float kMostError = 0.03f, kMostMeanError = 0.02f;
@@ -34,46 +33,6 @@ constexpr double kLeastSeen = 1, kLeastSeenOnPlane = 0.3;
 constexpr size_t kMostPartners = 16;
 // Share of a view's directions that a partner must see, too.
 constexpr double kLeastOverlap = 0.2;
-
-// Regions of unknown depth.
-struct Regions {
-  // [pixels] Index of the region; -1: none.
-  std::vector<int> of_pixel;
-  // [regions] Number of pixels.
-  std::vector<int> sizes;
-};
-
-Regions FindRegions(const ReducedView& reduced) {
-  const int width = reduced.view.width, height = reduced.view.height;
-  const std::vector<Eigen::Vector3f>& color = reduced.view.color;
-  Regions regions;
-  regions.of_pixel.assign(color.size(), -1);
-  std::vector<size_t> open;
-  for (size_t first = 0; first < color.size(); ++first) {
-    if (regions.of_pixel[first] >= 0 || reduced.is_unknown[first] == 0) continue;
-    const auto region = static_cast<int>(regions.sizes.size());
-    regions.sizes.push_back(0);
-    regions.of_pixel[first] = region;
-    open.push_back(first);
-    while (!open.empty()) {
-      const size_t at = open.back();
-      open.pop_back();
-      ++regions.sizes[region];
-      const int x = static_cast<int>(at % width), y = static_cast<int>(at / width);
-      const auto visit = [&](size_t next) {
-        if (regions.of_pixel[next] >= 0 || reduced.is_unknown[next] == 0) return;
-        if ((color[next] - color[at]).cwiseAbs().maxCoeff() > kColorStep) return;
-        regions.of_pixel[next] = region;
-        open.push_back(next);
-      };
-      if (x > 0) visit(at - 1);
-      if (x + 1 < width) visit(at + 1);
-      if (y > 0) visit(at - width);
-      if (y + 1 < height) visit(at + width);
-    }
-  }
-  return regions;
-}
 
 // Returns the share of a view's directions that another one sees, too.
 double SharedDirections(const StereoView& view, const StereoView& other) {
@@ -108,29 +67,6 @@ std::vector<int> FarthestPartners(const std::vector<ReducedView>& reduced, size_
   return partners;
 }
 
-// Computes the colour that a view shows at a point, given as an offset from the view's centre,
-// between its pixels. Returns false where it does not show the point, or something of known depth.
-bool SampleUnknown(const ReducedView& reduced,
-                   const Eigen::Vector3d& offset,
-                   Eigen::Vector3f* color) {
-  const StereoView& view = reduced.view;
-  Eigen::Vector2d pixel;
-  double depth = 0;
-  if (!view.Project(view.origin + offset, &pixel, &depth)) return false;
-  const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
-  if (!(u >= 0 && v >= 0 && u < view.width - 1 && v < view.height - 1)) return false;
-  const int left = static_cast<int>(u), top = static_cast<int>(v);
-  const size_t upper = static_cast<size_t>(top) * view.width + left, lower = upper + view.width;
-  const std::vector<uint8_t>& is_unknown = reduced.is_unknown;
-  if (!(is_unknown[upper] && is_unknown[upper + 1] && is_unknown[lower] && is_unknown[lower + 1])) {
-    return false;
-  }
-  const auto a = static_cast<float>(u - left), b = static_cast<float>(v - top);
-  *color = (1 - b) * ((1 - a) * view.color[upper] + a * view.color[upper + 1]) +
-           b * ((1 - a) * view.color[lower] + a * view.color[lower + 1]);
-  return true;
-}
-
 // How well other views agree with a region on a plane.
 struct Agreement {
   double squared_error = 0;
@@ -148,7 +84,7 @@ std::vector<Agreement> AgreementsAt(double inverse_depth,
                                     const std::vector<ReducedView>& reduced,
                                     size_t i,
                                     const std::vector<int>& partners,
-                                    const Regions& regions) {
+                                    const PlainRegions& regions) {
   const StereoView& view = reduced[i].view;
   std::vector<Agreement> agreements(regions.sizes.size());
   for (size_t at = 0; at < regions.of_pixel.size(); ++at) {
@@ -171,7 +107,7 @@ std::vector<Agreement> AgreementsAt(double inverse_depth,
 std::vector<uint8_t> AreFar(const std::vector<ReducedView>& reduced,
                             size_t i,
                             double nearest,
-                            const Regions& regions) {
+                            const PlainRegions& regions) {
   std::vector<uint8_t> are_far(regions.sizes.size(), 0);
   const std::vector<int> partners = FarthestPartners(reduced, i);
   if (partners.empty()) return are_far;
@@ -216,7 +152,7 @@ std::vector<std::vector<uint8_t>> FindFarRegions(const std::vector<StereoView>& 
   };
   for_each_view([&](size_t i) { reduced[i] = Reduce(views[i], inputs[i].is_known, kReduction); });
   for_each_view([&](size_t i) {
-    const Regions regions = FindRegions(reduced[i]);
+    const PlainRegions regions = FindPlainRegions(reduced[i]);
     const std::vector<uint8_t> are_far = AreFar(reduced, i, inputs[i].nearest, regions);
     far[i].assign(views[i].NumPixels(), 0);
     const int width = reduced[i].view.width, height = reduced[i].view.height;

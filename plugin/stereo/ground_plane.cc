@@ -84,7 +84,7 @@ std::vector<uint8_t> IsKnown(const DepthMap& map) {
 bool StandsBeforeUnknown(const StereoView& view, const DepthMap& known, const Eigen::Vector3d& up) {
   const Eigen::Vector3d up_in_view = view.cam_from_world * up;
   if (std::abs(up_in_view.z()) > kMostPitch) return false;
-  const Eigen::Vector3d plane = GroundPlane{up, up.dot(view.origin) - 1}.InImage(view);
+  const Eigen::Vector3d plane = LevelPlane{up, up.dot(view.origin) - 1}.InImage(view);
   std::vector<std::pair<double, size_t>> order;
   order.reserve(known.inverse.size());
   for (size_t i = 0; i < known.inverse.size(); ++i)
@@ -101,7 +101,7 @@ bool StandsBeforeUnknown(const StereoView& view, const DepthMap& known, const Ei
 // inverse depth.
 double ShareNearer(const StereoView& view,
                    const DepthMap& known,
-                   const GroundPlane& ground,
+                   const LevelPlane& ground,
                    double nearest) {
   if (ground.up.dot(view.origin) <= ground.level) return 0;
   const Eigen::Vector3d plane = ground.InImage(view);
@@ -149,7 +149,7 @@ class GroundComparison {
   // Compares every `step`-th pair on `plane`, in pixels that see `nearby` before all else that is
   // known: what is farther moves little, so that it agrees on planes of any height. Of planes that
   // are compared with each other `nearby` should be the same, or that with more pixels is better.
-  PlaneScore Score(const GroundPlane& plane, const GroundPlane& nearby, size_t step) const {
+  PlaneScore Score(const LevelPlane& plane, const LevelPlane& nearby, size_t step) const {
     PlaneScore score;
     Buffers buffers;
     for (size_t k = 0; k < pairs_.size(); k += step) {
@@ -166,8 +166,8 @@ class GroundComparison {
     WindowCorrelation::Buffers windows;
   };
 
-  void AddPair(const GroundPlane& plane,
-               const GroundPlane& nearby,
+  void AddPair(const LevelPlane& plane,
+               const LevelPlane& nearby,
                const ComparedPair& pair,
                Buffers* buffers,
                PlaneScore* score) const {
@@ -212,8 +212,8 @@ struct Candidates {
   double distance = 0;
   int num_forwards = kTilts;  // to either side
 
-  GroundPlane PlaneOf(const Tilt& tilt) const {
-    GroundPlane plane;
+  LevelPlane PlaneOf(const Tilt& tilt) const {
+    LevelPlane plane;
     plane.up = (up + tilt.sideways * right + tilt.forwards * forward).normalized();
     plane.level = plane.up.dot(center) - std::exp(tilt.log_height);
     return plane;
@@ -300,13 +300,13 @@ class TiltSearch {
   const GroundComparison& comparison_;
   const Candidates& candidates_;
   Tilt start_;
-  GroundPlane start_plane_;
+  LevelPlane start_plane_;
 };
 
 // Returns the share of the known points that lie below the plane.
 double ShareBelow(const std::vector<StereoView>& views,
                   const std::vector<DepthMap>& known,
-                  const GroundPlane& plane) {
+                  const LevelPlane& plane) {
   int64_t below = 0, count = 0;
   for (size_t k = 0; k < views.size(); ++k) {
     const StereoView& view = views[k];
@@ -366,7 +366,7 @@ std::vector<Tilt> BestOfGrid(const GroundComparison& comparison, const Candidate
   std::vector<std::pair<double, size_t>> order(tilts.size());
   ParallelForBlocks(static_cast<int64_t>(tilts.size()), 16, [&](int64_t begin, int64_t end) {
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      const GroundPlane plane = candidates.PlaneOf(tilts[i]);
+      const LevelPlane plane = candidates.PlaneOf(tilts[i]);
       order[i] = {-comparison.Score(plane, plane, 2).evidence, i};
     }
   });
@@ -387,7 +387,7 @@ Tilt BestRefined(const GroundComparison& coarse,
   ParallelForBlocks(static_cast<int64_t>(tilts.size()), 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       refined[i] = TiltSearch(coarse, candidates, tilts[i]).Climb(kTiltStep / 2);
-      const GroundPlane plane = candidates.PlaneOf(refined[i]);
+      const LevelPlane plane = candidates.PlaneOf(refined[i]);
       evidence[i] = fine.Score(plane, plane, 1).evidence;
     }
   });
@@ -416,7 +416,7 @@ std::vector<ReducedView> ReduceAll(const std::vector<StereoView>& views,
 std::vector<uint8_t> OnGround(const std::vector<ReducedView>& reduced,
                               size_t i,
                               const std::vector<int>& partners,
-                              const GroundPlane& ground) {
+                              const LevelPlane& ground) {
   const StereoView& view = reduced[i].view;
   std::vector<uint8_t> is_on_ground(view.NumPixels(), 0);
   if (std::min(view.width, view.height) <= 2 * kWindowRadius) return is_on_ground;
@@ -436,33 +436,7 @@ std::vector<uint8_t> OnGround(const std::vector<ReducedView>& reduced,
   return is_on_ground;
 }
 
-// Adds the plane's depths to the unknown ones of a view, where `is_on_ground` [pixels of the
-// reduced view].
-void AddWhere(const std::vector<uint8_t>& is_on_ground,
-              const StereoView& view,
-              const GroundPlane& ground,
-              DepthMap* map) {
-  const Eigen::Vector3d in_image = ground.InImage(view);
-  const int small_width = view.width / kFine, small_height = view.height / kFine;
-  for (int y = 0; y < kFine * small_height; ++y) {
-    for (int x = 0; x < kFine * small_width; ++x) {
-      const size_t at = static_cast<size_t>(y) * view.width + x;
-      const size_t small_at = static_cast<size_t>(y / kFine) * small_width + x / kFine;
-      if (map->inverse[at] > 0 || is_on_ground[small_at] == 0) continue;
-      map->inverse[at] =
-          static_cast<float>(std::max(0.0, in_image.dot(view.CenterOf(at).homogeneous())));
-    }
-  }
-}
-
 }  // namespace
-
-Eigen::Vector3d GroundPlane::InImage(const StereoView& view) const {
-  const Eigen::Vector3d in_view = view.cam_from_world * up;
-  const double height = up.dot(view.origin) - level;
-  const Eigen::Vector2d slope = -in_view.head<2>().cwiseQuotient(view.focal);
-  return Eigen::Vector3d(slope.x(), slope.y(), -in_view.z() - slope.dot(view.center)) / height;
-}
 
 std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
                                            const std::vector<ViewOverlap>& overlaps,
@@ -488,7 +462,7 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
   const GroundComparison full(views, overlaps, known, chosen, 1);
   tilt = TiltSearch(full, candidates, tilt).Climb(kTiltStep / 8);
 
-  GroundPlane ground = candidates.PlaneOf(tilt);
+  GroundPlane ground{candidates.PlaneOf(tilt)};
   const PlaneScore score = fine.Score(ground, ground, 1);
   ground.agreement = score.Mean();
   for (const double factor : {1 / kBeside, kBeside}) {
@@ -515,7 +489,7 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
 
 std::vector<DepthMap> AddGround(const std::vector<StereoView>& views,
                                 const std::vector<ViewOverlap>& overlaps,
-                                const GroundPlane& ground,
+                                const LevelPlane& ground,
                                 const std::vector<DepthMap>& known) {
   CHECK_EQ(views.size(), overlaps.size());
   CHECK_EQ(views.size(), known.size());
@@ -524,7 +498,8 @@ std::vector<DepthMap> AddGround(const std::vector<StereoView>& views,
   ParallelForBlocks(static_cast<int64_t>(views.size()), 1, [&](int64_t begin, int64_t end) {
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       if (known[i].inverse.empty() || ground.up.dot(views[i].origin) <= ground.level) continue;
-      AddWhere(OnGround(reduced, i, overlaps[i].partners, ground), views[i], ground, &maps[i]);
+      SetOnPlane(
+          OnGround(reduced, i, overlaps[i].partners, ground), kFine, views[i], ground, &maps[i]);
     }
   });
   return maps;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "plugin/stereo/level_plane.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
 #include "plugin/stereo/view_overlap.h"
@@ -17,19 +18,11 @@ namespace semfoam {
 // angles, have hardly an SfM point, and lie nearer than all planes on which a sweep looks. Single
 // pixels do not tell where it is, but the borders of all its parts agree on one plane only.
 
-// The points x of the normalised frame with up.dot(x) == level.
-struct GroundPlane {
-  // Unit length.
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  double level = 0;
+struct GroundPlane : LevelPlane {
   // Mean correlation of the views on the plane, and on those at 1 / 1.4 and 1.4 times the cameras'
   // height above it, whichever is larger.
   double agreement = 0;
   double agreement_beside = 0;
-
-  // Returns the inverse depth at which a view sees the plane in pixel p, as a linear function of
-  // (p.x, p.y, 1); not positive above the horizon. The view must be above the plane.
-  Eigen::Vector3d InImage(const StereoView& view) const;
 };
 
 // Finds the ground below the cameras by what the photos show where no depth is known; nothing where
@@ -57,7 +50,7 @@ std::optional<GroundPlane> FindGroundPlane(const std::vector<StereoView>& views,
 // view's first four partners. Deterministic on any number of threads.
 std::vector<DepthMap> AddGround(const std::vector<StereoView>& views,
                                 const std::vector<ViewOverlap>& overlaps,
-                                const GroundPlane& ground,
+                                const LevelPlane& ground,
                                 const std::vector<DepthMap>& known);
 
 // Returns the peak memory of FindGroundPlane and AddGround beside their results, in bytes.

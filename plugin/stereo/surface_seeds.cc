@@ -8,9 +8,11 @@
 #include "plugin/stereo/depth_filling.h"
 #include "plugin/stereo/far_regions.h"
 #include "plugin/stereo/ground_plane.h"
+#include "plugin/stereo/level_plane.h"
 #include "plugin/stereo/plane_filling.h"
 #include "plugin/stereo/plane_sweep.h"
 #include "plugin/stereo/stereo_view.h"
+#include "plugin/stereo/support_plane.h"
 #include "plugin/stereo/view_overlap.h"
 #include "plugin/util/files.h"
 #include "plugin/util/plural.h"
@@ -169,7 +171,7 @@ std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
                                      const std::vector<ViewOverlap>& overlaps,
                                      const std::vector<DepthMap>& known,
                                      const std::vector<DepthMap>& filled,
-                                     const std::optional<GroundPlane>& ground) {
+                                     const std::optional<LevelPlane>& ground) {
   std::vector<DepthMap> agreed(views.size());
   ForEachView(views, [&](int64_t i) {
     const StereoView& view = views[i];
@@ -195,17 +197,19 @@ std::vector<DepthMap> AgreedFillings(const std::vector<StereoView>& views,
   return agreed;
 }
 
-// Fills each of the known maps, where it is not empty: first on the ground.
-std::vector<DepthMap> FillAll(const std::vector<StereoView>& views,
-                              const std::vector<ViewOverlap>& overlaps,
-                              const std::vector<DepthMap>& known,
-                              const std::optional<GroundPlane>& ground) {
-  std::vector<DepthMap> maps = ground ? AddGround(views, overlaps, *ground, known) : known;
+// Fills each of the maps, where it is not empty.
+std::vector<DepthMap> FillAll(const std::vector<StereoView>& views, std::vector<DepthMap> maps) {
   ForEachView(views, [&](int64_t i) {
     if (maps[i].inverse.empty()) return;
     maps[i] = FillPlanes(views[i], FillDepths(views[i], maps[i]));
   });
   return maps;
+}
+
+std::vector<Eigen::Vector3f> PositionsOf(const std::vector<SeedPoint>& seeds) {
+  std::vector<Eigen::Vector3f> positions;
+  for (const SeedPoint& seed : seeds) positions.push_back(seed.position);
+  return positions;
 }
 
 // Returns the points at the known depths, merged to at most `most`.
@@ -268,7 +272,7 @@ PhotoDepths JoinDepths(const StereoView& view,
   depths.inverse = std::move(measured.inverse);
   for (size_t at = 0; at < filled.inverse.size(); ++at) {
     if (filled.inverse[at] > 0) depths.inverse[at] = filled.inverse[at];
-    if (far[at] == 0) continue;
+    if (far.empty() || far[at] == 0) continue;
     const double share_of_z =
         (view.cam_from_world * view.RayThrough(view.CenterOf(at)).normalized()).z();
     depths.inverse[at] = static_cast<float>(1 / (kInfiniteShare * kSkyRadius * share_of_z));
@@ -290,10 +294,11 @@ std::string SurfaceSeeds::Report() const {
     report += std::string("; ") + text + " of their pixels show sky, or what is as far";
   }
   if (has_ground) report += "; the ground before the cameras is a plane";
+  if (has_support) report += "; what things stand on is a plain plane";
   return report;
 }
 
-SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
+SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos, bool find_sky) {
   const auto begin = std::chrono::steady_clock::now();
   SurfaceSeeds found;
   const std::vector<StereoView> views =
@@ -303,24 +308,38 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos) {
       FindOverlaps(views, NormalizedTracks(scene), scene.Plan().seeds);
   std::vector<DepthMap> measured = AgreedDepths(views, overlaps, SweepAll(views, overlaps));
   found.points = MergedPoints(views, measured, kMostSurfaceSeeds);
-  const std::optional<GroundPlane> ground = FindGroundPlane(views, overlaps, measured);
-  found.has_ground = ground.has_value();
+  std::vector<DepthMap> on_planes = measured;
+  std::optional<LevelPlane> plane = FindGroundPlane(views, overlaps, measured);
+  found.has_ground = plane.has_value();
+  if (plane) {
+    on_planes = AddGround(views, overlaps, *plane, measured);
+  } else {
+    const std::vector<Eigen::Vector3f> points = PositionsOf(found.points);
+    plane = FindSupportPlane(views, points, measured);
+    found.has_support = plane.has_value();
+    if (plane) on_planes = AddSupport(views, overlaps, *plane, points, measured);
+  }
   const std::vector<DepthMap> filled =
-      AgreedFillings(views, overlaps, measured, FillAll(views, overlaps, measured, ground), ground);
+      AgreedFillings(views, overlaps, measured, FillAll(views, std::move(on_planes)), plane);
   const std::vector<SeedPoint> plain = MergedPoints(
       views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
   found.points.insert(found.points.end(), plain.begin(), plain.end());
-  const std::vector<std::vector<uint8_t>> far = FarPixels(views, overlaps, measured, filled);
+  std::vector<std::vector<uint8_t>> far(views.size());
+  if (find_sky) far = FarPixels(views, overlaps, measured, filled);
   const std::vector<SeedPoint> sky = SkySeeds(views, far);
   found.points.insert(found.points.end(), sky.begin(), sky.end());
   found.depths.resize(scene.NumViews());
-  int64_t num_far = 0, num_pixels = 0;
+  int64_t num_far_pixels = 0, num_pixels = 0;
   for (size_t i = 0; i < views.size(); ++i) {
-    num_far += std::count(far[i].begin(), far[i].end(), 1);
+    const int64_t num_far = std::count(far[i].begin(), far[i].end(), 1);
+    num_far_pixels += num_far;
+    found.num_far += num_far > 0;
     num_pixels += static_cast<int64_t>(views[i].NumPixels());
     found.depths[views[i].view] = JoinDepths(views[i], std::move(measured[i]), filled[i], far[i]);
   }
-  if (num_far > 0) found.far_share = static_cast<double>(num_far) / static_cast<double>(num_pixels);
+  if (num_far_pixels > 0) {
+    found.far_share = static_cast<double>(num_far_pixels) / static_cast<double>(num_pixels);
+  }
   found.seconds = SecondsSince(begin);
   return found;
 }
@@ -341,7 +360,7 @@ uint64_t SurfaceSeedBytes(int64_t num_photos) {
   const int64_t of_thread = std::max({SweepPlanesBytes(), FillDepthsBytes(), FillPlanesBytes()});
   return static_cast<uint64_t>(kBytesOfPixel * pixels + kBytesOfMerging * merged +
                                static_cast<double>(of_thread) * NumThreads()) +
-         FarRegionBytes(num_photos) + GroundPlaneBytes(num_photos);
+         FarRegionBytes(num_photos) + GroundPlaneBytes(num_photos) + SupportPlaneBytes(num_photos);
 }
 
 }  // namespace semfoam

@@ -23,10 +23,14 @@ struct SurfaceSeeds {
   std::vector<SeedPoint> points;
   // [views] The depths of all points, of each photo of the scene; empty where it was not swept.
   std::vector<PhotoDepths> depths;
-  // Share of the swept photos' pixels that are infinitely far (FindFarRegions).
+  // Share of the swept photos' pixels that are infinitely far (FindFarRegions), and the number of
+  // photos that show some of them.
   double far_share = 0;
+  int num_far = 0;
   // Whether the ground before the cameras was found (FindGroundPlane).
   bool has_ground = false;
+  // Whether the plane that things stand on was (FindSupportPlane).
+  bool has_support = false;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
   int num_training = 0;
@@ -44,14 +48,14 @@ inline constexpr int kMostSkySeeds = 4'000;
 // in about the same colour, and which fewer views contradict: those that see through the point, or
 // see another colour there (at the outlines of things, windows carry the depth of the thing over to
 // what is behind it). A depth that is kept is replaced by the mean of those that agree. Points in
-// the same voxel are merged (PointMerger). Then fills the maps (AddGround, FillDepths, FillPlanes),
-// and keeps what is new by the same rules, or what is on the ground (FindGroundPlane) and no view
-// contradicts, merged to an eighth of the number of points that were measured.
-// What is infinitely far (FindFarRegions) gets seeds at kSkyRadius, and rays to it a distance
-// of 0.7 times that. Colours are those of the reference exposure. Finds nothing where fewer than
-// three photos overlap. The result does not depend on the number of threads. Throws as
-// TrainingScene::OpenView does.
-SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos);
+// the same voxel are merged (PointMerger). Then fills the maps (AddGround or AddSupport,
+// FillDepths, FillPlanes), and keeps what is new by the same rules, or what is on the ground or
+// support (FindGroundPlane, FindSupportPlane) and no view contradicts, merged to an eighth of the
+// number of points that were measured. With `find_sky`, what is infinitely far (FindFarRegions)
+// gets seeds at kSkyRadius, and rays to it a distance of 0.7 times that. Colours are those of the
+// reference exposure. Finds nothing where fewer than three photos overlap. The result does not
+// depend on the number of threads. Throws as TrainingScene::OpenView does.
+SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos, bool find_sky = true);
 
 // Returns the peak memory of FindSurfaceSeeds in bytes, in addition to the scene and the photos
 // that it opens.

@@ -17,6 +17,7 @@
 #include "plugin/photometric/pose_refinement.h"
 #include "plugin/photometric/view_adaptation.h"
 #include "plugin/stereo/surface_seeds.h"
+#include "plugin/util/plural.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/mask_importing.h"
 #include "tools/controllers/scene_loading.h"
@@ -128,6 +129,19 @@ void FitToBudget(const TrainingScene& scene,
             << " of training follow";
 }
 
+// Completes the effect by what the sweep found infinitely far.
+void DescribeSky(const SurfaceSeeds& found, Effect* effect) {
+  effect->on = found.far_share > 0;
+  effect->measures = {{"photos", found.num_far}, {"share", found.far_share}};
+  char text[80];
+  std::snprintf(text,
+                sizeof(text),
+                "%.1f %% of the pixels of %s are infinitely far",
+                100 * found.far_share,
+                Plural(found.num_swept, "photo").c_str());
+  effect->evidence = effect->on ? text : "photos agree on nothing that is infinitely far";
+}
+
 // Returns the options and the checksums of the inputs that determine the result, by which a
 // checkpoint is recognised.
 CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
@@ -141,6 +155,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["Effects.poses"] = TextOf(run.effects.poses);
   values["Effects.blur"] = run.effects.blur ? "auto" : "off";
   values["Effects.transients"] = run.effects.transients ? "auto" : "off";
+  values["Effects.sky"] = run.effects.sky ? "auto" : "off";
   values["Effects.vignetting"] = TextOf(run.effects.vignetting);
   values["Effects.distortion"] = TextOf(run.effects.distortion);
   values["Effects.semantics"] = run.effects.semantics ? "auto" : "off";
@@ -620,13 +635,19 @@ std::vector<std::pair<std::string, std::string>> ScheduleTexts(const TrainingOpt
 
 bool Sweeps(const TrainingRun& run) { return run.sweep_photos > 0 && run.scene.seed_path.empty(); }
 
-std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
-  if (!Sweeps(run) || !run.block_seeds.empty()) return "";
-  SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos);
-  const std::string report = found.Report();
+SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
+  SweepFindings findings;
+  findings.sky.name = "sky";
+  findings.sky.by_option = !run.effects.sky;
+  findings.sky.evidence = "not looked for";
+  findings.sky.cost = Plural(kMostSkySeeds, "cell") + " more at most";
+  if (!Sweeps(run) || !run.block_seeds.empty()) return findings;
+  SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos, run.effects.sky);
+  findings.report = found.Report();
+  if (run.effects.sky) DescribeSky(found, &findings.sky);
   scene->AddSeeds(std::move(found.points));
   if (run.training.distance_weight > 0) scene->SetDepths(std::move(found.depths));
-  return report;
+  return findings;
 }
 
 TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
@@ -677,9 +698,8 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   if (run->time_budget > 0) {
     run->sweep_photos = std::min(run->sweep_photos, SweptPhotosWithin(run->time_budget));
   }
-  if (const std::string report = AddSurfaceSeeds(*run, &scene); !report.empty()) {
-    LOG(INFO) << report;
-  }
+  const SweepFindings sweep = AddSurfaceSeeds(*run, &scene);
+  if (!sweep.report.empty()) LOG(INFO) << sweep.report;
   CheckpointTexts texts;
   texts["labels"] = LabelTexts(scene.Labels());
   if (run->time_budget > 0) {
@@ -707,6 +727,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     if (run->when_stopped) run->when_stopped(scene, seeds);
     throw;
   }
+  effects.effects.push_back(sweep.sky);
   effects.effects.push_back(adaptation.transients().MakeEffect());
   effects.effects.push_back(adaptation.light().MakeEffect());
   effects.effects.push_back(adaptation.poses().MakeEffect());

@@ -111,10 +111,18 @@ TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene);
 // (run.scene.seed_path), which takes its place.
 bool Sweeps(const TrainingRun& run);
 
+// What a plane sweep found.
+struct SweepFindings {
+  // A line about it; empty where nothing was swept.
+  std::string report;
+  // What it says of sky ("not looked for" where nothing was swept).
+  Effect sky;
+};
+
 // Adds the surface points of a plane sweep (FindSurfaceSeeds) to the seeds of `scene`, whose lights
-// must have been set before, sets its depths, and returns a line about them. Does nothing, and
-// returns nothing, unless run Sweeps, and where one block is trained.
-std::string AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
+// must have been set before, and sets its depths. Does nothing unless run Sweeps, and where one
+// block is trained.
+SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
 
 // Logs the warnings about a dataset: those of its plan and its own.
 void LogWarnings(const TrainingScene& scene);

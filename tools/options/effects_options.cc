@@ -29,6 +29,12 @@ void AddEffectsOptions(OptionManager* options, EffectsChoices* choices) {
       &choices->transients,
       {"auto", "off"},
       "things that pass by are left out; auto = where a photo shows what no other does");
+  options->AddChoiceOption(
+      "Effects.sky",
+      &choices->sky,
+      {"auto", "off"},
+      "what is infinitely far lies on a sphere around everything; auto = where "
+      "photos agree on it at no nearer distance");
   options->AddChoiceOption("Effects.blur",
                            &choices->blur,
                            {"auto", "off"},
@@ -65,6 +71,7 @@ EffectsOptions MakeEffectsOptions(const EffectsChoices& choices) {
   options.poses = ToSwitch(choices.poses);
   options.blur = choices.blur == "auto";
   options.transients = choices.transients == "auto";
+  options.sky = choices.sky == "auto";
   options.distortion = ToSwitch(choices.distortion);
   options.semantics = choices.semantics == "auto";
   options.fixed_sh_degree = choices.sh_degree == "on";

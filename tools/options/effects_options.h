@@ -15,6 +15,7 @@ struct EffectsChoices {
   std::string vignetting = "auto";
   std::string shading = "auto";
   std::string transients = "auto";
+  std::string sky = "auto";
   std::string blur = "auto";
   std::string poses = "auto";
   std::string distortion = "auto";

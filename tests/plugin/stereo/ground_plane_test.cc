@@ -133,7 +133,7 @@ TEST(GroundPlane, IsSeenAtItsDepth) {
   Ground truth;
   truth.roll = 1;
   const Scene scene = Render(truth);
-  const GroundPlane plane{truth.Up(), truth.Level()};
+  const LevelPlane plane{truth.Up(), truth.Level()};
   for (size_t k = 0; k < scene.views.size(); ++k) {
     const Eigen::Vector3d in_image = plane.InImage(scene.views[k]);
     for (size_t i = 0; i < scene.truth[k].size(); ++i) {

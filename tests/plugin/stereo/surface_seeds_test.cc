@@ -483,6 +483,13 @@ TEST(SurfaceSeeds, ShowSkyInfinitelyFarAway) {
     }
   }
   EXPECT_GT(num_far, scene.Width(0) * scene.Height(0) / 8);
+  EXPECT_EQ(seeds.num_far, scene.NumViews());
+
+  const SurfaceSeeds without = FindSurfaceSeeds(scene, kPhotos, /*find_sky=*/false);
+  EXPECT_EQ(without.far_share, 0);
+  EXPECT_FALSE(std::any_of(without.points.begin(), without.points.end(), [](const SeedPoint& seed) {
+    return IsSkySite(seed.position);
+  }));
 }
 
 TEST(SurfaceSeeds, HaveTheColorsOfThePhotos) {

@@ -141,6 +141,8 @@ TEST(Effects, OffByTheProbeIsOffByOption) {
                                          "off",
                                          "--Effects.transients",
                                          "off",
+                                         "--Effects.sky",
+                                         "off",
                                          "--Effects.blur",
                                          "off",
                                          "--Effects.poses",

@@ -70,7 +70,7 @@ std::pair<std::vector<int32_t>, int32_t> MakePatches(const SurfaceGraph& graph,
       for (const uint32_t next : graph.Neighbors(node)) {
         if (is_in[next] == 0) continue;
         const float to_next = length + Way(graph, node, next);
-        if (to_next >= std::min(way[next], 2 * kPatch)) continue;
+        if (!(to_next < std::min(way[next], 2 * kPatch))) continue;
         way[next] = to_next;
         patch[next] = num_patches;
         queue.push({to_next, next});

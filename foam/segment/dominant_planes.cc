@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -36,8 +38,7 @@ bool IsNear(const SurfaceGraph& graph,
 std::vector<uint32_t> SpreadByWeight(const SurfaceGraph& graph,
                                      const std::vector<uint32_t>& nodes,
                                      size_t count) {
-  double total = 0;
-  for (const uint32_t node : nodes) total += graph.weights[node];
+  const double total = graph.WeightOf(nodes);
   std::vector<uint32_t> chosen;
   double before = 0;
   for (const uint32_t node : nodes) {
@@ -66,8 +67,10 @@ uint32_t BestCandidate(const SurfaceGraph& graph, const std::vector<uint32_t>& l
   return candidates[std::max_element(votes.begin(), votes.end()) - votes.begin()];
 }
 
-// Fits the plane to the nodes near it, again and again. Cells count by what photos show of them and
-// how small they are. Returns the nodes near the last one but one.
+// Fits the plane to the nodes near it by least squares, kFits times. Cells count by what photos
+// show of them and how small they are. Nodes in a row, no wider than their cells, tell where the
+// plane is, not which way it looks: it keeps its normal. Returns the nodes that the last fit was
+// made to.
 std::vector<uint32_t> FitToNodes(const SurfaceGraph& graph,
                                  const std::vector<uint32_t>& left,
                                  Eigen::Vector3f* point,
@@ -90,43 +93,41 @@ std::vector<uint32_t> FitToNodes(const SurfaceGraph& graph,
     }
     if (near.size() < 3 || !(sum > 0)) break;
     middle /= sum;
+    *point = middle.cast<float>();
     Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    double squared_radius = 0;
     for (const uint32_t node : near) {
       const Eigen::Vector3d offset = graph.positions[node].cast<double>() - middle;
       moments += weight_of(node) / sum * offset * offset.transpose();
+      squared_radius += weight_of(node) / sum * graph.radii[node] * graph.radii[node];
     }
-    const Eigen::Vector3f least =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvectors().col(0).cast<float>();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moments);
+    if (!(axes.eigenvalues()[1] > squared_radius)) continue;
+    const Eigen::Vector3f least = axes.eigenvectors().col(0).cast<float>();
     *normal = least.dot(*normal) < 0 ? Eigen::Vector3f(-least) : least;
-    *point = middle.cast<float>();
   }
   return near;
-}
-
-double WeightOf(const SurfaceGraph& graph, const std::vector<uint32_t>& nodes) {
-  double sum = 0;
-  for (const uint32_t node : nodes) sum += graph.weights[node];
-  return sum;
 }
 
 }  // namespace
 
 std::vector<DominantPlane> FindDominantPlanes(const SurfaceGraph& graph, double least_share) {
+  CHECK_GT(least_share, 0);
   const double least = least_share * graph.TotalWeight();
   std::vector<DominantPlane> planes;
   std::vector<uint32_t> left(graph.NumNodes());
-  for (uint32_t node = 0; node < left.size(); ++node) left[node] = node;
-  for (int failures = 0;
-       failures < kMostFailures && WeightOf(graph, left) >= least && !left.empty();) {
+  std::iota(left.begin(), left.end(), 0u);
+  int failures = 0;
+  while (failures < kMostFailures && !left.empty() && graph.WeightOf(left) >= least) {
     const uint32_t best = BestCandidate(graph, left);
     Eigen::Vector3f point = graph.positions[best], normal = graph.normals[best];
     const std::vector<uint32_t> near = FitToNodes(graph, left, &point, &normal);
-    if (near.size() < 3 || WeightOf(graph, near) < least) break;
+    if (near.size() < 3 || graph.WeightOf(near) < least) break;
     std::vector<uint8_t> is_near(graph.NumNodes(), 0);
     for (const uint32_t node : near) is_near[node] = 1;
     std::vector<std::vector<uint32_t>> parts = ComponentsOfNodes(graph, is_near);
     std::vector<double> weights;
-    for (const std::vector<uint32_t>& part : parts) weights.push_back(WeightOf(graph, part));
+    for (const std::vector<uint32_t>& part : parts) weights.push_back(graph.WeightOf(part));
     const size_t largest = std::max_element(weights.begin(), weights.end()) - weights.begin();
     if (weights[largest] < least) {
       // Not connected: what is left of it may still be in other planes.
@@ -145,7 +146,7 @@ std::vector<DominantPlane> FindDominantPlanes(const SurfaceGraph& graph, double 
     std::erase_if(left, [&](uint32_t node) { return is_near[node] != 0; });
   }
   std::stable_sort(planes.begin(), planes.end(), [&](const auto& a, const auto& b) {
-    return WeightOf(graph, a.nodes) > WeightOf(graph, b.nodes);
+    return graph.WeightOf(a.nodes) > graph.WeightOf(b.nodes);
   });
   return planes;
 }
@@ -159,10 +160,14 @@ PlaneFootprint::PlaneFootprint(const SurfaceGraph& graph, const DominantPlane& p
 }
 
 int64_t PlaneFootprint::KeyOf(const Eigen::Vector3f& x, int column_offset, int row_offset) const {
+  // Far beyond any plane: a key has room for no more squares.
+  constexpr float kMostSquares = 1 << 30;
   const Eigen::Vector3f offset = x - point_;
-  const auto column = static_cast<int64_t>(std::floor(offset.dot(column_axis_) / edge_));
-  const auto row = static_cast<int64_t>(std::floor(offset.dot(row_axis_) / edge_));
-  return ((row + row_offset) << 32) + column + column_offset;
+  const auto square = [&](const Eigen::Vector3f& axis) {
+    return static_cast<int64_t>(
+        std::clamp(std::floor(offset.dot(axis) / edge_), -kMostSquares, kMostSquares));
+  };
+  return ((square(row_axis_) + row_offset) << 32) + square(column_axis_) + column_offset;
 }
 
 bool PlaneFootprint::IsAt(const Eigen::Vector3f& x, int rings) const {

@@ -30,8 +30,11 @@ struct DominantPlane {
 //
 // Of 400 planes through nodes with their normals, spread evenly over what photos show, takes the
 // one with the most weight near it (within two radii of the cell, its normal within 45 degrees),
-// fits it by least squares, and keeps its connected parts; then looks on in what is left. Sums run
-// in a fixed order: the result depends on the input alone.
+// fits it by least squares, and keeps its connected parts; then looks on in what is left. So the
+// cap of a ball, up to four radii high, is a plane where it is `least_share` of the scene: cells of
+// a ball alone are too large for their shape to show if their radius is above least_share / 2 of
+// that of the ball. Sums run in a fixed order: the result depends on the input alone. CHECKs that
+// `least_share` is positive.
 std::vector<DominantPlane> FindDominantPlanes(const SurfaceGraph& graph, double least_share);
 
 // Where a plane's cells lie in it: a raster of squares of four radii that hold one.

@@ -12,7 +12,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <queue>
 #include <set>
 #include <utility>
@@ -87,8 +86,7 @@ class SegmentSearch {
     num_segments_ = NumPlanes();
     std::vector<uint8_t> is_cut(graph_.NumNodes(), 0);
     for (const std::vector<uint32_t>& piece : ComponentsOfNodes(graph_, stands_apart)) {
-      double weight = 0;
-      for (const uint32_t node : piece) weight += graph_.weights[node];
+      const double weight = graph_.WeightOf(piece);
       if (weight > most_whole) {
         for (const uint32_t node : piece) is_cut[node] = 1;
       } else if (weight >= least) {
@@ -212,7 +210,7 @@ void SpreadThroughMatter(const Foam& foam,
     for (const uint32_t next : delaunay.Neighbors(cell)) {
       if (next >= delaunay.num_sites || solid[next] == 0) continue;
       const float to_next = length + (foam.positions[next] - foam.positions[cell]).norm();
-      if (to_next >= way[next]) continue;
+      if (!(to_next < way[next])) continue;
       way[next] = to_next;
       (*segment_of_cell)[next] = (*segment_of_cell)[cell];
       queue.push({to_next, next});

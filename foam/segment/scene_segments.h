@@ -47,8 +47,7 @@ inline constexpr int32_t kNoSegment = -1;
 // at least 0.05 %.
 //
 // `delaunay` is the triangulation of the model's sites and the guards. The result depends on the
-// model and the granularity alone. CHECKs that the model has CellStatistics with `passed` and
-// `stopped`, and the range.
+// model and the granularity alone. CHECKs that the model has all CellStatistics, and the range.
 SceneSegments FindSceneSegments(const Model& model, const Delaunay& delaunay, double granularity);
 
 }  // namespace semfoam

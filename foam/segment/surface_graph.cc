@@ -23,6 +23,8 @@ constexpr int kSmoothings = 3;
 // least in the first smoothing, where normals are those of single cells.
 constexpr float kOwnShare = 0.5f;
 constexpr float kLeastAgreement = 0.1f;
+// Of the faces to air that look all ways alike, this part of their area is left by rounding.
+constexpr float kNoDirection = 1e-5f;
 constexpr int64_t kBlock = 1024;
 
 std::vector<uint8_t> FindMatter(const CellStatistics& statistics, const CellLabels& labels) {
@@ -56,22 +58,29 @@ void SmoothNormals(float least_agreement, SurfaceGraph* graph) {
         weights += weight;
       }
       const Eigen::Vector3f direction = Direction(sum + kOwnShare * weights * own);
-      smoothed[node] = direction.isZero() ? own : direction;
+      smoothed[node] = direction.isZero(0) ? own : direction;
     }
   });
   graph->normals = std::move(smoothed);
 }
 
-// Limits the weights to kMostWeight times their median.
+// Limits the weights to kMostWeight times their median, and to what sums of them can hold.
 void LimitWeights(std::vector<float>* weights) {
   std::vector<float> shown;
   std::copy_if(
       weights->begin(), weights->end(), std::back_inserter(shown), [](float w) { return w > 0; });
-  const float most = shown.empty() ? 1 : kMostWeight * Median(std::move(shown));
+  const float median = shown.empty() ? 1 : Median(std::move(shown));
+  const float most = std::clamp(kMostWeight * median, 1e-20f, 1e20f);
   for (float& weight : *weights) weight = std::clamp(weight, kLeastWeight * most, most);
 }
 
 }  // namespace
+
+double SurfaceGraph::WeightOf(std::span<const uint32_t> nodes) const {
+  return std::accumulate(nodes.begin(), nodes.end(), 0.0, [this](double sum, uint32_t node) {
+    return sum + weights[node];
+  });
+}
 
 double SurfaceGraph::TotalWeight() const {
   return std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -82,6 +91,8 @@ SurfaceGraph BuildSurfaceGraph(const Model& model,
                                const CellLabels& labels) {
   const Foam& foam = model.foam;
   const CellStatistics& statistics = model.statistics;
+  CHECK_EQ(statistics.contribution.size(), foam.NumSites());
+  CHECK_EQ(statistics.mean_color.size(), foam.NumSites());
   CHECK_EQ(statistics.passed.size(), foam.NumSites());
   CHECK_EQ(statistics.stopped.size(), foam.NumSites());
   CHECK_EQ(labels.solid.size(), foam.NumSites());
@@ -102,14 +113,15 @@ SurfaceGraph BuildSurfaceGraph(const Model& model,
   for (uint32_t cell = 0; cell < foam.NumSites(); ++cell) {
     if (is_matter[cell] == 0 || statistics.contribution[cell] < kLeastContribution) continue;
     Eigen::Vector3f outwards = Eigen::Vector3f::Zero();
-    bool borders_on_air = false;
+    float area = 0;
     for (uint32_t edge = delaunay.offsets[cell]; edge < delaunay.offsets[cell + 1]; ++edge) {
       const uint32_t other = delaunay.neighbors[edge];
       if (other < delaunay.num_sites && is_matter[other] != 0) continue;
-      borders_on_air = true;
-      outwards += face_area(cell, other, edge) * Direction(positions[other] - positions[cell]);
+      const float of_face = face_area(cell, other, edge);
+      outwards += of_face * Direction(positions[other] - positions[cell]);
+      area += of_face;
     }
-    if (!borders_on_air || outwards.isZero()) continue;
+    if (!(outwards.norm() > kNoDirection * area)) continue;
     graph.node_of_cell[cell] = static_cast<int32_t>(graph.cells.size());
     graph.cells.push_back(cell);
     graph.positions.push_back(positions[cell]);

@@ -45,13 +45,15 @@ struct SurfaceGraph {
   std::span<const float> FaceAreasOf(uint32_t node) const {
     return {face_areas.data() + offsets[node], face_areas.data() + offsets[node + 1]};
   }
+  // Sums of `weights`, in the order of the nodes: of some of them, of all.
+  double WeightOf(std::span<const uint32_t> nodes) const;
   double TotalWeight() const;
 };
 
-// Builds the graph. A cell is matter if it is solid (LabelCells) and no haze that nearly all rays
-// pass; a node is matter with a rendering weight of at least 0.05 in some photo, and has a face to
-// what is no matter. `delaunay` is the triangulation of the model's sites and the guards. CHECKs
-// that the model has CellStatistics with `passed` and `stopped`.
+// Builds the graph. A cell is matter if it is solid (LabelCells) and no haze (IsHaze); a node is
+// matter with a rendering weight of at least 0.05 in some photo, and has faces to what is no matter
+// that do not look all ways alike. `delaunay` is the triangulation of the model's sites and the
+// guards. CHECKs that the model has all CellStatistics.
 SurfaceGraph BuildSurfaceGraph(const Model& model,
                                const Delaunay& delaunay,
                                const CellLabels& labels);

@@ -11,32 +11,9 @@
 namespace semfoam {
 namespace {
 
-constexpr float kBall = 0.45f;
-
-// Two balls whose middles are `apart`.
-Model TwoBalls(float apart) {
-  const Eigen::Vector3f half(0.5f * apart, 0, 0);
-  return ShownModel(30000, [&](const Eigen::Vector3f& x) {
-    return std::min((x - half).norm(), (x + half).norm()) < kBall ? 0 : kAir;
-  });
-}
-
 std::vector<int32_t> Cut(const SurfaceGraph& graph, double most_concave) {
   return CutAtCreases(
       graph, std::vector<uint8_t>(graph.NumNodes(), 1), most_concave, 0.01 * graph.TotalWeight());
-}
-
-TEST(SurfaceGraph, HasNormalsOutOfTheMatter) {
-  const SurfaceGraph graph = GraphOf(TwoBalls(0));
-  ASSERT_GT(graph.NumNodes(), 500u);
-  double worst = 1, sum = 0;
-  for (uint32_t node = 0; node < graph.NumNodes(); ++node) {
-    const double cosine = graph.normals[node].dot(graph.positions[node].normalized());
-    worst = std::min(worst, cosine);
-    sum += cosine;
-  }
-  EXPECT_GT(sum / static_cast<double>(graph.NumNodes()), 0.97);
-  EXPECT_GT(worst, 0.6);
 }
 
 TEST(Creases, OneBallIsOneRegion) {

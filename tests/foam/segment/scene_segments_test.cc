@@ -90,6 +90,59 @@ TEST(SceneSegments, AirHasNone) {
   EXPECT_TRUE(Segment(model, 0.5).segments.empty());
 }
 
+// A model whose sites are these, all of them matter that photos show.
+Model ShownMatter(const std::vector<Eigen::Vector3f>& sites) {
+  Model model = ModelOf(sites, 0, 0, [](const Eigen::Vector3f&) { return 0; });
+  ShowSurfaces(IsAnywhere, &model);
+  return model;
+}
+
+TEST(SceneSegments, NoCellAndOneHaveNone) {
+  EXPECT_TRUE(Segment(ShownMatter({}), 0.5).segments.empty());
+  EXPECT_TRUE(Segment(ShownMatter({{0.1f, 0.2f, 0.3f}}), 0.5).segments.empty());
+}
+
+TEST(SceneSegments, CellsInAPlaneInARowAndFarAwayAreCounted) {
+  std::vector<Eigen::Vector3f> plane, row;
+  for (int i = 0; i < 900; ++i) plane.emplace_back(0.05f * (i % 30), 0.05f * (i / 30), 0.f);
+  for (int i = 0; i < 60; ++i) row.emplace_back(0.05f * i, 0.f, 0.f);
+  std::vector<Eigen::Vector3f> far = plane;
+  for (const float distance : {90.f, 1e6f, 1e15f, 1e30f})
+    far.emplace_back(distance, -distance, 1.f);
+  for (const std::vector<Eigen::Vector3f>& sites : {plane, row, far}) {
+    for (const double granularity : {0., 1.}) {
+      const SceneSegments found = Segment(ShownMatter(sites), granularity);
+      ASSERT_EQ(found.segment_of_cell.size(), sites.size());
+      double shares = 0;
+      int64_t cells = 0;
+      for (const SceneSegment& segment : found.segments) {
+        EXPECT_TRUE(segment.share > 0 && segment.share <= 1 + 1e-6);
+        shares += segment.share;
+        cells += segment.cells;
+      }
+      EXPECT_LE(shares, 1 + 1e-6);
+      EXPECT_EQ(cells,
+                std::count_if(found.segment_of_cell.begin(),
+                              found.segment_of_cell.end(),
+                              [](int32_t s) { return s != kNoSegment; }));
+    }
+  }
+}
+
+TEST(SceneSegments, RaysOfAnyNumberGiveShares) {
+  Model model = TableModel();
+  const size_t expected = Segment(model, 0).segments.size();
+  for (const float rays : {1e-42f, 3e38f}) {
+    for (size_t i = 0; i < model.foam.NumSites(); ++i) {
+      if (model.statistics.stopped[i] > 0) model.statistics.stopped[i] = rays;
+      if (model.statistics.passed[i] > 0) model.statistics.passed[i] = 3e38f;
+    }
+    const SceneSegments found = Segment(model, 0);
+    EXPECT_EQ(found.segments.size(), expected) << rays;
+    for (const SceneSegment& segment : found.segments) EXPECT_TRUE(segment.share > 0) << rays;
+  }
+}
+
 TEST(SceneSegments, TwinSitesAndOneCellOfMatter) {
   Model model =
       ShownModel(500, [](const Eigen::Vector3f& x) { return x.norm() < 0.15f ? 0 : kAir; });

@@ -3,6 +3,7 @@
 
 #include "foam/segment/surface_graph.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -48,6 +49,15 @@ inline Model ShownModel(int num_sites,
   });
   ShowSurfaces(is_shown, &model);
   return model;
+}
+
+// Two balls whose middles are `apart`.
+inline Model TwoBalls(float apart) {
+  constexpr float kRadius = 0.45f;
+  const Eigen::Vector3f half(0.5f * apart, 0, 0);
+  return ShownModel(30000, [&](const Eigen::Vector3f& x) {
+    return std::min((x - half).norm(), (x + half).norm()) < kRadius ? 0 : kAir;
+  });
 }
 
 enum { kTop, kLeg, kBox, kPost, kSnowman };

@@ -31,6 +31,9 @@ constexpr double kShortest = 0.05;
 // The share of a ray's weight from which on the new class shows: above 1 / kReach, so that no
 // cell of the model reaches it, and below a half.
 constexpr double kThreshold = 0.45;
+// Of SetClasses: the logit of a class whose cells have all of a ray's weight, and the share of the
+// weight from which on a class shows.
+constexpr float kLogit = 64, kLeastShare = 0.25f;
 
 Vector Row(const float* values) {
   return Eigen::Map<const Eigen::Matrix<float, kIdentityDim, 1>>(values).cast<double>();
@@ -147,7 +150,10 @@ std::vector<Vector> DistinctFeatures(size_t count) {
       for (int c = 0; c < kIdentityDim; ++c) direction[c] = random.Normal();
       direction.normalize();
       double largest = -1;
-      for (const Vector& feature : features) largest = std::max(largest, feature.dot(direction));
+      // Most draws are dropped at one of the first features.
+      for (size_t k = 0; k < features.size() && largest < least; ++k) {
+        largest = std::max(largest, features[k].dot(direction));
+      }
       if (largest >= least) continue;
       least = largest;
       best = direction;
@@ -159,14 +165,31 @@ std::vector<Vector> DistinctFeatures(size_t count) {
 
 }  // namespace
 
+void KeepClasses(const std::vector<ClassIndex>& classes, Model* model) {
+  Foam& foam = model->foam;
+  std::vector<float> weight, bias;
+  std::vector<Label> labels;
+  for (const ClassIndex kept : classes) {
+    const int32_t k = Value(kept);
+    CHECK(k >= 0 && k < foam.num_classes);
+    const auto row = foam.classifier_weight.begin() + k * kIdentityDim;
+    weight.insert(weight.end(), row, row + kIdentityDim);
+    bias.push_back(foam.classifier_bias[k]);
+    labels.push_back(model->labels[k]);
+  }
+  foam.num_classes = static_cast<int>(classes.size());
+  foam.classifier_weight = std::move(weight);
+  foam.classifier_bias = std::move(bias);
+  model->labels = std::move(labels);
+  if (!foam.HasSemantics()) foam.identity.clear();
+}
+
 void SetClasses(std::vector<Label> labels,
                 const std::vector<ClassIndex>& class_of_cell,
                 Model* model) {
   Foam& foam = model->foam;
   CHECK_EQ(class_of_cell.size(), foam.NumSites());
-  // Logit of a class where its cells have all of a ray's weight, and share of that from which on it
-  // shows.
-  constexpr float kLogit = 64, kLeastShare = 0.25f;
+  for (const Label& label : labels) CHECK(label.id != kNoObject);
   const std::vector<Vector> features = DistinctFeatures(labels.size());
   const auto num_labels = static_cast<int32_t>(labels.size());
   foam.num_classes = num_labels + 1;
@@ -190,25 +213,6 @@ void SetClasses(std::vector<Label> labels,
   }
   labels.insert(labels.begin(), Label{});
   model->labels = std::move(labels);
-}
-
-void KeepClasses(const std::vector<ClassIndex>& classes, Model* model) {
-  Foam& foam = model->foam;
-  std::vector<float> weight, bias;
-  std::vector<Label> labels;
-  for (const ClassIndex kept : classes) {
-    const int32_t k = Value(kept);
-    CHECK(k >= 0 && k < foam.num_classes);
-    const auto row = foam.classifier_weight.begin() + k * kIdentityDim;
-    weight.insert(weight.end(), row, row + kIdentityDim);
-    bias.push_back(foam.classifier_bias[k]);
-    labels.push_back(model->labels[k]);
-  }
-  foam.num_classes = static_cast<int>(classes.size());
-  foam.classifier_weight = std::move(weight);
-  foam.classifier_bias = std::move(bias);
-  model->labels = std::move(labels);
-  if (!foam.HasSemantics()) foam.identity.clear();
 }
 
 IdentityFeature AddClass(const Label& label, Model* model) {

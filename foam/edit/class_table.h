@@ -22,8 +22,8 @@ void KeepClasses(const std::vector<ClassIndex>& classes, Model* model);
 // kIdentityDim labels the features are perpendicular to each other, of more as different as can
 // be found: a rendered feature belongs to the class that has clearly the most of the ray's weight
 // (with up to kIdentityDim labels: the most), and to none where no class has a quarter. The softmax
-// of a cell's class is near 1, as there is no doubt to express. CHECKs the sizes, and that the
-// classes are in the table.
+// of a cell's class is near 1, as there is no doubt to express. CHECKs the sizes, that no label has
+// id 0, and that the classes are in the table.
 void SetClasses(std::vector<Label> labels,
                 const std::vector<ClassIndex>& class_of_cell,
                 Model* model);

@@ -3,6 +3,7 @@
 
 #include "foam/util/error.h"
 #include "plugin/mask/mask_folders.h"
+#include "plugin/photo/size_text.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -136,13 +137,10 @@ std::string MaskSizeWarning(const MaskPairing& pairing,
     first = i;
   }
   if (count == 0) return "";
-  const auto text = [](const PhotoSize& size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-  };
   return std::to_string(count) + " of " + std::to_string(pairing.NumPaired()) +
          " masks seem to be of photos that were not yet undistorted, the first of them " +
-         pairing.masks[first].string() + ", " + text(mask_sizes[first]) +
-         " pixels for a photo of " + text(photo_sizes[first]) +
+         pairing.masks[first].string() + ", " + SizeText(mask_sizes[first]) +
+         " pixels for a photo of " + SizeText(photo_sizes[first]) +
          "; masks made of the undistorted photos, or by mask_undistorter, would be right.";
 }
 

@@ -16,6 +16,7 @@
 #include "plugin/mask/mask_png.h"
 #include "plugin/mask/mask_tables.h"
 #include "plugin/mask/masked_photos.h"
+#include "plugin/photo/size_text.h"
 #include "plugin/util/files.h"
 
 #include <algorithm>
@@ -42,10 +43,6 @@ constexpr int32_t kKept = 65535;
 
 PhotoSize SizeOf(const Camera& camera) {
   return {static_cast<int>(camera.width), static_cast<int>(camera.height)};
-}
-
-std::string SizeText(const PhotoSize& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
 // Throws UserError where the two cameras of a photo are not those before and after

@@ -6,6 +6,7 @@
 #include "plugin/mask/mask_pairing.h"
 #include "plugin/mask_import/photo_matching.h"
 #include "plugin/mask_import/stroke_growing.h"
+#include "plugin/photo/size_text.h"
 #include "plugin/util/files.h"
 #include "plugin/util/plural.h"
 
@@ -23,10 +24,6 @@ constexpr MaskOrigin kImport = {"imported_from", "an import of masks"};
 // A mask may be of a larger photo than the one that is trained on, but no picture is believed to be
 // of any size that a number can say.
 constexpr int kMostEnlarged = 16;
-
-std::string SizeText(const PhotoSize& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
 
 // Returns the size that a picture is drawn in. Throws UserError where it is none of this photo.
 PhotoSize SizeOfMask(const ImportedPicture& picture, const fs::path& photo) {

@@ -2,6 +2,7 @@
 #include "plugin/mask_import/segmentation.h"
 
 #include "plugin/mask_import/run_lengths.h"
+#include "plugin/photo/size_text.h"
 
 #include <optional>
 #include <utility>
@@ -10,10 +11,6 @@ namespace semfoam {
 namespace {
 
 constexpr size_t kLeastPoints = 3;
-
-std::string SizeText(const PhotoSize& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/names.h"
+#include "plugin/photo/size_text.h"
 #include "tools/masks/mask_analysis.h"
 
 #include <algorithm>
@@ -29,10 +30,6 @@ std::string Format(const char* format, Values... values) {
 
 std::string Count(size_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
-std::string SizeText(const PhotoSize& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
 // "7 (mug)", or "7".

@@ -71,6 +71,9 @@ std::string LabelsJson(const MaskOrigin& origin, const MaskTable& table) {
   if (table.zero_is_unlabelled) json[kLabelZeroKey] = kLabelZeroIgnored;
   json["labels"] = nlohmann::ordered_json::object();
   for (const auto& [id, name] : table.labels) json["labels"][std::to_string(id)] = name;
+  for (const auto& [id, original] : table.original_ids) {
+    json["original_ids"][std::to_string(id)] = original;
+  }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

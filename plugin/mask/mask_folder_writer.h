@@ -29,6 +29,9 @@ struct MaskTable {
   bool zero_is_unlabelled = false;
   // Names by id.
   std::map<int32_t, std::string> labels;
+  // The ids that the masks had before, by id, where they were numbered anew: "original_ids". For
+  // the user alone; "source_ids" would be ids of the masks beside the file (ReadLabelNames).
+  std::map<int32_t, int64_t> original_ids;
 };
 
 // Writes a folder of masks as trainings read them: a 16-bit PNG of label ids for each photo, and

@@ -179,21 +179,23 @@ void WriteUndistorted(
       static_cast<double>(std::accumulate(pixels.begin(), pixels.end(), int64_t{0}));
 }
 
-// Returns the names of the new masks' ids.
+// Returns the names of the new masks' ids, and the ids that the masks had before.
 MaskTable TableOf(const fs::path& labels_file, const MaskClasses& classes) {
   MaskTable table;
   table.made_from = "masks of the photos before image_undistorter";
   table.zero_is_unlabelled = !classes.class_of_id.contains(kZeroMaskId);
+  for (const Label& label : classes.labels) {
+    if (Value(label.id) == static_cast<int64_t>(Value(label.source_id))) continue;
+    table.original_ids.emplace(Value(label.id), Value(label.source_id));
+  }
   if (labels_file.empty()) return table;
   std::vector<Label> labels = classes.labels;
   NameLabels(labels_file, &labels);
-  bool keeps_ids = true;
   for (const Label& label : labels) {
-    keeps_ids &= Value(label.id) == static_cast<int64_t>(Value(label.source_id));
     if (!label.name.empty()) table.labels.emplace(Value(label.id), label.name);
   }
   // Names of ids that no mask has are kept as they are, such as that of an unlabelled 0.
-  if (!keeps_ids) return table;
+  if (!table.original_ids.empty()) return table;
   for (const LabelName& name : ReadLabelNames(labels_file)) {
     if (Value(name.source_id) > kMaxMaskClasses) continue;
     table.labels.emplace(static_cast<int32_t>(Value(name.source_id)), name.name);
@@ -289,6 +291,7 @@ MaskUndistortion UndistortMasks(const UndistortedPhotos& photos,
                                               MaskConsistency::kOff);
   const MaskTable table = TableOf(labels_file, masks.given);
   result.zero_is_class = !table.zero_is_unlabelled;
+  result.num_renumbered = static_cast<int>(table.original_ids.size());
   const auto size_of = [&](size_t k) {
     return PhotoSize{masks.photos[k].width, masks.photos[k].height};
   };

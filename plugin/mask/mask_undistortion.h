@@ -64,6 +64,8 @@ struct MaskUndistortion {
   double share_outside = 0;
   // Whether id 0 is a class of its own (LabelZero::kAuto), to which the pixels outside belong then.
   bool zero_is_class = false;
+  // Ids that are others than in the original masks (MaskTable::original_ids).
+  int num_renumbered = 0;
 };
 
 // Writes the masks of the undistorted photos into `output_path`: 16-bit PNGs of label ids, of the
@@ -72,8 +74,8 @@ struct MaskUndistortion {
 // photos, of any kind that NumberMasks takes, paired with them by PairMasks and read at the smaller
 // one of their own and the original camera's size. Ids are those of MaskClasses::labels: the masks'
 // own up to 65535, else numbered from 1. labels.json has the names of `labels_file` (empty: none)
-// by these ids, and says that id 0 is unlabelled where it is. One photo for each thread is in
-// memory.
+// by these ids, the masks' own ids where they were numbered (MaskTable::original_ids), and says
+// that id 0 is unlabelled where it is. One photo for each thread is in memory.
 //
 // Throws UserError, one sentence naming the file, as PairMasks, LoadMaskedPhotos, ReadLabelNames
 // and MaskFolderWriter do, and where the masks have the size of the undistorted photos, another

@@ -89,12 +89,16 @@ double ShareOfLabels(const std::vector<LabelImage>& masks) {
   return pixels > 0 ? labelled / pixels : 0;
 }
 
-MaskTable TableOf(const MaskImport& import) {
+MaskTable TableOf(const MaskImport& import, const NumberedRegions& numbered) {
   MaskTable table;
   table.made_from = import.format;
   // What no stroke claims may be anything, a background too.
   table.zero_is_unlabelled = import.num_grown > 0;
-  for (const ImportedLabel& label : import.labels) table.labels.emplace(label.id, label.name);
+  for (const ImportedLabel& label : import.labels) {
+    table.labels.emplace(label.id, label.name);
+    const auto original = numbered.original_ids.find(label.id);
+    if (original != numbered.original_ids.end()) table.original_ids.insert(*original);
+  }
   return table;
 }
 
@@ -202,7 +206,7 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
         "it can; an export with track ids would be right, or same_name one where they are parts "
         "of one object.");
   }
-  writer.Finish(TableOf(import));
+  writer.Finish(TableOf(import, numbered));
   return import;
 }
 

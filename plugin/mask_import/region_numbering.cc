@@ -101,6 +101,7 @@ NumberedRegions NumberRegions(const std::string& source,
     if (name < 0) text += std::to_string(id);
     if (names_of_several.contains(key.name)) text.append("_").append(std::to_string(key.rank + 1));
     numbered.names.emplace(id, std::move(text));
+    if (key.track >= 0 && key.track != id) numbered.original_ids.emplace(id, key.track);
     numbered.are_independent &= key.track < 0 && key.name < 0;
   }
   for (const std::vector<ObjectKey>& of_picture : keys) {

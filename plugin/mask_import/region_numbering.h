@@ -24,6 +24,8 @@ struct NumberedRegions {
   std::vector<std::vector<int32_t>> ids;
   // The name of each id; label_<id> where it has none.
   std::map<int32_t, std::string> names;
+  // The format's own ids of tracked objects, by id, where objects are numbered anew.
+  std::map<int32_t, int64_t> original_ids;
   // Whether no id means anything from photo to photo, as nothing has a name or is tracked.
   bool are_independent = false;
   // Names that several regions of a photo have, which are numbered photo by photo.

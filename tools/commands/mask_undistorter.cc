@@ -69,6 +69,12 @@ void LogResult(const UndistorterOptions& undistorter,
   LOG(INFO) << "Masks of " << result.num_masks << " of "
             << Plural(static_cast<int64_t>(num_photos), "photo") << " are in "
             << undistorter.output_path;
+  if (result.num_renumbered > 0) {
+    LOG(INFO) << "Ids above 65535 do not fit into 16 bits, so "
+              << Plural(result.num_renumbered, "label")
+              << (result.num_renumbered == 1 ? " has" : " have")
+              << " another id now; original_ids in labels.json says which they had";
+  }
   if (result.share_outside > 0) {
     LOG(INFO) << Percent(result.share_outside)
               << " of their pixels show no place of an original photo and are 0"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin/mask/mask_undistortion.h"
 
+#include "foam/util/json_file.h"
 #include "foam/util/parallel.h"
 #include "plugin/mask/label_png.h"
 #include "plugin/mask/mask_png.h"
@@ -18,6 +19,7 @@
 #include "tests/plugin/mask/grey_mask.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
@@ -335,9 +337,12 @@ TEST(MaskUndistortion, LongIdsAreNumberedAndKeepTheirNames) {
   const int id = 10 + 3 * 256 + 7 * 65536;
   WriteFile(temp / "labels.json",
             R"({"labels": {")" + std::to_string(id) + R"(": "mug", "5": "none"}})");
-  UndistortMasks(
+  const MaskUndistortion result = UndistortMasks(
       PhotosOf(Small(), Small(), {"a.jpg"}), temp / "masks", temp / "labels.json", temp / "out");
+  EXPECT_EQ(result.num_renumbered, 2);
   EXPECT_THAT(IdsIn(temp / "out/a.png"), ElementsAre(1, 1, 1, 1, 2, 2, 2, 2));
+  EXPECT_EQ(ReadJsonFile(temp / "out/labels.json")["original_ids"],
+            (nlohmann::json{{"1", id}, {"2", 200 + 3 * 256 + 7 * 65536}}));
   const std::vector<LabelName> names = ReadLabelNames(temp / "out/labels.json");
   ASSERT_EQ(names.size(), 1u);
   EXPECT_EQ(names[0].id, LabelId{1});
@@ -356,6 +361,7 @@ TEST(MaskUndistortion, NamesOfIdsAreKept) {
     names.emplace(Value(name.id), name.name);
   }
   EXPECT_THAT(names, ElementsAre(Pair(0, "nothing"), Pair(7, "mug"), Pair(8, "plant")));
+  EXPECT_FALSE(ReadJsonFile(temp / "out/labels.json").contains("original_ids"));
 }
 
 TEST(MaskUndistortion, TellsOfPhotosAndMasksOfOneModelAlone) {

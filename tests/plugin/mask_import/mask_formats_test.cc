@@ -3,6 +3,7 @@
 // Masks that are written in every format come back as they were.
 #include "tests/plugin/mask_import/mask_formats.h"
 
+#include "foam/util/json_file.h"
 #include "foam/util/parallel.h"
 #include "plugin/mask/mask_png.h"
 #include "plugin/mask/mask_tables.h"
@@ -170,6 +171,30 @@ TEST(MaskImport, NumbersSeveralObjectsOfOneName) {
   EXPECT_EQ(tracked.labels[0].name, "mug");
   EXPECT_EQ(tracked.labels[1].name, "mug");
   EXPECT_THAT(tracked.warnings, testing::IsEmpty());
+  EXPECT_FALSE(ReadJsonFile(temp / "tracked/labels.json").contains("original_ids"));
+}
+
+TEST(MaskImport, TracksThatAreNumberedAnewStayKnown) {
+  const TempFolder temp;
+  const ExactScene scene;
+  scene.WritePhotos(temp / "photos");
+  nlohmann::json coco = CocoOf(scene, Shape::kPolygons, [&](size_t i) { return scene.photos[i]; });
+  for (nlohmann::json& annotation : coco["annotations"]) {
+    const auto category = annotation["category_id"].get<int64_t>();
+    annotation["attributes"] = {{"track_id", 100000 * category}};
+  }
+  WriteFile(temp / "coco.json", coco.dump());
+  const MaskImport import = Import(temp / "coco.json", temp / "photos", temp / "out");
+  std::set<int64_t> categories;
+  for (const nlohmann::json& annotation : coco["annotations"]) {
+    categories.insert(annotation["category_id"].get<int64_t>());
+  }
+  nlohmann::json original_ids;
+  for (const int64_t category : categories) {
+    original_ids[std::to_string(original_ids.size() + 1)] = 100000 * category;
+  }
+  EXPECT_EQ(import.labels.size(), categories.size());
+  EXPECT_EQ(ReadJsonFile(temp / "out/labels.json")["original_ids"], original_ids);
 }
 
 TEST(MaskImport, TellsWhatItLeftOut) {

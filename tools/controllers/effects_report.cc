@@ -10,6 +10,7 @@
 #include <exception>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 #include <utility>
 
 #include <glog/logging.h>
@@ -133,15 +134,28 @@ bool AdaptsLight(const Model& model) {
 void CopyLight(const Model& model,
                const std::filesystem::path& foam_path,
                const std::filesystem::path& edited_path) {
-  const std::filesystem::path effects = foam_path.parent_path() / "effects.json";
-  if (!AdaptsLight(model) || !std::filesystem::exists(effects)) return;
-  std::ifstream file(effects, std::ios::binary);
+  namespace fs = std::filesystem;
+  const fs::path from = foam_path.parent_path() / "effects.json";
+  const fs::path to = edited_path.parent_path() / "effects.json";
+  std::error_code error;
+  if (fs::equivalent(from, to, error)) return;
+  if (!AdaptsLight(model) || !fs::exists(from)) {
+    if (fs::remove(to, error)) {
+      LOG(INFO) << "Removed " << to.string() << ", which is of another foam";
+    }
+    if (!error) return;
+    throw UserError(to.string(),
+                    ": is of another foam and cannot be removed (",
+                    error.message(),
+                    "); a folder without it would be right.");
+  }
+  std::ifstream file(from, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
   if (!file) {
-    throw UserError(effects.string(), ": cannot be read; the light of the photos is in it.");
+    throw UserError(from.string(), ": cannot be read; the light of the photos is in it.");
   }
-  WriteTextFile(edited_path.parent_path() / "effects.json", text.str());
+  WriteTextFile(to, text.str());
 }
 
 std::optional<ExpectedLights> FindExpectedLights(const std::filesystem::path& foam_path,

@@ -45,7 +45,8 @@ bool AdaptsLight(const Model& model);
 
 // Copies the effects.json beside a foam, where there is one, to that beside a foam that was made of
 // it, with the same photos, if their light differs (AdaptsLight): renders and textures need it.
-// Throws UserError where it cannot be read or written.
+// Else removes an effects.json that an earlier foam left there, and logs that: it would be taken
+// for the light of this one. Throws UserError where it cannot be read, written or removed.
 void CopyLight(const Model& model,
                const std::filesystem::path& foam_path,
                const std::filesystem::path& edited_path);

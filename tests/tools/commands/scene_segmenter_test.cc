@@ -125,6 +125,30 @@ TEST_F(SceneSegmenterTest, TheLightOfThePhotosGoesAlong) {
   EXPECT_EQ(ReadFile(folder_ / "out/effects.json"), "{}");
 }
 
+TEST_F(SceneSegmenterTest, TheLightOfAnEarlierFoamGoes) {
+  const fs::path effects = folder_ / "out/effects.json";
+  fs::create_directories(effects.parent_path());
+  WriteFile(effects, R"({"photos": {}})");
+  const Outcome without = Segment("out");
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_THAT(FilesBelow(folder_ / "out"), ElementsAre("scene.foam"));
+  EXPECT_THAT(without.err, HasSubstr("Removed " + effects.string()));
+
+  // The same where the photos' light differs, and the file with it is lost.
+  Model model = ReadModel(Foam());
+  model.options["exposure"] = "on";
+  WriteModel(Foam(), model);
+  WriteFile(effects, R"({"photos": {}})");
+  ASSERT_EQ(Segment("out").exit_code, 0);
+  EXPECT_FALSE(fs::exists(effects));
+
+  // In the folder of the foam that was segmented, it is of that one.
+  WriteModel(Foam(), TableModel());
+  WriteFile(folder_ / "effects.json", "{}");
+  ASSERT_EQ(Segment(".").exit_code, 0);
+  EXPECT_EQ(ReadFile(folder_ / "effects.json"), "{}");
+}
+
 TEST_F(SceneSegmenterTest, BadInputIsOneSentence) {
   const Outcome range = Segment("out", {"--granularity", "1.5"});
   EXPECT_EQ(range.exit_code, 1);

@@ -18,13 +18,13 @@ constexpr int64_t kRaysPerBlock = 256;
 }  // namespace
 
 Camera CoarseCamera(const PhotoRecord& photo,
-                    double longer,
+                    double max_size,
                     const std::filesystem::path& foam_path) {
   Camera camera = CameraOf(photo, foam_path);
   const double longer_side = std::max(photo.width, photo.height);
-  if (longer_side <= longer) return camera;
+  if (longer_side <= max_size) return camera;
   const auto reduced = [&](int size) {
-    return static_cast<uint64_t>(std::max(1L, std::lround(size * longer / longer_side)));
+    return static_cast<uint64_t>(std::max(1L, std::lround(size * max_size / longer_side)));
   };
   return RescaledCamera(camera, reduced(photo.width), reduced(photo.height));
 }

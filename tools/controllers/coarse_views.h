@@ -14,10 +14,10 @@
 
 namespace semfoam {
 
-// Returns the photo's camera with as many pixels along its longer side as given, or its own where
-// it has fewer. Throws UserError naming `foam_path` when the record holds no valid camera.
+// Returns the photo's camera with `max_size` pixels along its longer side, or its own where it has
+// fewer. Throws UserError naming `foam_path` when the record holds no valid camera.
 Camera CoarseCamera(const PhotoRecord& photo,
-                    double longer,
+                    double max_size,
                     const std::filesystem::path& foam_path);
 
 // Finds what a foam shows where few rays say enough: no colours, and the triangulation that an
@@ -52,10 +52,10 @@ struct CoarseDistances {
   const std::vector<float>& distance;
 };
 
-// Returns how far away what a photo shows around the pixel (x, y) of the coarse camera may be: the
-// largest of the distances of the pixel and its eight neighbours, for a coarse pixel is wide. With
-// `keeps_off_outlines`, the smallest one where that is below 0.95 of the largest: there is the
-// outline of something nearer, of which a coarse pixel does not say on which side a place lies.
+// Returns the largest distance of what a photo shows around the pixel (x, y) of the coarse camera:
+// of the pixel and its eight neighbours, for a coarse pixel is wide. With `keeps_off_outlines`,
+// returns the smallest one instead where that is below 0.95 of the largest: there is the outline of
+// something nearer, and a coarse pixel does not say on which side of it a place lies.
 float FarthestVisible(const CoarseDistances& view, int x, int y, bool keeps_off_outlines);
 
 }  // namespace semfoam

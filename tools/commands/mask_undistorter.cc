@@ -58,7 +58,7 @@ void AddOptions(OptionManager* options, UndistorterOptions* undistorter) {
 // "12 %", or as many digits as tell a small share from nothing.
 std::string Percent(double share) {
   char text[32];
-  std::snprintf(text, sizeof(text), "%.2g %%", 100 * share);
+  std::snprintf(text, sizeof(text), share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
   return text;
 }
 

@@ -1,16 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/commands/commands.h"
+#include "tools/controllers/export_objects.h"
 #include "tools/controllers/scene_segmenter.h"
 #include "tools/options/export_options.h"
 #include "tools/options/frame_options.h"
 #include "tools/options/quality_plot.h"
 #include "tools/options/training_run_options.h"
 #include "tools/report/report_writer.h"
+#include "tools/support/value_text.h"
 
+#include <cerrno>
 #include <filesystem>
 #include <string>
 
+#include <glog/logging.h>
+
 namespace semfoam {
+namespace {
+
+// Returns the command line that finds the things of the foam in a folder.
+std::string SegmenterCommand(const std::filesystem::path& folder) {
+  return ShellQuoted(program_invocation_name) + " scene_segmenter --foam_path " +
+         ShellQuoted((folder / "scene.foam").string()) + " --output_path " +
+         ShellQuoted((folder / "segments").string());
+}
+
+}  // namespace
 
 void RunAutomaticSegmenter(int argc, char** argv) {
   std::string workspace_path;
@@ -75,7 +90,9 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   segmenter.resume_command = ResumeCommand(options);
   const std::filesystem::path report_path = segmenter.output_path / "report.html";
   if (writes_report) RequireOwnReport(report_path);
+  bool has_no_labels = false;
   segmenter.when_exported = [&](const Model& model, const ExportableScene& scene) {
+    has_no_labels = IsWhole(model);
     if (writes_report) {
       ReportOptions report;
       report.foam_path = segmenter.output_path / "scene.foam";
@@ -88,6 +105,10 @@ void RunAutomaticSegmenter(int argc, char** argv) {
     }
   };
   SegmentScene(segmenter);
+  if (has_no_labels) {
+    LOG(INFO) << "Planes and things can be found without masks, by their shape: "
+              << SegmenterCommand(segmenter.output_path);
+  }
 }
 
 }  // namespace semfoam

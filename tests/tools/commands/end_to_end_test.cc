@@ -706,6 +706,17 @@ TEST_F(EndToEndTest, TrainsColourOnlyWithoutMasks) {
                                             "scene.usda"));
   EXPECT_THAT(json::parse(ReadFile(out / "labels.json"))["objects"], IsEmpty());
 
+  // The last line names the next step, as a shell takes it.
+  const std::string hint = "by their shape: ";
+  ASSERT_THAT(outcome.err, HasSubstr(hint));
+  const std::string command = outcome.err.substr(outcome.err.rfind(hint) + hint.size());
+  EXPECT_THAT(command, testing::HasSubstr(" scene_segmenter --foam_path "));
+  EXPECT_EQ(command.find('\n'), command.size() - 1);
+  EXPECT_THAT(run_->err, testing::Not(HasSubstr(hint)));
+  const Outcome segmented = RunProgram("sh", {"-c", command});
+  EXPECT_EQ(segmented.exit_code, 0) << segmented.err;
+  EXPECT_TRUE(fs::exists(out / "segments/scene.foam"));
+
   // No photo was held out of this one.
   const std::string foam = (out / "scene.foam").string();
   const fs::path renders = *folder_ / "no renders";

@@ -152,7 +152,7 @@ TEST_F(SceneSegmenterTest, TheLightOfAnEarlierFoamGoes) {
 TEST_F(SceneSegmenterTest, BadInputIsOneSentence) {
   const Outcome range = Segment("out", {"--granularity", "1.5"});
   EXPECT_EQ(range.exit_code, 1);
-  EXPECT_THAT(range.err, HasSubstr("--granularity 1.5: 0 to 1 would be right."));
+  EXPECT_THAT(range.err, HasSubstr("--granularity is 1.5; it must be 0 to 1."));
   EXPECT_EQ(Segment("out", {"--granularity", "nan"}).exit_code, 1);
 
   Model model = TableModel();

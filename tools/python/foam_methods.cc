@@ -16,6 +16,7 @@
 #include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/export_volumes.h"
 #include "tools/controllers/labelled_files.h"
+#include "tools/controllers/shape_labels.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/masks/rendered_masks.h"
 #include "tools/python/conversions.h"
@@ -154,6 +155,12 @@ std::shared_ptr<FoamObject> Insert(const FoamObject& scene,
                               scene.Renderer().delaunay(),
                               PlaceObjects(objects, placement, scene.model()))
                     .model);
+}
+
+std::shared_ptr<FoamObject> LabelledByShape(const FoamObject& foam, double granularity) {
+  Model model = foam.model();
+  LabelByShape(granularity, foam.Name(), &model);
+  return Edited(std::move(model));
 }
 
 // Calls `write`, which writes files of these formats into `output_path`, as the commands of the
@@ -368,7 +375,16 @@ void AddEdits(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
           py::arg("rotation") = Eigen::Matrix3d::Identity().eval(),
           py::arg("translation") = Eigen::Vector3d::Zero().eval(),
           "Returns the foam with objects (ids or names; None = all) of another: x = scale * "
-          "rotation @ x_other + translation in the frames of the COLMAP models. Raises Error.");
+          "rotation @ x_other + translation in the frames of the COLMAP models. Raises Error.")
+      .def("label_by_shape",
+           &LabelledByShape,
+           py::arg("granularity") = 0.5,
+           py::call_guard<py::gil_scoped_release>(),
+           "Returns the foam, trained without masks, with labels by the shape of its surfaces, as "
+           "`semfoam scene_segmenter` does: plane_1, plane_2, ... such as table tops, floors and "
+           "walls, then thing_1, thing_2, ..., by what photos show of them, with the ids 1, 2, ... "
+           "Labels that are there are replaced. granularity, 0 to 1: how finely to cut. "
+           "Experimental. Runs without the GIL. Raises Error.");
 }
 
 void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {

@@ -7,6 +7,7 @@
 #include "foam/util/parallel.h"
 #include "tools/cli/logging.h"
 #include "tools/python/foam_methods.h"
+#include "tools/python/mask_functions.h"
 #include "tools/python/training.h"
 #include "tools/python/values.h"
 #include "tools/support/memory_task.h"
@@ -77,6 +78,7 @@ PYBIND11_MODULE(_semfoam, module) {
   AddValues(&module);
   AddFoam(&module);
   AddTraining(&module);
+  AddMaskFunctions(&module);
 }
 
 }  // namespace semfoam::python

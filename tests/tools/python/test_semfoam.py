@@ -7,7 +7,9 @@ import gc
 import json
 import os
 import pathlib
+import shutil
 import signal
+import struct
 import threading
 import types
 
@@ -331,6 +333,57 @@ def test_masks_corrected_by_the_tracks(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
+def read_cameras(folder):
+    """The bytes of cameras.bin, and where the parameters of its one SIMPLE_RADIAL camera begin."""
+    data = (folder / "cameras.bin").read_bytes()
+    count, _, model, _, _ = struct.unpack_from("<QIiQQ", data)
+    assert (count, model) == (1, 2)
+    return data, 32
+
+
+def test_masks_of_undistorted_photos(tmp_path):
+    model = TABLETOP / "sparse/0"
+    undistorted = tmp_path / "dense/sparse"
+    shutil.copytree(model, undistorted)
+    data, at = read_cameras(model)
+    # Without distortion, and twice as far: the middle half of each photo.
+    f, cx, cy, _ = struct.unpack_from("<4d", data, at)
+    (undistorted / "cameras.bin").write_bytes(data[:at] + struct.pack("<4d", 2 * f, cx, cy, 0))
+    report = semfoam.undistort_masks(
+        tmp_path / "out",
+        input_path=model,
+        undistorted_path=tmp_path / "dense",
+        mask_path=TABLETOP / "object_mask",
+    )
+    assert report["masks"] == 64 and report["share_outside"] == 0 and report["renumbered"] == 0
+    assert report["without_photo"] == report["only_original"] == report["only_undistorted"] == []
+    assert report["zero_is_class"] is False
+    assert len(list((tmp_path / "out").glob("*.png"))) == 64
+    assert labels_of(tmp_path / "out")["labels"] == labels_of(TABLETOP)["labels"]
+    ignored = semfoam.undistort_masks(
+        tmp_path / "ignore",
+        input_path=model,
+        undistorted_path=undistorted,
+        ignore_path=TABLETOP / "segmentation_labels/masks/mug",
+        invert=True,
+    )
+    assert ignored["masks"] == 8 and (tmp_path / "ignore/0008.jpg.png").is_file()
+
+    def fails(match, **more):
+        with pytest.raises(semfoam.Error, match=match):
+            semfoam.undistort_masks(
+                tmp_path / "new",
+                **({"input_path": model, "undistorted_path": undistorted} | more),
+            )
+        assert not (tmp_path / "new").exists()
+
+    fails("neither mask_path nor ignore_path")
+    fails("are both given", mask_path=tmp_path, ignore_path=tmp_path)
+    fails("invert is given with mask_path", mask_path=tmp_path, invert=True)
+    fails("labels_path is given with ignore_path", ignore_path=tmp_path, labels_path=tmp_path)
+    fails("has distortion", mask_path=tmp_path, undistorted_path=model)
+
+
 def test_previews_of_a_training(tmp_path):
     train(tmp_path, preview_every=0.01)
     assert "refresh" not in (tmp_path / "previews/index.html").read_text()
@@ -353,6 +406,23 @@ def test_edits(foam, tmp_path):
         foam.remove("nothing")
     with pytest.raises(semfoam.Error, match="scale is 0"):
         rest.insert(alone, scale=0)
+
+
+def test_labels_by_shape(foam, tmp_path):
+    before = foam.labels
+    found = foam.label_by_shape(granularity=0)
+    assert foam.labels == before and found.num_cells == foam.num_cells
+    names = [name for id, name in found.labels.items() if id > 0]
+    planes = sum(name.startswith("plane_") for name in names)
+    expected = [f"plane_{i + 1}" for i in range(planes)]
+    expected += [f"thing_{i + 1}" for i in range(len(names) - planes)]
+    assert planes > 0 and names == expected
+    assert set(np.unique(found.cells.label)) == set(found.labels)
+    assert (found.cells.label[found.cells.solid == 0] == 0).all()
+    found.save(tmp_path / "scene.foam")
+    assert semfoam.load(tmp_path / "scene.foam").labels == found.labels
+    with pytest.raises(semfoam.Error, match="granularity is 2"):
+        foam.label_by_shape(2)
 
 
 def test_errors_are_one_sentence(foam, tmp_path):

@@ -29,6 +29,7 @@ from semfoam._semfoam import (
     set_num_threads,
     set_verbose,
     train,
+    undistort_masks,
 )
 
 __all__ = [
@@ -50,6 +51,7 @@ __all__ = [
     "set_num_threads",
     "set_verbose",
     "train",
+    "undistort_masks",
 ]
 
 # What users see in messages: where the names are, not where they are made.

@@ -131,6 +131,7 @@ class Foam:
         rotation: npt.ArrayLike = ...,
         translation: npt.ArrayLike = ...,
     ) -> Foam: ...
+    def label_by_shape(self, granularity: float = 0.5) -> Foam: ...
     def label_transfer(
         self,
         input_path: _Path,
@@ -241,5 +242,16 @@ def train(
     resume: bool = False,
     overwrite: bool = False,
 ) -> Foam: ...
+
+def undistort_masks(
+    output_path: _Path,
+    *,
+    input_path: _Path,
+    undistorted_path: _Path,
+    mask_path: _Path | None = None,
+    labels_path: _Path | None = None,
+    ignore_path: _Path | None = None,
+    invert: bool = False,
+) -> dict[str, Any]: ...
 
 segment = train

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "foam/util/suggestion.h"
 #include "tools/cli/logging.h"
 #include "tools/cli/run_command.h"
-#include "tools/cli/suggestion.h"
 #include "tools/commands/commands.h"
 #include "tools/images/program_fonts.h"
 

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/io/label_sidecar.h"
 
+#include "export/io/npy_writer.h"
 #include "export/scene/names.h"
 #include "export/scene/object_components.h"
+#include "export/scene/object_selection.h"
 #include "foam/util/output_file.h"
+
+#include <algorithm>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -83,7 +88,21 @@ Json Photos(const ObjectInfo& object) {
   return photos;
 }
 
+void AddFeatures(const LabelFeatures& features, Json* entry, NpyRows* embeddings) {
+  if (!features.class_name.empty()) (*entry)["class"] = OneLine(features.class_name);
+  if (features.score) (*entry)["score"] = *features.score;
+  if (features.embedding.empty()) return;
+  (*entry)["embedding"] = {{"file", kEmbeddingsFile}, {"row", embeddings->rows}};
+  embeddings->Add(features.embedding);
+}
+
 }  // namespace
+
+bool HasEmbeddings(const ExportableScene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const ObjectInfo& object) {
+    return !FeaturesOf(scene, object.id).embedding.empty();
+  });
+}
 
 std::string LabelTableJson(const std::vector<Label>& labels) {
   return Text(LabelTable(labels), -1);
@@ -98,25 +117,29 @@ void WriteLabelSidecar(const std::filesystem::path& path,
   sidecar["frame"] = Json::parse(ExportTransformJson(scene.transform));
   sidecar["files"] = FilesOf(kNoObject, files);
   Json objects = Json::array();
+  NpyRows embeddings;
   for (const ObjectInfo& object : scene.objects) {
-    objects.push_back(
-        {{"id", Value(object.id)},
-         {"name", object.name},
-         {"color", object.color},
-         {"cells", object.cells.size()},
-         {"pieces", object.components},
-         {"cavities", object.cavities},
-         {"genus", object.genus},
-         {"volume", object.volume},
-         {"area", object.area},
-         {"centroid", Triple(object.centroid)},
-         {"bounding_box",
-          Json::array({Triple(object.bounding_box.min()), Triple(object.bounding_box.max())})},
-         {"confidence", object.confidence},
-         {"left_out", LeftOut(object.left_out)},
-         {"photos", Photos(object)},
-         {"files", FilesOf(object.id, files)}});
+    Json entry = {
+        {"id", Value(object.id)},
+        {"name", object.name},
+        {"color", object.color},
+        {"cells", object.cells.size()},
+        {"pieces", object.components},
+        {"cavities", object.cavities},
+        {"genus", object.genus},
+        {"volume", object.volume},
+        {"area", object.area},
+        {"centroid", Triple(object.centroid)},
+        {"bounding_box",
+         Json::array({Triple(object.bounding_box.min()), Triple(object.bounding_box.max())})},
+        {"confidence", object.confidence},
+        {"left_out", LeftOut(object.left_out)},
+        {"photos", Photos(object)},
+        {"files", FilesOf(object.id, files)}};
+    AddFeatures(FeaturesOf(scene, object.id), &entry, &embeddings);
+    objects.push_back(std::move(entry));
   }
+  if (embeddings.rows > 0) WriteNpy(path.parent_path() / kEmbeddingsFile, embeddings);
   sidecar["objects"] = objects;
   Json left_out = Json::array();
   for (const LeftOutLabel& label : scene.labels_left_out) {

@@ -2,6 +2,7 @@
 #include "export/scene/label_choice.h"
 
 #include "foam/util/error.h"
+#include "foam/util/suggestion.h"
 
 #include <algorithm>
 #include <utility>
@@ -55,9 +56,16 @@ std::vector<LabelId> IdsMeant(const std::string& text, const std::vector<NamedLa
   const auto with_name = [&](const std::string& name) {
     return IdsOf(among, [&](const NamedLabel& label) { return label.name == name; });
   };
+  const auto of_class = [&](const std::string& name) {
+    return IdsOf(
+        among, [&](const NamedLabel& label) { return !name.empty() && label.class_name == name; });
+  };
   if (const auto id = After("id:", text); id && IsNumber(*id)) return with_id(*id);
   if (const auto name = After("name:", text)) {
     if (std::vector<LabelId> ids = with_name(*name); !ids.empty()) return ids;
+  }
+  if (const auto name = After("class:", text)) {
+    if (std::vector<LabelId> ids = of_class(*name); !ids.empty()) return ids;
   }
   const std::vector<LabelId> by_id = with_id(text);
   const std::vector<LabelId> by_name = with_name(text);
@@ -81,7 +89,8 @@ std::vector<LabelId> IdsMeant(const std::string& text, const std::vector<NamedLa
                     text,
                     ".");
   }
-  return by_id.empty() ? by_name : by_id;
+  if (!by_id.empty()) return by_id;
+  return by_name.empty() ? of_class(text) : by_name;
 }
 
 std::string Listed(const std::vector<NamedLabel>& labels) {
@@ -94,7 +103,20 @@ std::string Listed(const std::vector<NamedLabel>& labels) {
   return text;
 }
 
+// The end of a sentence about a text that is none of `names`: the nearest of them, if one is near.
+std::string EndWithNearest(const std::string& text, const std::vector<std::string>& names) {
+  const std::string nearest = NearestName(text, names);
+  return nearest.empty() ? "." : "; is '" + nearest + "' meant?";
+}
+
 }  // namespace
+
+std::string WhetherMeant(const std::string& text, const std::vector<NamedLabel>& among) {
+  std::vector<std::string> names;
+  for (const NamedLabel& label : among) names.push_back(label.name);
+  for (const NamedLabel& label : among) names.push_back(label.class_name);
+  return EndWithNearest(text, names);
+}
 
 std::vector<LabelText> FindLabels(const std::string& labels, const std::vector<NamedLabel>& among) {
   std::vector<LabelText> found;
@@ -131,21 +153,27 @@ LabelFilter ChooseLabels(const LabelChoice& choice,
 
 LabelFilter ChooseLabels(const LabelChoice& choice, const std::vector<NamedLabel>& labels) {
   return ChooseLabels(choice, labels, [&](const LabelText& part) {
-    return part.ids.empty() ? "which is no label; " + Listed(labels) + "." : "";
+    return part.ids.empty()
+               ? "which is no label; " + Listed(labels) + WhetherMeant(part.text, labels)
+               : "";
   });
 }
 
 void RequirePossible(const LabelChoice& choice,
                      const std::vector<NamedLabel>& names,
+                     const std::set<std::string>& classes,
                      const std::string& table) {
+  std::vector<std::string> known(classes.begin(), classes.end());
+  for (const NamedLabel& label : names) known.push_back(label.name);
   const auto is_name = [&](const std::string& text) {
     if (const auto id = After("label_", text); id && IsNumber(*id)) return true;
     return std::any_of(
         names.begin(), names.end(), [&](const NamedLabel& label) { return label.name == text; });
   };
   const auto is_possible = [&](const std::string& text) {
-    if (IsNumber(text) || is_name(text)) return true;
+    if (IsNumber(text) || is_name(text) || classes.contains(text)) return true;
     if (const auto id = After("id:", text); id && IsNumber(*id)) return true;
+    if (const auto name = After("class:", text); name && classes.contains(*name)) return true;
     const auto name = After("name:", text);
     return name && is_name(*name);
   };
@@ -161,7 +189,7 @@ void RequirePossible(const LabelChoice& choice,
                       table,
                       "; ",
                       Listed(names),
-                      ".");
+                      EndWithNearest(part, known));
     }
   }
 }

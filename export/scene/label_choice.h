@@ -14,8 +14,10 @@ namespace semfoam {
 // A user's selection of labels: ids and names, separated by commas ("mug, 7").
 //
 // A name is the label's own, or "label_<id>" where it has none; a name selects all labels that
-// share it. "id:7" is always an id and "name:7" always a name. A plain text that is the id of one
-// label and the name of another one is refused as ambiguous.
+// share it. A text that is neither an id nor a name selects all labels of the class of this name
+// (LabelFeatures::class_name). "id:7" is always an id, "name:7" always a name and "class:chair"
+// always a class. A plain text that is the id of one label and the name of another one is refused
+// as ambiguous.
 struct LabelChoice {
   // Labels to select; empty: all.
   std::string labels = {};
@@ -30,6 +32,8 @@ struct NamedLabel {
   LabelId id = kNoObject;
   // DisplayName.
   std::string name;
+  // Empty: none.
+  std::string class_name = {};
 };
 
 // The result of a LabelChoice among the existing labels.
@@ -53,6 +57,10 @@ struct LabelText {
 // is ambiguous.
 std::vector<LabelText> FindLabels(const std::string& labels, const std::vector<NamedLabel>& among);
 
+// Returns the end of a sentence about a text that selects no label: "; is 'mug' meant?" where the
+// name or class of a label is near (NearestName), else ".".
+std::string WhetherMeant(const std::string& text, const std::vector<NamedLabel>& among);
+
 // Returns the filter for a choice among all existing `labels`. Throws UserError where a text is
 // ambiguous or selects no label, and where every label is excluded.
 LabelFilter ChooseLabels(const LabelChoice& choice, const std::vector<NamedLabel>& labels);
@@ -64,12 +72,13 @@ LabelFilter ChooseLabels(const LabelChoice& choice,
                          const std::vector<NamedLabel>& labels,
                          const std::function<std::string(const LabelText&)>& why_not);
 
-// Checks a choice before the ids are known, with the `names` of a table. Throws
-// UserError where a text is neither a number nor "id:" and a number nor "label_" and a number nor
-// one of the names, so that it is wrong for any masks. `table` describes the source of the names in
-// the sentence.
+// Checks a choice before the ids are known, with the `names` of a table and the names of `classes`.
+// Throws UserError where a text is neither a number nor "id:" and a number nor "label_" and a
+// number nor one of the names or classes, so that it is wrong for any masks. `table` describes the
+// source of the names in the sentence.
 void RequirePossible(const LabelChoice& choice,
                      const std::vector<NamedLabel>& names,
+                     const std::set<std::string>& classes,
                      const std::string& table);
 
 }  // namespace semfoam

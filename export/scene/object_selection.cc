@@ -26,9 +26,18 @@ std::string Listed(const std::vector<ObjectInfo>& objects) {
 std::vector<NamedLabel> NamedLabels(const std::vector<Label>& labels) {
   std::vector<NamedLabel> named;
   for (const Label& label : labels) {
-    if (label.id != kNoObject) named.push_back({label.id, DisplayName(label.id, label.name)});
+    if (label.id == kNoObject) continue;
+    named.push_back(
+        {label.id, DisplayName(label.id, label.name), OneLine(label.features.class_name)});
   }
   return named;
+}
+
+LabelFeatures FeaturesOf(const ExportableScene& scene, LabelId id) {
+  const auto label = std::find_if(scene.label_table.begin(),
+                                  scene.label_table.end(),
+                                  [id](const Label& one) { return one.id == id; });
+  return label == scene.label_table.end() ? LabelFeatures{} : label->features;
 }
 
 LabelFilter FilterObjects(const ExportableScene& scene,
@@ -36,12 +45,13 @@ LabelFilter FilterObjects(const ExportableScene& scene,
                           std::vector<std::string>* labels_without_object) {
   std::vector<NamedLabel> labels;
   std::set<LabelId> objects, left_out, fragments;
+  const auto class_of = [&](LabelId id) { return OneLine(FeaturesOf(scene, id).class_name); };
   for (const ObjectInfo& object : scene.objects) {
-    labels.push_back({object.id, object.name});
+    labels.push_back({object.id, object.name, class_of(object.id)});
     objects.insert(object.id);
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
-    labels.push_back({label.id, label.name});
+    labels.push_back({label.id, label.name, class_of(label.id)});
     (label.is_fragment ? fragments : left_out).insert(label.id);
   }
   for (const NamedLabel& label : NamedLabels(scene.labels_without_cells)) labels.push_back(label);
@@ -56,7 +66,7 @@ LabelFilter FilterObjects(const ExportableScene& scene,
             : is_in(left_out)  ? "all of whose components are left out; "
             : is_in(fragments) ? "which is left out as a fragment (keep_fragments); "
                                : "a label without solid cells; ") +
-           Listed(scene.objects) + ".";
+           Listed(scene.objects) + (part.ids.empty() ? WhetherMeant(part.text, labels) : ".");
   });
   if (labels_without_object != nullptr && filter.only) {
     for (const NamedLabel& label : labels) {

@@ -12,6 +12,9 @@ namespace semfoam {
 // Returns the labels of a model that can be selected: all but that of id 0.
 std::vector<NamedLabel> NamedLabels(const std::vector<Label>& labels);
 
+// Returns the features of the label of an object in the scene; none of an id that has no label.
+LabelFeatures FeaturesOf(const ExportableScene& scene, LabelId id);
+
 // Returns the filter for a choice among the objects of a scene. Throws UserError, listing the
 // existing objects, where a text selects none of them, and what ChooseLabels throws.
 //

@@ -91,6 +91,15 @@ class ObjectSpace {
   uint32_t last_ = 0;
 };
 
+// Whether a label has no embedding, or one as long as those of `labels`: embeddings of another
+// encoder cannot be compared with them.
+bool MayHaveEmbedding(const Label& label, const std::vector<Label>& labels) {
+  return std::all_of(labels.begin(), labels.end(), [&](const Label& other) {
+    return label.features.embedding.empty() || other.features.embedding.empty() ||
+           label.features.embedding.size() == other.features.embedding.size();
+  });
+}
+
 // Sites to be: each takes everything but its place from a site of the scene.
 struct NewSites {
   std::vector<uint32_t> origin;
@@ -246,7 +255,8 @@ Insertion InsertObjects(const Model& scene,
     }
   }
   for (size_t k = 0; k < num_objects; ++k) {
-    const Label label = WithFreeId(model.labels, placed.model.labels[k]);
+    Label label = WithFreeId(model.labels, placed.model.labels[k]);
+    if (!MayHaveEmbedding(label, model.labels)) label.features.embedding.clear();
     const IdentityFeature feature = AddClass(label, &model);
     AppendSites(RowsFor(model, placed, sites_of_object[k], feature), &model);
     insertion.labels.push_back(label);

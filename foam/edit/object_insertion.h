@@ -42,7 +42,8 @@ struct Insertion {
 // of the scene extends into the place of the removed cells, because the ring separates them.
 //
 // Each object gets its own class (AddClass, WithFreeId), and all its cells get that class's
-// feature; the scene's cells keep theirs. Frame, photos and options are the scene's.
+// feature; the scene's cells keep theirs. Embeddings (LabelFeatures) of another length than the
+// scene's are left out. Frame, photos and options are the scene's.
 Insertion InsertObjects(const Model& scene,
                         const Delaunay& delaunay,
                         const ExtractedObjects& placed);

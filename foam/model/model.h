@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,19 @@
 #include <Eigen/Geometry>
 
 namespace semfoam {
+
+// What detectors and encoders said about the regions of an object in the masks, averaged over these
+// (plugin/dataset/label_features.h).
+struct LabelFeatures {
+  // "chair"; empty: none.
+  std::string class_name;
+  // Mean score of that class, or of the regions where none has a class; >= 0; nothing: none.
+  std::optional<double> score = std::nullopt;
+  // Unit length; empty: none. All that are not empty in a model have the same length.
+  std::vector<float> embedding = {};
+
+  bool operator==(const LabelFeatures&) const = default;
+};
 
 // One class of the classifier. Its position in Model::labels is the ClassIndex.
 struct Label {
@@ -23,6 +37,7 @@ struct Label {
   MaskId source_id{0};
   // From labels.json; empty: none.
   std::string name;
+  LabelFeatures features = {};
 };
 
 // Returns the id of a class of `labels`; kNoObject of kUnlabelled.

@@ -46,7 +46,25 @@ std::span<const float> Floats(const std::vector<Eigen::Vector3f>& v) {
   return {reinterpret_cast<const float*>(v.data()), 3 * v.size()};
 }
 
-std::vector<ArrayView> Arrays(const Model& model) {
+// Returns the embeddings of the labels that have one, row after row; `*dimension` is the length of
+// a row, 0 where there are none.
+std::vector<float> EmbeddingsOf(const std::vector<Label>& labels, size_t* dimension) {
+  std::vector<float> rows;
+  *dimension = 0;
+  for (const Label& label : labels) {
+    const std::vector<float>& embedding = label.features.embedding;
+    if (embedding.empty()) continue;
+    CHECK(*dimension == 0 || *dimension == embedding.size()) << "embeddings of different lengths";
+    *dimension = embedding.size();
+    rows.insert(rows.end(), embedding.begin(), embedding.end());
+  }
+  return rows;
+}
+
+// `embeddings` is the result of EmbeddingsOf.
+std::vector<ArrayView> Arrays(const Model& model,
+                              const std::vector<float>& embeddings,
+                              size_t embedding_dimension) {
   const Foam& foam = model.foam;
   const size_t n = foam.NumSites();
   const size_t k = foam.num_classes;
@@ -74,6 +92,11 @@ std::vector<ArrayView> Arrays(const Model& model) {
     arrays.push_back({"passed", {n}, Floats(model.statistics.passed)});
     arrays.push_back({"stopped", {n}, Floats(model.statistics.stopped)});
   }
+  if (!embeddings.empty()) {
+    arrays.push_back({"label_embeddings",
+                      {embeddings.size() / embedding_dimension, embedding_dimension},
+                      Floats(embeddings)});
+  }
   return arrays;
 }
 
@@ -90,8 +113,16 @@ Json Header(const Model& model) {
       {"translation", VectorToJson(model.world_from_normalized.translation)}};
   header["labels"] = Json::array();
   for (const Label& label : model.labels) {
-    header["labels"].push_back(
-        {{"id", Value(label.id)}, {"source_id", Value(label.source_id)}, {"name", label.name}});
+    Json entry = {
+        {"id", Value(label.id)}, {"source_id", Value(label.source_id)}, {"name", label.name}};
+    const LabelFeatures& features = label.features;
+    if (!features.class_name.empty()) entry["class"] = features.class_name;
+    if (features.score) entry["score"] = *features.score;
+    if (!features.embedding.empty()) {
+      entry["has_embedding"] = true;
+      header["embedding_dimension"] = features.embedding.size();
+    }
+    header["labels"].push_back(std::move(entry));
   }
   header["photos"] = Json::array();
   for (const PhotoRecord& photo : model.photos) {
@@ -143,6 +174,11 @@ void ParseHeader(const Json& header, Model* model) {
     label.source_id =
         MaskId{Whole<uint32_t>(entry, "source_id", 0, std::numeric_limits<uint32_t>::max())};
     label.name = entry.at("name").get<std::string>();
+    label.features.class_name = entry.value("class", "");
+    if (entry.contains("score")) {
+      label.features.score = entry.at("score").get<double>();
+      if (!(*label.features.score >= 0)) throw std::string("the score of a label is negative");
+    }
     if (!ids.insert(label.id).second) {
       throw "it has two labels of id " + std::to_string(Value(label.id));
     }
@@ -289,13 +325,32 @@ void ReadArrays(const Content& content, const Json& header, Model* model) {
     read("passed", n, &model->statistics.passed);
     read("stopped", n, &model->statistics.stopped);
   }
+  if (table.contains("label_embeddings")) {
+    std::vector<Label*> with_embedding;
+    for (size_t k = 0; k < model->labels.size(); ++k) {
+      if (header.at("labels").at(k).value("has_embedding", false)) {
+        with_embedding.push_back(&model->labels[k]);
+      }
+    }
+    const auto dimension =
+        Whole<size_t>(header, "embedding_dimension", 1, static_cast<int64_t>(content.file_bytes));
+    std::vector<float> rows;
+    read("label_embeddings", with_embedding.size() * dimension, &rows);
+    auto row = rows.begin();
+    for (Label* label : with_embedding) {
+      label->features.embedding.assign(row, row + static_cast<ptrdiff_t>(dimension));
+      row += static_cast<ptrdiff_t>(dimension);
+    }
+  }
 }
 
 }  // namespace
 
 void WriteModel(const std::filesystem::path& path, const Model& model) {
   CHECK_EQ(model.labels.size(), static_cast<size_t>(model.foam.num_classes));
-  const std::vector<ArrayView> arrays = Arrays(model);
+  size_t embedding_dimension = 0;
+  const std::vector<float> embeddings = EmbeddingsOf(model.labels, &embedding_dimension);
+  const std::vector<ArrayView> arrays = Arrays(model, embeddings, embedding_dimension);
   Json header = Header(model);
   // Offsets count from the first byte after the header, so that they do not depend on the header's
   // own length.

@@ -7,6 +7,7 @@
 #include "plugin/mask/mask_png.h"
 #include "plugin/mask/mask_tables.h"
 #include "plugin/mask_import/photo_matching.h"
+#include "plugin/mask_import/region_features.h"
 #include "plugin/util/files.h"
 
 #include <map>
@@ -88,6 +89,7 @@ void ChooseMasks(const SceneOptions& options, ScenePlan* plan) {
   PairWithPhotos(plan);
   if (plan->masks_are_given) RequireMasks(plan->masks, plan->mask_folder);
   plan->labels_file = FindLabelsFile(options.labels_path, plan->mask_folder);
+  plan->features_file = FindRegionFeatures(plan->mask_folder);
   if (options.use_masks && plan->masks.NumPaired() == 0 && plan->labels_are_given) {
     throw UserError(options.labels_path.string(),
                     ": names labels, while there are no masks: ",

@@ -17,8 +17,8 @@ namespace semfoam {
 std::vector<std::filesystem::path> WorkspacesOf(const SceneOptions& options);
 
 // Reads the masks' headers, in parallel. Takes the photos of the plan; fills its masks,
-// mask_folder, mask_decoding, masks_are_given, labels_file and labels_are_given. Throws what
-// PlanScene throws about masks and label names.
+// mask_folder, mask_decoding, masks_are_given, labels_file, labels_are_given and features_file.
+// Throws what PlanScene throws about masks and label names.
 void ChooseMasks(const SceneOptions& options, ScenePlan* plan);
 
 // Returns the binary masks of ignored pixels in `ignore_path` [photo_names], empty where a photo

@@ -2,6 +2,7 @@
 #include "plugin/dataset/scene_checksums.h"
 
 #include "foam/util/error.h"
+#include "plugin/mask_import/region_features.h"
 #include "plugin/util/files.h"
 
 #include <algorithm>
@@ -135,6 +136,12 @@ SceneChecksums ChecksumsOf(const ScenePlan& plan) {
   const auto is_given = [](const fs::path& file) { return !file.empty(); };
   if (std::any_of(plan.ignore_files.begin(), plan.ignore_files.end(), is_given)) {
     masks.insert(masks.end(), plan.ignore_files.begin(), plan.ignore_files.end());
+  }
+  if (!plan.features_file.empty()) {
+    masks.push_back(plan.features_file);
+    for (const auto& [name, mask] : ReadRegionFeatures(plan.features_file)) {
+      if (!mask.embeddings.empty()) masks.push_back(plan.mask_folder / mask.embeddings);
+    }
   }
   return {ChecksumOfModel(plan),
           ChecksumOfCloud(plan),

@@ -17,7 +17,7 @@ struct SceneChecksums {
   std::string seed_cloud;
   // Files of the photos, in the views' order.
   std::string photos;
-  // Files of their masks, and of the labels' names.
+  // Files of their masks, of the labels' names and of the regions' features.
   std::string masks;
 };
 

@@ -39,6 +39,8 @@ struct ScenePlan {
   // Empty: no masks; no names.
   std::filesystem::path mask_folder;
   std::filesystem::path labels_file;
+  // File of the regions' classes, scores and embeddings (region_features.h); empty: none.
+  std::filesystem::path features_file;
   // Whether the user named them; false: they were found by their usual names.
   bool masks_are_given = false;
   bool labels_are_given = false;

@@ -31,6 +31,7 @@ TrainingScene::TrainingScene(ScenePlan plan, const LoadOptions& load)
   if (plan_.masks.NumPaired() > 0) {
     names_warning_ = NameCorrectedLabels(
         plan_.labels_file, plan_.labels_are_given, consistency_, mask_classes_.labels, &labels_);
+    AverageRegionFeatures();
   }
   seconds_decoding_ =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

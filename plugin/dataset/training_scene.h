@@ -48,9 +48,10 @@ struct LoadOptions {
 class TrainingScene final : public TrainingViews {
  public:
   // Decodes every photo and mask completely, in parallel, and names the labels
-  // (NameCorrectedLabels). Throws UserError naming the first, by name, that is damaged, and
-  // whatever DecodeMask, NumberMasks, CorrectMasks and NameLabels throw. Also throws where masks in
-  // a folder that the user named have no id but 0.
+  // (NameCorrectedLabels), and gives them the features of their regions (MeanLabelFeatures). Throws
+  // UserError naming the first, by name, that is damaged, and whatever DecodeMask, NumberMasks,
+  // CorrectMasks, NameLabels, ReadRegionFeatures and ReadRegionEmbeddings throw. Also throws where
+  // masks in a folder that the user named have no id but 0, and where embeddings differ in length.
   explicit TrainingScene(ScenePlan plan, const LoadOptions& load = {});
 
   int NumViews() const override { return static_cast<int>(views_.size()); }
@@ -160,6 +161,9 @@ class TrainingScene final : public TrainingViews {
   DecodedMasks DecodeAll(const LoadOptions& load);
   // Corrects the masks by the tracks; takes them from the plan.
   void CorrectMaskClasses(std::vector<IdSamples> samples);
+  // Gives the labels the mean features of their regions in the masks of photos that are not held
+  // out (region_features.h).
+  void AverageRegionFeatures();
   // Returns a sentence about masks without an id but 0; empty where there are ids, or no masks.
   std::string NoIdsSentence() const;
   void PlaceCamera(int view);
@@ -190,6 +194,7 @@ class TrainingScene final : public TrainingViews {
   std::vector<Label> labels_;
   MaskConsistencyReport consistency_;
   std::string names_warning_;
+  std::string features_warning_;
   double seconds_decoding_ = 0;
 };
 

@@ -42,7 +42,8 @@ std::vector<std::string> TrainingScene::Warnings() const {
   for (const MaskContents& mask : mask_contents_) mask_sizes.push_back(mask.size);
   return NonEmpty({NoIdsSentence(),
                    MaskSizeWarning(plan_.masks, mask_sizes, plan_.file_sizes),
-                   names_warning_});
+                   names_warning_,
+                   features_warning_});
 }
 
 std::string TrainingScene::PhotoReport() const {

@@ -49,7 +49,7 @@ ImportedMasks ReadPictures(
     ImportedPicture picture{
         files[i], contents[i]->name, contents[i]->size, {}, contents[i]->strokes, nullptr};
     for (const PictureContents::Region& region : contents[i]->regions) {
-      picture.regions.push_back({names.IndexOf(region.name), region.track});
+      picture.regions.push_back({names.IndexOf(region.name), region.track, region.score});
     }
     for (const auto& [what, count] : contents[i]->left_out) left_out[what] += count;
     picture.draw = [file = files[i], read, count = picture.regions.size()](const PhotoSize& size) {

@@ -23,6 +23,8 @@ struct ImportedRegion {
   int32_t name = -1;
   // Id of the object, the same in all pictures that show it; -1 = the format has none.
   int64_t track = -1;
+  // How sure the detector is of the region, >= 0; nothing: the format does not tell.
+  std::optional<double> score = std::nullopt;
 };
 
 // A mark of a region that tells where an object is, not all of it, from which it is grown in the
@@ -83,6 +85,7 @@ struct PictureContents {
   struct Region {
     std::string name;
     int64_t track = -1;
+    std::optional<double> score = std::nullopt;
   };
   std::vector<Region> regions;
   std::vector<Stroke> strokes;

@@ -5,6 +5,7 @@
 #include "plugin/mask/mask_folder_writer.h"
 #include "plugin/mask/mask_pairing.h"
 #include "plugin/mask_import/photo_matching.h"
+#include "plugin/mask_import/region_features.h"
 #include "plugin/mask_import/stroke_growing.h"
 #include "plugin/photo/size_text.h"
 #include "plugin/util/files.h"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace semfoam {
 namespace {
@@ -59,6 +61,54 @@ LabelImage Draw(const ImportedPicture& picture,
                 const PhotoSize& size) {
   if (picture.regions.empty()) return PaintRegions(size, {}, {});
   return PaintRegions(size, picture.draw(size), ids);
+}
+
+// Returns what the format tells of the regions of a picture, by ids, in the order of the regions:
+// only of `shown` ids. The score of several regions of one id and class is their mean, as they have
+// become one; where their classes differ, the first has the word.
+MaskFeatures FeaturesOf(const ImportedPicture& picture,
+                        const std::vector<int32_t>& ids,
+                        const std::vector<std::string>& names,
+                        const std::set<int32_t>& shown) {
+  MaskFeatures features;
+  std::map<int32_t, size_t> place;
+  std::vector<int> num_scores;
+  for (size_t r = 0; r < picture.regions.size(); ++r) {
+    if (!shown.contains(ids[r])) continue;
+    const ImportedRegion& region = picture.regions[r];
+    const std::string name = region.name < 0 ? "" : names[region.name];
+    const auto [found, is_new] = place.emplace(ids[r], features.regions.size());
+    if (is_new) {
+      features.regions.push_back({MaskId{static_cast<uint32_t>(ids[r])}, name, region.score});
+      num_scores.push_back(region.score ? 1 : 0);
+      continue;
+    }
+    RegionFeatures& same = features.regions[found->second];
+    int& count = num_scores[found->second];
+    if (!region.score || name != same.class_name) continue;
+    same.score = (same.score.value_or(0) * count + *region.score) / (count + 1);
+    ++count;
+  }
+  return features;
+}
+
+// Writes the regions' classes and scores into the folder where they tell more than the names of the
+// labels do; else removes those of an import before.
+void WriteFeatures(const fs::path& folder,
+                   const std::map<int32_t, std::string>& label_names,
+                   const FeaturesOfMasks& features) {
+  bool tell_more = false;
+  for (const auto& [mask, of_mask] : features) {
+    for (const RegionFeatures& region : of_mask.regions) {
+      const std::string& label = label_names.at(static_cast<int32_t>(Value(region.id)));
+      tell_more |= region.score || (!region.class_name.empty() && region.class_name != label);
+    }
+  }
+  if (tell_more) {
+    WriteRegionFeatures(folder, features);
+  } else if (const fs::path older = FindRegionFeatures(folder); !older.empty()) {
+    fs::remove(older);
+  }
 }
 
 // What the mask of a picture with strokes is grown from: these, and its areas, in the size of the
@@ -169,6 +219,7 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
   import.grown_share = ShareOfLabels(grown);
 
   std::vector<std::set<int32_t>> shown(taken.size());
+  std::vector<MaskFeatures> features(taken.size());
   ForEachFile(static_cast<int64_t>(taken.size()), [&](int64_t k) {
     const size_t i = taken[k];
     const ImportedPicture& picture = masks.pictures[i];
@@ -181,6 +232,7 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
       if (id != last && id != 0) shown[k].insert(id);
       last = id;
     }
+    features[k] = FeaturesOf(picture, numbered.ids[i], masks.names, shown[k]);
     writer.Write(k, image);
   });
   std::map<int32_t, int> num_photos;
@@ -206,6 +258,11 @@ MaskImport ImportMasks(const RecognizedMasks& recognized,
         "it can; an export with track ids would be right, or same_name one where they are parts "
         "of one object.");
   }
+  FeaturesOfMasks features_of_masks;
+  for (size_t k = 0; k < taken.size(); ++k) {
+    features_of_masks.emplace(mask_names[k], std::move(features[k]));
+  }
+  WriteFeatures(output_path, numbered.names, features_of_masks);
   writer.Finish(TableOf(import, numbered));
   return import;
 }

@@ -12,7 +12,7 @@
 namespace semfoam {
 
 // Converts masks of any known format into 16-bit PNGs of label ids, one for each photo, and
-// labels.json beside them, as trainings read them.
+// labels.json and region_features.json beside them, as trainings read them.
 
 // One label, for the user.
 struct ImportedLabel {
@@ -49,12 +49,13 @@ struct MaskImport {
 std::vector<std::string> PhotoNames(const std::filesystem::path& image_path);
 
 // Converts `recognized` into `output_path`, which must exist: <photo>.png for each photo with a
-// mask (NamesForMasks) and labels.json. Pictures are read and written in parallel, so that one for
-// each thread is in memory; those with strokes are grown before (GrowMarks), and labels.json says
-// that id 0 is unlabelled (SaysZeroIsUnlabelled). All files are written before the first of them is
-// moved to its place. Throws UserError, one sentence naming the file: masks that are damaged, of
-// another aspect than their photo, or of no photo; files in the folder that would be replaced and
-// are not of an import.
+// mask (NamesForMasks), labels.json and, where the format tells of classes and scores more than
+// names of labels do, region_features.json. Pictures are read and written in parallel, so that one
+// for each thread is in memory; those with strokes are grown before (GrowMarks), and labels.json
+// says that id 0 is unlabelled (SaysZeroIsUnlabelled). All files are written before the first of
+// them is moved to its place. Throws UserError, one sentence naming the file: masks that are
+// damaged, of another aspect than their photo, or of no photo; files in the folder that would be
+// replaced and are not of an import.
 MaskImport ImportMasks(const RecognizedMasks& recognized,
                        const std::filesystem::path& image_path,
                        const std::vector<std::string>& photo_names,

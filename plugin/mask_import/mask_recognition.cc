@@ -13,6 +13,7 @@
 #include "plugin/mask_import/npy_reader.h"
 #include "plugin/mask_import/object_png_reader.h"
 #include "plugin/mask_import/photo_matching.h"
+#include "plugin/mask_import/region_features.h"
 #include "plugin/mask_import/region_list_reader.h"
 #include "plugin/mask_import/sam_folder_reader.h"
 #include "plugin/mask_import/yolo_reader.h"
@@ -115,8 +116,20 @@ struct Candidates {
 
 Candidates FilesOf(const fs::path& path) {
   Candidates files;
-  for (const fs::path& file :
-       fs::is_directory(path) ? ListFiles(path) : std::vector<fs::path>{path}) {
+  if (!fs::is_directory(path)) {
+    files.by_extension[ExtensionOf(path)].push_back(path);
+    return files;
+  }
+  // What tells of masks is none.
+  std::set<fs::path> features;
+  if (const fs::path file = FindRegionFeatures(path); !file.empty()) {
+    features.insert(file.lexically_normal());
+    for (const auto& [name, mask] : ReadRegionFeatures(file)) {
+      features.insert((path / mask.embeddings).lexically_normal());
+    }
+  }
+  for (const fs::path& file : ListFiles(path)) {
+    if (features.contains(file.lexically_normal())) continue;
     files.by_extension[ExtensionOf(file)].push_back(file);
   }
   return files;

@@ -10,9 +10,13 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <set>
 #include <utility>
+
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -24,10 +28,15 @@ constexpr std::string_view kZipMagic("PK\x03\x04", 4);
 constexpr size_t kMostDimensions = 8;
 constexpr int64_t kMostElements = int64_t{1} << 40;
 
+const char* TextOf(NpyElements elements) {
+  return elements == NpyElements::kWholeNumbers ? "whole numbers" : "real numbers";
+}
+
 // Reads the dictionary of a header: {'descr': '<u2', 'fortran_order': False, 'shape': (2, 3), }.
 class HeaderParser {
  public:
-  HeaderParser(const fs::path& path, std::string_view text) : path_(path), text_(text) {}
+  HeaderParser(const fs::path& path, std::string_view text, NpyElements elements)
+      : path_(path), text_(text), elements_(elements) {}
 
   NpyArray Parse() {
     NpyArray array;
@@ -61,8 +70,9 @@ class HeaderParser {
     throw UserError(path_.string(),
                     ": its NumPy header ",
                     what,
-                    ", where descr, fortran_order and shape of an array of whole numbers would be "
-                    "right.");
+                    ", where descr, fortran_order and shape of an array of ",
+                    TextOf(elements_),
+                    " would be right.");
   }
 
   void SkipBlanks() {
@@ -108,12 +118,12 @@ class HeaderParser {
       int64_t side = 0;
       const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), side);
       if (error != std::errc() || side < 0 || side > kMostElements) {
-        Fail("has a shape with a side that is no number of pixels");
+        Fail("has a shape with a side that is no number of elements");
       }
       text_.remove_prefix(static_cast<size_t>(end - text_.data()));
       shape.push_back(side);
       if (shape.size() > kMostDimensions || (side > 0 && product > kMostElements / side)) {
-        Fail("has a shape of more elements than any mask");
+        Fail("has a shape of more elements than any file");
       }
       product *= side;
       if (!Accept(',')) {
@@ -125,10 +135,12 @@ class HeaderParser {
   }
 
   void SetType(std::string_view descr, NpyArray* array) const {
-    const bool is_known =
-        descr.size() == 3 && (descr[0] == '<' || descr[0] == '>' || descr[0] == '|') &&
-        (descr[1] == 'b' || descr[1] == 'i' || descr[1] == 'u') &&
-        (descr[2] == '1' || descr[2] == '2' || descr[2] == '4' || descr[2] == '8');
+    const bool are_whole = elements_ == NpyElements::kWholeNumbers;
+    const std::string_view kinds = are_whole ? "biu" : "f", sizes = are_whole ? "1248" : "248";
+    const bool is_known = descr.size() == 3 &&
+                          (descr[0] == '<' || descr[0] == '>' || descr[0] == '|') &&
+                          kinds.find(descr[1]) != std::string_view::npos &&
+                          sizes.find(descr[2]) != std::string_view::npos;
     if (!is_known || (descr[0] == '|') != (descr[2] == '1') ||
         (descr[1] == 'b' && descr[2] != '1')) {
       Fail("says elements of type " + Shortened(descr));
@@ -140,6 +152,7 @@ class HeaderParser {
 
   const fs::path& path_;
   std::string_view text_;
+  const NpyElements elements_;
 };
 
 template <typename T>
@@ -148,6 +161,19 @@ T ElementAt(const std::string& data, int64_t index, bool big_endian) {
   std::memcpy(bytes.data(), data.data() + index * static_cast<int64_t>(sizeof(T)), sizeof(T));
   if (big_endian) std::reverse(bytes.begin(), bytes.end());
   return std::bit_cast<T>(bytes);
+}
+
+// IEEE 754's half precision: 1 bit of sign, 5 of exponent, 10 of mantissa.
+double FromHalf(uint16_t bits) {
+  const int exponent = bits >> 10 & 31, mantissa = bits & 1023;
+  double value = std::ldexp(mantissa, -24);
+  if (exponent == 31) {
+    value = mantissa == 0 ? std::numeric_limits<double>::infinity()
+                          : std::numeric_limits<double>::quiet_NaN();
+  } else if (exponent > 0) {
+    value = std::ldexp(1024 + mantissa, exponent - 25);
+  }
+  return (bits & 0x8000) != 0 ? -value : value;
 }
 
 uint32_t LittleEndian(std::string_view bytes) {
@@ -182,13 +208,27 @@ int64_t NpyArray::operator[](int64_t index) const {
   }
 }
 
-NpyArray ParseNpy(const fs::path& path, std::string bytes) {
+double NpyArray::RealAt(int64_t index) const {
+  CHECK_EQ(kind, 'f');
+  switch (bytes) {
+    case 2:
+      return FromHalf(ElementAt<uint16_t>(data, index, big_endian));
+    case 4:
+      return ElementAt<float>(data, index, big_endian);
+    default:
+      return ElementAt<double>(data, index, big_endian);
+  }
+}
+
+NpyArray ParseNpy(const fs::path& path, std::string bytes, NpyElements elements) {
   const auto fail = [&](const char* what) {
     throw UserError(path.string(), ": ", what, "; is the copy complete?");
   };
   if (!std::string_view(bytes).starts_with(kNpyMagic)) {
     throw UserError(path.string(),
-                    ": is no .npy file of NumPy, where an array of whole numbers would be right.");
+                    ": is no .npy file of NumPy, where an array of ",
+                    TextOf(elements),
+                    " would be right.");
   }
   if (bytes.size() < 10) fail("ends within the header of its array");
   const int version = bytes[6];
@@ -202,7 +242,8 @@ NpyArray ParseNpy(const fs::path& path, std::string bytes) {
   if (bytes.size() < begin) fail("ends within the header of its array");
   const size_t length = LittleEndian(std::string_view(bytes).substr(8, begin - 8));
   if (length > bytes.size() - begin) fail("ends within the header of its array");
-  NpyArray array = HeaderParser(path, std::string_view(bytes).substr(begin, length)).Parse();
+  NpyArray array =
+      HeaderParser(path, std::string_view(bytes).substr(begin, length), elements).Parse();
   bytes.erase(0, begin + length);
   const int64_t needed = array.NumElements() * array.bytes;
   if (static_cast<int64_t>(bytes.size()) != needed) {

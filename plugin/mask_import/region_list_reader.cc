@@ -14,6 +14,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The "score" of a region: a number, or a list of one, as some versions of Grounded-SAM-2 save it.
+std::optional<double> ScoreOf(const JsonField& region) {
+  if (!region.Has("score")) return std::nullopt;
+  const JsonField field = region["score"];
+  const double score =
+      field.IsList() && field.Size() == 1 ? field[size_t{0}].Number() : field.Number();
+  if (!(score >= 0)) field.Fail("a number from 0 on");
+  return score;
+}
+
 }  // namespace
 
 std::optional<PictureContents> ReadRegionList(const fs::path& file) {
@@ -39,7 +49,8 @@ std::optional<PictureContents> ReadRegionList(const fs::path& file) {
       shapes->pop_back();
       continue;
     }
-    contents.regions.push_back({region.Has("class_name") ? region["class_name"].Text() : "", -1});
+    contents.regions.push_back(
+        {region.Has("class_name") ? region["class_name"].Text() : "", -1, ScoreOf(region)});
   }
   contents.draw = [file, shapes](const PhotoSize& size) {
     std::vector<PixelRuns> runs;

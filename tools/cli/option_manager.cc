@@ -6,8 +6,8 @@
 #include "foam/util/input_file.h"
 #include "foam/util/number_text.h"
 #include "foam/util/parallel.h"
+#include "foam/util/suggestion.h"
 #include "tools/cli/logging.h"
-#include "tools/cli/suggestion.h"
 
 #include <algorithm>
 #include <cmath>

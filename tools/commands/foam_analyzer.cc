@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/exportable_scene.h"
 #include "export/scene/names.h"
+#include "export/scene/object_selection.h"
 #include "foam/model/model.h"
 #include "tools/cli/option_manager.h"
 #include "tools/commands/commands.h"
@@ -13,6 +14,7 @@
 #include <cstdio>
 #include <set>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -60,6 +62,17 @@ int DecimalsFor(const ObjectInfo& object) {
   return size > 0 ? std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 0;
 }
 
+// Returns "  (chair, 0.87)", of what is known of the two; empty where nothing is.
+std::string ClassText(const LabelFeatures& features) {
+  std::string text = OneLine(features.class_name);
+  if (features.score) {
+    char score[32];
+    std::snprintf(score, sizeof(score), "%.3g", *features.score);
+    text += (text.empty() ? "score " : ", ") + std::string(score);
+  }
+  return text.empty() ? "" : "  (" + text + ")";
+}
+
 // One row for each object, 130 columns wide for names and numbers of common length.
 void PrintObjects(const ExportableScene& scene) {
   std::printf("Objects (lengths of the COLMAP model)\n");
@@ -91,7 +104,7 @@ void PrintObjects(const ExportableScene& scene) {
                   decimals,
                   at.z());
     std::printf(
-        "  %5d  %-14s %6zu %6d %4lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g\n",
+        "  %5d  %-14s %6zu %6d %4lld %5lld %8.3g %8.3g %5.3f %6zu  %-22s  %.3g x %.3g x %.3g%s\n",
         Value(object.id),
         OneLine(object.name).c_str(),
         object.cells.size(),
@@ -105,7 +118,8 @@ void PrintObjects(const ExportableScene& scene) {
         centroid,
         size.x(),
         size.y(),
-        size.z());
+        size.z(),
+        ClassText(FeaturesOf(scene, object.id)).c_str());
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     std::printf("  %5d  %-14s is left out, a fragment of %s\n",
@@ -145,19 +159,23 @@ ordered_json ToJson(const ExportableScene& scene) {
                        {"labels_left_out", ordered_json::array()},
                        {"labels_without_cells", ordered_json::array()}};
   for (const ObjectInfo& object : scene.objects) {
-    json["objects"].push_back(
-        {{"id", Value(object.id)},
-         {"name", object.name},
-         {"cells", object.cells.size()},
-         {"components", object.components},
-         {"cavities", object.cavities},
-         {"genus", object.genus},
-         {"volume", object.volume},
-         {"area", object.area},
-         {"confidence", object.confidence},
-         {"photos", object.photos.size()},
-         {"centroid", ToJson(object.centroid)},
-         {"bounding_box", {ToJson(object.bounding_box.min()), ToJson(object.bounding_box.max())}}});
+    ordered_json entry = {
+        {"id", Value(object.id)},
+        {"name", object.name},
+        {"cells", object.cells.size()},
+        {"components", object.components},
+        {"cavities", object.cavities},
+        {"genus", object.genus},
+        {"volume", object.volume},
+        {"area", object.area},
+        {"confidence", object.confidence},
+        {"photos", object.photos.size()},
+        {"centroid", ToJson(object.centroid)},
+        {"bounding_box", {ToJson(object.bounding_box.min()), ToJson(object.bounding_box.max())}}};
+    const LabelFeatures features = FeaturesOf(scene, object.id);
+    if (!features.class_name.empty()) entry["class"] = OneLine(features.class_name);
+    if (features.score) entry["score"] = *features.score;
+    json["objects"].push_back(std::move(entry));
   }
   for (const LeftOutLabel& label : scene.labels_left_out) {
     json["labels_left_out"].push_back(

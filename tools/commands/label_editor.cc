@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/label_choice.h"
 #include "export/scene/names.h"
+#include "export/scene/object_selection.h"
 #include "foam/edit/class_table.h"
 #include "foam/edit/label_editing.h"
 #include "foam/model/model.h"
@@ -87,14 +88,6 @@ class LabelEditor {
   }
 
  private:
-  std::vector<NamedLabel> Names() const {
-    std::vector<NamedLabel> names;
-    for (const Label& label : model_.labels) {
-      if (label.id != kNoObject) names.push_back({label.id, DisplayName(label.id, label.name)});
-    }
-    return names;
-  }
-
   ClassIndex ClassOf(LabelId id) const {
     const auto found = std::find_if(model_.labels.begin(),
                                     model_.labels.end(),
@@ -110,12 +103,15 @@ class LabelEditor {
   // The ids of at least `least` labels, in the order in which they are named.
   std::vector<LabelId> Find(const std::string& labels, size_t least) const {
     std::vector<LabelId> ids;
-    for (const LabelText& text : FindLabels(labels, Names())) {
+    const std::vector<NamedLabel> names = NamedLabels(model_.labels);
+    for (const LabelText& text : FindLabels(labels, names)) {
       if (text.ids.empty()) {
+        const std::string meant = WhetherMeant(text.text, names);
         throw UserError(foam_path_.string(),
                         ": has no label '",
                         text.text,
-                        "'; foam_analyzer lists those that it has.");
+                        "'",
+                        meant == "." ? "; foam_analyzer lists those that it has." : meant);
       }
       ids.insert(ids.end(), text.ids.begin(), text.ids.end());
     }
@@ -169,6 +165,7 @@ class LabelEditor {
       for (size_t i = 1; i < pieces.size(); ++i) {
         Label label = WithFreeId(model_.labels, {});
         label.name = name + "_" + std::to_string(i + 1);
+        label.features = model_.labels[Value(ClassOf(id))].features;
         label.source_id = MaskId{static_cast<uint32_t>(Value(label.id))};
         GiveCellsNewLabel(pieces[i], label, &model_);
       }
@@ -192,7 +189,10 @@ class LabelEditor {
     const std::vector<uint32_t> cells = !edit.box.empty()    ? CellsInBox(edit.box)
                                         : !edit.pick.empty() ? PickedCells(edit.pick)
                                                              : CellsInOutline(edit.outline);
-    const std::vector<LabelText> found = FindLabels(edit.labels, Names());
+    std::vector<NamedLabel> names = NamedLabels(model_.labels);
+    // A new label may have the name of a class.
+    for (NamedLabel& name : names) name.class_name.clear();
+    const std::vector<LabelText> found = FindLabels(edit.labels, names);
     if (found.size() > 1 || found[0].ids.size() > 1 || found[0].text.empty()) {
       throw UserError(foam_path_.string(),
                       ": '",

@@ -5,7 +5,10 @@
 #include "export/volume/volume_forecast.h"
 #include "foam/util/error.h"
 #include "plugin/mask/mask_tables.h"
+#include "plugin/mask_import/region_features.h"
 
+#include <set>
+#include <string>
 #include <vector>
 
 namespace semfoam {
@@ -36,6 +39,8 @@ void RequireLabels(const LabelChoice& choice, const ScenePlan& plan) {
   }
   RequirePossible(choice,
                   names,
+                  plan.features_file.empty() ? std::set<std::string>()
+                                             : ClassesIn(ReadRegionFeatures(plan.features_file)),
                   plan.labels_file.empty()
                       ? "a table of labels (no labels.json is beside the masks)"
                       : plan.labels_file.string());

@@ -40,7 +40,8 @@ constexpr ExportName kSceneFiles[] = {{"vdb", "scene.vdb"},
                                       {"png", "scene.png"},
                                       {"jpg", "scene.jpg"},
                                       {"glb", "scene.glb"},
-                                      {"usda", "scene.usda"}};
+                                      {"usda", "scene.usda"},
+                                      {kEmbeddingsFormat, kEmbeddingsFile}};
 constexpr const char* kObjectFormats[] = {
     "vdb", "nvdb", "om", "ply", "obj", "mtl", "png", "jpg", "glb"};
 
@@ -48,6 +49,8 @@ constexpr const char* kObjectFormats[] = {
 // more.
 bool IsReplaced(const std::string& format, const std::set<ExportFormat>& formats) {
   if (format == "png" || format == "jpg") return TakesTextures(formats);
+  // Is in no frame, and written with every labels.json.
+  if (format == kEmbeddingsFormat) return true;
   const std::optional<ExportFormat> writer =
       ParseEnum(kExportFormatNames, format == "mtl" ? "obj" : format);
   return writer && formats.count(*writer) != 0;
@@ -347,6 +350,7 @@ void WriteLabels(const ExportableScene& scene,
   std::vector<WrittenFile> files = PossibleFiles(scene);
   std::set<std::string> listed;
   for (const WrittenFile& file : finished.files) listed.insert(file.path);
+  if (HasEmbeddings(scene)) listed.insert(kEmbeddingsFile);
   if (const std::optional<ExportRecord> record = ReadExportRecord(output_path)) {
     std::map<LabelId, std::string> object_names;
     for (const ObjectInfo& object : scene.objects) object_names[object.id] = object.name;

@@ -191,8 +191,9 @@ std::set<ExportFormat> ParseFormats(const std::string& formats, const std::strin
 void AddLabelOptions(OptionManager* options, LabelChoice* choice) {
   options->AddDefaultOption("labels",
                             &choice->labels,
-                            "these objects alone: ids or names, apart by commas, as mug,7; id:7 "
-                            "and name:7 where a name is a number");
+                            "these objects alone: ids, names or classes, apart by commas, as "
+                            "mug,7,chair; id:7, name:7 and class:chair where a text is more than "
+                            "one of these");
   options->AddDefaultOption("exclude_labels",
                             &choice->exclude_labels,
                             "all objects but these, or of --labels all but these");

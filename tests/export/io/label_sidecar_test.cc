@@ -3,7 +3,10 @@
 
 #include "foam/util/error.h"
 
+#include <cstring>
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include "tests/export/test_foams.h"
 #include <gmock/gmock.h>
@@ -79,6 +82,29 @@ TEST_F(LabelSidecar, SaysOfWhichModelTheFilesAre) {
   WriteLabelSidecar(folder_ / "labels.json", scene, {}, "0123456789abcdef");
   const json sidecar = json::parse(std::ifstream(folder_ / "labels.json"));
   EXPECT_EQ(sidecar["source_model_xxh64"], "0123456789abcdef");
+}
+
+TEST_F(LabelSidecar, HoldsClassesScoresAndEmbeddings) {
+  Model model = TouchingBalls(200);
+  model.labels[0].features = {"cup", 0.75, {}};
+  model.labels[1].features = {"", {}, {0.6f, 0.8f, 0}};
+  WriteLabelSidecar(folder_ / "labels.json", MakeExportableScene(model), {});
+  const json objects = json::parse(std::ifstream(folder_ / "labels.json"))["objects"];
+  EXPECT_EQ(objects[0]["class"], "cup");
+  EXPECT_EQ(objects[0]["score"], 0.75);
+  EXPECT_FALSE(objects[0].contains("embedding"));
+  EXPECT_FALSE(objects[1].contains("class"));
+  EXPECT_FALSE(objects[1].contains("score"));
+  EXPECT_EQ(objects[1]["embedding"], (json{{"file", "label_embeddings.npy"}, {"row", 0}}));
+  const std::string npy{
+      std::istreambuf_iterator<char>(std::ifstream(folder_ / "label_embeddings.npy").rdbuf()), {}};
+  ASSERT_EQ(npy.size(), 128 + 3 * sizeof(float));
+  EXPECT_EQ(npy.substr(0, 10), std::string("\x93NUMPY\x01\x00\x76\x00", 10));
+  EXPECT_EQ(npy.substr(10, 60), "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 3), } ");
+  EXPECT_EQ(npy[127], '\n');
+  float row[3];
+  std::memcpy(row, npy.data() + 128, sizeof(row));
+  EXPECT_THAT(row, testing::ElementsAre(0.6f, 0.8f, 0));
 }
 
 TEST_F(LabelSidecar, NamesTheLabelsThatLostAllTheirComponents) {

@@ -65,6 +65,35 @@ TEST(LabelChoice, RefusesATextThatMeansTwoThings) {
   EXPECT_THAT(Ids("id:mug"), IsEmpty());
 }
 
+TEST(LabelChoice, TakesClassesWhereNoNameIsMeant) {
+  const std::vector<NamedLabel> labels = {{LabelId{2}, "chair_1", "chair"},
+                                          {LabelId{3}, "chair_2", "chair"},
+                                          {LabelId{4}, "table", "desk"},
+                                          {LabelId{5}, "desk", "table"},
+                                          {LabelId{6}, "label_6"}};
+  const auto ids = [&](const std::string& text) {
+    const std::vector<LabelText> found = FindLabels(text, labels);
+    std::vector<int32_t> values;
+    for (const LabelId id : found.at(0).ids) values.push_back(Value(id));
+    return values;
+  };
+  EXPECT_THAT(ids("chair"), ElementsAre(2, 3));
+  EXPECT_THAT(ids("chair_1"), ElementsAre(2));
+  EXPECT_THAT(ids("desk"), ElementsAre(5)) << "a name comes first";
+  EXPECT_THAT(ids("class:desk"), ElementsAre(4));
+  EXPECT_THAT(ids("class:chair_1"), IsEmpty());
+  EXPECT_THAT(ids("name:chair"), IsEmpty());
+  EXPECT_THAT(ids("class:"), IsEmpty()) << "no class is none";
+  const auto error = [&](const std::string& text) {
+    return ErrorOf([&] { ChooseLabels({text}, labels); });
+  };
+  EXPECT_THAT(
+      error("chiar"),
+      NamesMistake("", {"'chiar'", "2 (chair_1)", "is 'chair' meant"}, "which is no label"));
+  EXPECT_THAT(error("tabel"), NamesMistake("", {"is 'table' meant"}, "which is no label"));
+  EXPECT_THAT(error("elephant"), testing::EndsWith("6 (label_6)."));
+}
+
 TEST(LabelChoice, TakesAndLeavesOut) {
   EXPECT_TRUE(ChooseLabels({}, kLabels).IsAll());
   const LabelFilter some = ChooseLabels({"cup, mug", "7"}, kLabels);
@@ -85,17 +114,40 @@ TEST(LabelChoice, TakesAndLeavesOut) {
 
 TEST(LabelChoice, SaysBeforeTheIdsAreKnownWhatCannotBe) {
   const std::vector<NamedLabel> names = {{LabelId{2}, "mug"}, {LabelId{70000}, "spoon"}};
-  for (const char* possible :
-       {"", "7", "mug", "spoon, 12", "id:7", "name:mug", "label_9", "name:label_9"}) {
-    EXPECT_NO_THROW(RequirePossible({possible, possible}, names, "t.json")) << possible;
+  for (const char* possible : {"",
+                               "7",
+                               "mug",
+                               "spoon, 12",
+                               "id:7",
+                               "name:mug",
+                               "label_9",
+                               "name:label_9",
+                               "plate",
+                               "class:plate"}) {
+    EXPECT_NO_THROW(RequirePossible({possible, possible}, names, {"plate"}, "t.json")) << possible;
   }
-  for (const char* impossible : {"mgu", "7a", "id:", "name:", "label_", "mug,,7", " ", "-1"}) {
-    EXPECT_THROW(RequirePossible({impossible}, names, "t.json"), UserError) << impossible;
-    EXPECT_THROW(RequirePossible({"", impossible}, names, "t.json"), UserError) << impossible;
+  for (const char* impossible : {"mgu",
+                                 "7a",
+                                 "id:",
+                                 "name:",
+                                 "label_",
+                                 "mug,,7",
+                                 " ",
+                                 "-1",
+                                 "class:mug",
+                                 "class:",
+                                 "name:plate"}) {
+    EXPECT_THROW(RequirePossible({impossible}, names, {"plate"}, "t.json"), UserError)
+        << impossible;
+    EXPECT_THROW(RequirePossible({"", impossible}, names, {"plate"}, "t.json"), UserError)
+        << impossible;
   }
-  EXPECT_THAT(
-      ErrorOf([&] { RequirePossible({"mug, mgu"}, names, "t.json"); }),
-      NamesMistake("", {"'mgu'", "t.json", "2 (mug)", "70000 (spoon)"}, "no id and no name"));
+  EXPECT_THAT(ErrorOf([&] { RequirePossible({"mug, mgu"}, names, {"plate"}, "t.json"); }),
+              NamesMistake("",
+                           {"'mgu'", "t.json", "2 (mug)", "70000 (spoon)", "is 'mug' meant"},
+                           "no id and no name"));
+  EXPECT_THAT(ErrorOf([&] { RequirePossible({"plat"}, names, {"plate"}, "t.json"); }),
+              NamesMistake("", {"'plat'", "is 'plate' meant"}, "no id and no name"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
 
 #include "tests/foam/random_cells.h"
 #include <gtest/gtest.h>
@@ -132,6 +133,50 @@ TEST_F(ModelFile, ComesBackAsItWas) {
               model.photos[0].cam_from_world_translation);
     EXPECT_TRUE(back.photos[0].held_out);
     EXPECT_EQ(back.options, model.options);
+  }
+}
+
+TEST_F(ModelFile, KeepsWhatIsKnownOfLabels) {
+  Model model = SmallModel(true);
+  WriteModel(path_, model);
+  const size_t without = Bytes().size();
+  model.labels[0].features = {"mug", 1.0 / 3, {0.6f, -0.8f, 0}};
+  model.labels[1].features = {"", 0.25, {}};
+  WriteModel(path_, model);
+  EXPECT_GT(Bytes().size(), without);
+  for (size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(ReadModel(path_).labels[k].features, model.labels[k].features);
+  }
+  model.labels[1].features.embedding = {0, 0, 1};
+  WriteModel(path_, model);
+  for (size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(ReadModel(path_).labels[k].features, model.labels[k].features);
+  }
+  model.labels[1].features.embedding = {0, 1};
+  EXPECT_DEATH(WriteModel(path_, model), "different lengths");
+}
+
+TEST_F(ModelFile, WithDamagedFeaturesIsRefused) {
+  Model model = SmallModel(true);
+  model.labels[0].features = {"mug", 0.5, {0.6f, -0.8f}};
+  WriteModel(path_, model);
+  const std::string whole = Bytes();
+  // Same-length edits of the JSON header.
+  const std::pair<std::string, std::string> edits[] = {
+      {"\"embedding_dimension\": 2", "\"embedding_dimension\": 9"},
+      {"\"embedding_dimension\": 2", "\"embedding_dimension\": 0"},
+      {"\"embedding_dimension\"", "\"embedding-dimension\""},
+      {"\"has_embedding\": true", "\"has_embeddinx\": true"},
+      {"\"has_embedding\": true", "\"has_embedding\": 1234"},
+      {"\"score\": 0.5", "\"score\": -35"},
+      {"\"class\": \"mug\"", "\"class\": 12345"}};
+  for (const auto& [from, to] : edits) {
+    std::string damaged = whole;
+    const size_t at = damaged.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    damaged.replace(at, from.size(), to);
+    SetBytesWithChecksum(damaged);
+    EXPECT_THROW(ReadModel(path_), UserError) << to;
   }
 }
 

@@ -95,6 +95,43 @@ TEST_F(LabelEditorTest, MergesAndSplitsAgain) {
   EXPECT_EQ(again.size(), 3u);
 }
 
+TEST_F(LabelEditorTest, KeepsWhatIsKnownOfLabels) {
+  Model model = ReadModel(Foam());
+  model.labels[0].features = {"toy", 0.5, {0.6f, 0.8f}};
+  model.labels[2].features = {"toy", 0.75, {1, 0}};
+  WriteModel(Foam(), model);
+  // Both of the class, into the first of them.
+  const Model merged = Edit("merged", {"--merge", "toy"});
+  ASSERT_EQ(merged.labels.size(), 2u);
+  EXPECT_EQ(merged.labels[0].features, model.labels[0].features);
+  EXPECT_EQ(merged.labels[1].features, LabelFeatures{});
+  const Model again = EditFoam(folder_ / "merged/scene.foam", "again", {"--split", "ring"});
+  ASSERT_EQ(again.labels.size(), 3u);
+  EXPECT_EQ(again.labels[2].name, "ring_2");
+  EXPECT_EQ(again.labels[2].features, model.labels[0].features);
+  const Outcome extracted = RunSemfoam({"object_extractor",
+                                        "--foam_path",
+                                        Foam().string(),
+                                        "--output_path",
+                                        (folder_ / "toys").string(),
+                                        "--labels",
+                                        "toy"});
+  EXPECT_EQ(extracted.exit_code, 0) << extracted.err;
+  EXPECT_THAT(extracted.err, HasSubstr("Extracted ring (10), ball (12): "));
+  const Model toys = ReadModel(folder_ / "toys/scene.foam");
+  for (const Label& label : toys.labels) {
+    if (label.name == "ball") EXPECT_EQ(label.features, model.labels[2].features);
+  }
+  ExpectRefused(RunSemfoam({"object_extractor",
+                            "--foam_path",
+                            Foam().string(),
+                            "--output_path",
+                            (folder_ / "none").string(),
+                            "--labels",
+                            "toys"}),
+                {"", {"'toys'", "is 'toy' meant"}, "which is no object"});
+}
+
 TEST_F(LabelEditorTest, Drops) {
   const CellsByName objects = ObjectsOf(Edit("out", {"--drop", "ball,table"}));
   EXPECT_EQ(objects.size(), 1u);

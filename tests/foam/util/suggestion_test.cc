@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/cli/suggestion.h"
+#include "foam/util/suggestion.h"
 
 #include <gtest/gtest.h>
 

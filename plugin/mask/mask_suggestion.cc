@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include <glog/logging.h>
@@ -43,9 +42,9 @@ Box BoxOf(const std::vector<ObservedPoint>& points) {
 }
 
 // The voxels of the scene, and how far each photo shows them.
-class ShownScene {
+class ShownVoxels {
  public:
-  ShownScene(const std::vector<ObservedPoint>& points, size_t num_views) : shown_by_(num_views) {
+  ShownVoxels(const std::vector<ObservedPoint>& points, size_t num_views) : shown_by_(num_views) {
     if (points.empty()) return;
     Box box = BoxOf(points);
     const double side = (box.most - box.least).maxCoeff();
@@ -71,24 +70,10 @@ class ShownScene {
   }
 
   int32_t NumVoxels() const { return num_voxels_; }
-
-  // Returns how much the photo adds to what is shown, in voxels; `shown` [voxels].
-  double Gain(int32_t view, const std::vector<float>& shown) const {
-    double gain = 0;
-    for (const auto& [voxel, share] : shown_by_[view]) {
-      gain += std::max(0.f, share - shown[voxel]);
-    }
-    return gain;
-  }
-  void Add(int32_t view, std::vector<float>* shown) const {
-    for (const auto& [voxel, share] : shown_by_[view]) {
-      (*shown)[voxel] = std::max((*shown)[voxel], share);
-    }
-  }
+  // [views] Voxels that the photo shows, each once.
+  const std::vector<std::vector<ShownPart>>& ShownBy() const { return shown_by_; }
 
  private:
-  using Share = std::pair<int32_t, float>;
-
   // Adds a voxel and those around it to what these photos show.
   void Show(const Voxel& where,
             const std::vector<int32_t>& views,
@@ -99,25 +84,61 @@ class ShownScene {
           const float share = 1 - std::sqrt(float(dx * dx + dy * dy + dz * dz)) / kReach;
           const auto other = index.find({where[0] + dx, where[1] + dy, where[2] + dz});
           if (other == index.end()) continue;
-          for (const int32_t view : views) shown_by_.at(view).emplace_back(other->second, share);
+          for (const int32_t view : views) shown_by_.at(view).push_back({other->second, share});
         }
       }
     }
   }
 
-  static void KeepLargest(std::vector<Share>* shown) {
-    std::sort(shown->begin(), shown->end(), [](const Share& a, const Share& b) {
-      return a.first != b.first ? a.first < b.first : a.second > b.second;
+  static void KeepLargest(std::vector<ShownPart>* shown) {
+    std::sort(shown->begin(), shown->end(), [](const ShownPart& a, const ShownPart& b) {
+      return a.part != b.part ? a.part < b.part : a.share > b.share;
     });
-    shown->erase(std::unique(shown->begin(),
-                             shown->end(),
-                             [](const Share& a, const Share& b) { return a.first == b.first; }),
-                 shown->end());
+    shown->erase(
+        std::unique(shown->begin(),
+                    shown->end(),
+                    [](const ShownPart& a, const ShownPart& b) { return a.part == b.part; }),
+        shown->end());
   }
 
   int32_t num_voxels_ = 0;
-  // [views] Voxels that the photo shows, each once, and how far, 0..1.
-  std::vector<std::vector<Share>> shown_by_;
+  std::vector<std::vector<ShownPart>> shown_by_;
+};
+
+// How much of each part of a scene is shown.
+class ShownScene {
+ public:
+  ShownScene(const std::vector<float>& weight, const std::vector<std::vector<ShownPart>>& shown_by)
+      : weight_(weight), shown_by_(shown_by), shown_(weight.size(), 0.f) {
+    for (const float part : weight) total_ += part;
+  }
+
+  // Returns how much the photo would add.
+  double Gain(int32_t view) const {
+    double gain = 0;
+    for (const ShownPart& part : shown_by_[view]) {
+      gain += weight_[part.part] * std::max(0.f, part.share - shown_[part.part]);
+    }
+    return gain;
+  }
+  void Add(int32_t view) {
+    for (const ShownPart& part : shown_by_[view]) {
+      shown_[part.part] = std::max(shown_[part.part], part.share);
+    }
+  }
+  // Returns the share of the scene that is shown.
+  double Share() const {
+    double sum = 0;
+    for (size_t i = 0; i < shown_.size(); ++i) sum += double{weight_[i]} * shown_[i];
+    return total_ > 0 ? sum / total_ : 0;
+  }
+
+ private:
+  const std::vector<float>& weight_;
+  const std::vector<std::vector<ShownPart>>& shown_by_;
+  double total_ = 0;
+  // [parts] 0..1
+  std::vector<float> shown_;
 };
 
 }  // namespace
@@ -126,36 +147,42 @@ MaskSuggestion SuggestPhotosToMask(const std::vector<ObservedPoint>& points,
                                    const std::vector<bool>& has_mask,
                                    const std::vector<bool>& may_get_mask,
                                    int count) {
+  const ShownVoxels voxels(points, has_mask.size());
+  const std::vector<float> weight(voxels.NumVoxels(), 1.f);
+  return SuggestPhotosToMask(weight, voxels.ShownBy(), has_mask, may_get_mask, count);
+}
+
+MaskSuggestion SuggestPhotosToMask(const std::vector<float>& weight,
+                                   const std::vector<std::vector<ShownPart>>& shown_by,
+                                   const std::vector<bool>& has_mask,
+                                   const std::vector<bool>& may_get_mask,
+                                   int count) {
   CHECK_EQ(has_mask.size(), may_get_mask.size());
+  CHECK_EQ(has_mask.size(), shown_by.size());
   const auto num_views = static_cast<int32_t>(has_mask.size());
-  const ShownScene scene(points, has_mask.size());
-  std::vector<float> shown(scene.NumVoxels(), 0.f);
-  const auto share = [&] {
-    const double sum = std::accumulate(shown.begin(), shown.end(), 0.0);
-    return shown.empty() ? 0 : sum / static_cast<double>(shown.size());
-  };
+  ShownScene scene(weight, shown_by);
   std::vector<bool> is_open = may_get_mask;
   for (int32_t view = 0; view < num_views; ++view) {
     if (!has_mask[view]) continue;
-    scene.Add(view, &shown);
+    scene.Add(view);
     is_open[view] = false;
   }
   MaskSuggestion suggestion;
-  suggestion.shown = share();
+  suggestion.shown = scene.Share();
   while (std::ssize(suggestion.photos) < count) {
     int32_t best = -1;
     double most = 0;
     for (int32_t view = 0; view < num_views; ++view) {
       if (!is_open[view]) continue;
-      const double gain = scene.Gain(view, shown);
+      const double gain = scene.Gain(view);
       if (!(gain > most)) continue;
       most = gain;
       best = view;
     }
     if (best < 0) break;
     is_open[best] = false;
-    scene.Add(best, &shown);
-    suggestion.photos.push_back({best, share()});
+    scene.Add(best);
+    suggestion.photos.push_back({best, scene.Share()});
   }
   return suggestion;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/names.h"
+#include "foam/model/model.h"
 #include "foam/util/error.h"
 #include "foam/util/output_file.h"
 #include "plugin/photo/photo.h"
@@ -114,6 +115,7 @@ void RunMaskAnalyzer(int argc, char** argv) {
   std::string image_path;
   std::string input_path;
   std::string output_path;
+  std::string foam_path;
   int suggest = 0;
   int test_every = 0;
   bool json = false;
@@ -142,8 +144,13 @@ void RunMaskAnalyzer(int argc, char** argv) {
   options.AddDefaultOption("suggest",
                            &suggest,
                            "instead of the report, print so many photos to mask next: those that, "
-                           "with the masked ones, show most of the scene by the model's tracks; "
-                           "there may be no masks yet");
+                           "with the masked ones, show most of the scene by the model's tracks, or "
+                           "of what --foam_path is not sure of; there may be no masks yet");
+  options.AddDefaultOption("foam_path",
+                           &foam_path,
+                           "with --suggest: a foam, scene.foam, that was trained with the masks "
+                           "that there are; it is looked at in place of the COLMAP model, and "
+                           "photos that it held out are not suggested");
   options.AddDefaultOption("test_every",
                            &test_every,
                            "with --suggest: photos that the training will hold out, every so many "
@@ -162,12 +169,21 @@ void RunMaskAnalyzer(int argc, char** argv) {
                            "output_path",
                            "FoamTraining.label_zero",
                            "Masks.consistency"},
-                          "with --suggest, which looks at the tracks alone; leave it out");
+                          "with --suggest, which looks at no pixel; leave it out");
+    if (!foam_path.empty()) {
+      options.RequireEffect({"input_path", "test_every"},
+                            "with --foam_path, which knows its photos; leave it out");
+      const MaskedModelPaths paths = FindMaskedModel(
+          workspace_path, input_path, masks, /*needs_model=*/false, /*needs_masks=*/false);
+      return PrintSuggestion(
+          SuggestMasks(ReadModel(foam_path), foam_path, paths.mask_folder, suggest), json);
+    }
     const MaskedModelPaths model = FindMaskedModel(
         workspace_path, input_path, masks, /*needs_model=*/true, /*needs_masks=*/false);
     return PrintSuggestion(SuggestMasks(model, suggest, test_every), json);
   }
-  options.RequireEffect({"test_every"}, "without --suggest; give it too, or leave it out");
+  options.RequireEffect({"foam_path", "test_every"},
+                        "without --suggest; give it too, or leave it out");
   const MaskedModelPaths paths =
       FindMaskedModel(workspace_path, input_path, masks, /*needs_model=*/false);
   if (paths.model_folder.empty()) {

@@ -6,6 +6,7 @@
 #include "plugin/colmap/colmap_model.h"
 #include "plugin/mask/mask_pairing.h"
 #include "plugin/mask/masked_photos.h"
+#include "tools/masks/uncertain_cells.h"
 
 #include <cstdio>
 #include <unordered_map>
@@ -42,22 +43,31 @@ std::vector<ObservedPoint> PointsOf(const Reconstruction& model,
   return points;
 }
 
+// Returns which photos have a mask and are `trained_on`, and counts them.
+std::vector<bool> FindMasked(const std::filesystem::path& mask_folder,
+                             const std::vector<bool>& trained_on,
+                             SuggestedMasks* masks) {
+  std::vector<bool> has_mask(trained_on.size());
+  if (mask_folder.empty()) return has_mask;
+  const MaskPairing pairing = PairMasks(mask_folder, masks->photos);
+  for (size_t i = 0; i < trained_on.size(); ++i) {
+    has_mask[i] = trained_on[i] && !pairing.masks[i].empty();
+    masks->num_masks += has_mask[i];
+  }
+  return has_mask;
+}
+
 }  // namespace
 
 SuggestedMasks SuggestMasks(const MaskedModelPaths& paths, int count, int test_every) {
   const Reconstruction model = ReadReconstruction(paths.model_folder);
   SuggestedMasks masks;
   for (const PhotoRecord& photo : RegisteredPhotos(model)) masks.photos.push_back(photo.name);
-  const size_t num_photos = masks.photos.size();
-  MaskPairing pairing;
-  pairing.masks.resize(num_photos);
-  if (!paths.mask_folder.empty()) pairing = PairMasks(paths.mask_folder, masks.photos);
-  std::vector<bool> has_mask(num_photos), is_trained_on(num_photos);
-  for (size_t i = 0; i < num_photos; ++i) {
+  std::vector<bool> is_trained_on(masks.photos.size());
+  for (size_t i = 0; i < is_trained_on.size(); ++i) {
     is_trained_on[i] = test_every == 0 || i % static_cast<size_t>(test_every) != 0;
-    has_mask[i] = is_trained_on[i] && !pairing.masks[i].empty();
-    masks.num_masks += has_mask[i];
   }
+  const std::vector<bool> has_mask = FindMasked(paths.mask_folder, is_trained_on, &masks);
   const std::vector<ObservedPoint> points = PointsOf(model, masks.photos);
   if (points.empty()) {
     throw UserError(paths.model_folder.string(),
@@ -67,19 +77,42 @@ SuggestedMasks SuggestMasks(const MaskedModelPaths& paths, int count, int test_e
   return masks;
 }
 
+SuggestedMasks SuggestMasks(const Model& model,
+                            const std::filesystem::path& foam_path,
+                            const std::filesystem::path& mask_folder,
+                            int count) {
+  if (model.photos.empty()) {
+    throw UserError(foam_path.string(),
+                    ": has no photos, which could be masked; a foam that was trained on some would "
+                    "be right.");
+  }
+  SuggestedMasks masks;
+  masks.by_foam = true;
+  std::vector<bool> is_trained_on;
+  for (const PhotoRecord& photo : model.photos) {
+    masks.photos.push_back(photo.name);
+    is_trained_on.push_back(!photo.held_out);
+  }
+  const std::vector<bool> has_mask = FindMasked(mask_folder, is_trained_on, &masks);
+  const UncertainCells cells = FindUncertainCells(model, foam_path);
+  masks.suggestion =
+      SuggestPhotosToMask(cells.weight, cells.shown_by, has_mask, is_trained_on, count);
+  return masks;
+}
+
 std::vector<std::string> SuggestionLines(const SuggestedMasks& masks) {
+  const std::string scene = masks.by_foam ? "of what the foam is not sure of" : "of the scene";
   std::vector<std::string> lines;
   lines.push_back(masks.num_masks == 0 ? "No photo has a mask"
                                        : std::to_string(masks.num_masks) + " of " +
                                              std::to_string(masks.photos.size()) +
                                              " photos have a mask; they show " +
-                                             Percent(masks.suggestion.shown) + " of the scene");
+                                             Percent(masks.suggestion.shown) + " " + scene);
   if (masks.suggestion.photos.empty()) {
     lines.emplace_back("No other photo shows more");
     return lines;
   }
-  lines.emplace_back(
-      "Photos to mask next, in this order, and how much of the scene is shown then:");
+  lines.push_back("Photos to mask next, in this order, and how much " + scene + " is shown then:");
   for (const MaskSuggestion::Photo& photo : masks.suggestion.photos) {
     lines.push_back("  " + OneLine(masks.photos[photo.view]) + "  " + Percent(photo.shown));
   }

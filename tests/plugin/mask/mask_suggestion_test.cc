@@ -75,6 +75,23 @@ TEST(MaskSuggestion, FarPointsDoNotCount) {
   EXPECT_NEAR(suggestion.photos[0].shown, 1, 1e-6);
 }
 
+TEST(MaskSuggestion, PartsCountByTheirWeight) {
+  const std::vector<float> weight = {1, 2, 4, 0};
+  const std::vector<std::vector<ShownPart>> shown_by = {
+      {{0, 1.f}, {1, 1.f}}, {{2, 0.5f}}, {{2, 1.f}, {3, 1.f}}, {{3, 1.f}}};
+  const MaskSuggestion suggestion = SuggestPhotosToMask(weight, shown_by, kNone, kAll, 4);
+  // 4, then 3 of 7; the others add nothing.
+  EXPECT_THAT(ViewsOf(suggestion), ElementsAre(2, 0));
+  EXPECT_DOUBLE_EQ(suggestion.photos[0].shown, 4.0 / 7);
+  EXPECT_DOUBLE_EQ(suggestion.photos[1].shown, 1);
+  // A mask shows half of the heaviest part: as much is left of it as the first two have.
+  const MaskSuggestion more =
+      SuggestPhotosToMask(weight, shown_by, {false, true, false, false}, kAll, 1);
+  EXPECT_DOUBLE_EQ(more.shown, 2.0 / 7);
+  EXPECT_THAT(ViewsOf(more), ElementsAre(0));
+  EXPECT_THAT(ViewsOf(SuggestPhotosToMask({0, 0, 0, 0}, shown_by, kNone, kAll, 4)), IsEmpty());
+}
+
 TEST(MaskSuggestion, NothingToSeeGivesNoSuggestion) {
   EXPECT_THAT(SuggestPhotosToMask({}, kNone, kAll, 3).photos, IsEmpty());
   EXPECT_THAT(SuggestPhotosToMask(Wall(), kAll, kAll, 3).photos, IsEmpty());

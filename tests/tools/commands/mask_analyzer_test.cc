@@ -5,12 +5,14 @@
 #include "plugin/mask/mask_png.h"
 #include "tools/images/contact_sheet.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <memory>
 #include <set>
 #include <utility>
 
+#include "tests/tools/commands/ring_scene.h"
 #include "tests/tools/mask_corrupter.h"
 #include "tests/tools/program.h"
 #include <OpenImageIO/imageio.h>
@@ -373,6 +375,59 @@ TEST(MaskAnalyzer, SuggestsWhatTheMasksDoNotShow) {
     gain = photo["shown"].get<double>() - shown;
     shown = photo["shown"];
   }
+}
+
+// A foam that knows its labels on one side, and photos from four sides.
+TEST(MaskAnalyzer, SuggestsWhatAFoamIsNotSureOf) {
+  const TempFolder folder;
+  Model model = RingScene();
+  for (size_t i = 0; i < model.foam.NumSites(); ++i) {
+    if (model.foam.positions[i].x() > -0.1f) continue;
+    std::fill_n(&model.foam.identity[i * kIdentityDim], kIdentityDim, 0.f);
+  }
+  const fs::path foam = folder / "scene.foam";
+  WriteModel(foam, model);
+  const auto suggest = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"--suggest", "4", "--foam_path", foam.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return AnalyzeAsJson(arguments);
+  };
+  // The photo from that side first; shares grow to nearly all that photos show.
+  const json report = suggest({});
+  ASSERT_THAT(report["suggestions"], testing::SizeIs(4));
+  EXPECT_EQ(report["masks"], 0);
+  EXPECT_EQ(report["shown"], 0.0);
+  EXPECT_EQ(report["suggestions"][0]["photo"], "p, 1.png");
+  double before = 0;
+  for (const json& photo : report["suggestions"]) {
+    EXPECT_GT(photo["shown"].get<double>(), before);
+    before = photo["shown"].get<double>();
+  }
+  for (const char* threads : {"1", "5"}) EXPECT_EQ(suggest({"--num_threads", threads}), report);
+  // Its mask leaves less to tell than the others have; a photo that is held out is none to mask.
+  fs::create_directory(folder / "masks");
+  WriteFile(folder / "masks/p, 1.png", "a mask, of which the name alone counts");
+  const json with_mask = suggest({"--mask_path", (folder / "masks").string()});
+  EXPECT_EQ(with_mask["masks"], 1);
+  EXPECT_EQ(with_mask["shown"], report["suggestions"][0]["shown"]);
+  ASSERT_THAT(with_mask["suggestions"], testing::SizeIs(3));
+  EXPECT_EQ(with_mask["suggestions"][0], report["suggestions"][1]);
+  model.photos[1].held_out = true;
+  WriteModel(foam, model);
+  for (const json& photo : suggest({})["suggestions"]) EXPECT_NE(photo["photo"], "p, 1.png");
+  EXPECT_THAT(Analyze({"--suggest", "4", "--foam_path", foam.string()}).out,
+              HasSubstr("how much of what the foam is not sure of is shown then:\n  p, "));
+  // Photos, and those held out, are the foam's.
+  for (const char* option : {"--test_every", "--input_path"}) {
+    EXPECT_THAT(Analyze({"--suggest", "4", "--foam_path", foam.string(), option, "8"}),
+                testing::Field(&Outcome::err, HasSubstr("no effect with --foam_path")));
+  }
+  EXPECT_THAT(Analyze({"--foam_path", foam.string(), "--mask_path", (folder / "masks").string()}),
+              testing::Field(&Outcome::err, HasSubstr("no effect without --suggest")));
+  model.photos.clear();
+  WriteModel(foam, model);
+  ExpectRefused(Analyze({"--suggest", "4", "--foam_path", foam.string()}),
+                {foam.string(), {}, "has no photos"});
 }
 
 TEST(MaskAnalyzer, SuggestionsTakeNoOptionsOfTheReport) {

@@ -3,6 +3,7 @@
 
 #include "export/io/glb_file.h"
 #include "export/io/local_mesh.h"
+#include "export/io/made_surfaces.h"
 #include "export/io/mesh_files.h"
 #include "export/io/usd_file.h"
 #include "export/io/volume_fields.h"
@@ -110,11 +111,11 @@ std::string TextureSummary(const SurfaceTexture& texture) {
   return text;
 }
 
-struct MadeSurface {
-  ObjectSurface surface;
-  std::string summary;
-  std::string warning;
-};
+// "1204 vertices, 2404 faces".
+std::string Size(const ObjectSurface& surface) {
+  return std::to_string(surface.vertices.size()) + " vertices, " +
+         std::to_string(surface.triangles.size()) + " faces";
+}
 
 MadeSurface MakeSurface(const ExportableScene& scene,
                         const ObjectInfo& whole,
@@ -156,10 +157,9 @@ MadeSurface MakeSurface(const ExportableScene& scene,
     }
     more += DistanceSummary(made.surface, cells, is_sheet);
   } else {
-    made.surface = ExtractSurface(scene, object);
-    if (const int64_t far = CountFarVertices(scene, made.surface); far > 0) {
-      more = ", " + std::to_string(far) + " vertices stick out into empty space";
-    }
+    ObjectSurface cells = ExtractSurface(scene, object);
+    const int64_t far = CountFarVertices(scene, cells);
+    return WithSummary(std::move(cells), CountComponents(scene, object.cells), far);
   }
   std::string topology;
   if (is_sheet) {
@@ -171,9 +171,7 @@ MadeSurface MakeSurface(const ExportableScene& scene,
     topology = TopologySummary(TopologyOf(made.surface.vertices.size(), made.surface.triangles),
                                CountComponents(scene, object.cells));
   }
-  made.summary = std::to_string(made.surface.vertices.size()) + " vertices, " +
-                 std::to_string(made.surface.triangles.size()) + " faces" + faces + ", " +
-                 topology + more;
+  made.summary = Size(made.surface) + faces + ", " + topology + more;
   return made;
 }
 
@@ -183,10 +181,12 @@ class SurfaceFiles {
   SurfaceFiles(const ExportableScene& scene,
                const std::filesystem::path& output_path,
                const SurfaceExportOptions& options,
+               bool writes_scene_glb,
                const std::function<void(const WrittenFile&)>& on_written)
       : scene_(scene),
         output_path_(output_path),
         options_(options),
+        writes_scene_glb_(options.glb && writes_scene_glb),
         on_written_(on_written),
         scene_glb_(scene.transform, options.creator) {
     if (options.usda) {
@@ -194,9 +194,8 @@ class SurfaceFiles {
     }
   }
 
-  void WriteObject(const ObjectInfo& object) {
+  void WriteObject(const ObjectInfo& object, MadeSurface made) {
     const bool is_whole = object.id == kNoObject;
-    MadeSurface made = MakeSurface(scene_, object, options_);
     const ObjectSurface& surface = made.surface;
     if (surface.triangles.empty()) return;
     const std::string stem = is_whole ? "scene" : "objects/" + object.file_stem;
@@ -231,7 +230,7 @@ class SurfaceFiles {
       glb.Add(object, surface, mesh, texture);
       glb.Write(path);
     });
-    if (options_.glb) scene_glb_.Add(object, surface, mesh, texture);
+    if (writes_scene_glb_) scene_glb_.Add(object, surface, mesh, texture);
     if (scene_usda_) AddToStage(object, {surface, mesh, texture, image}, stem + ".vdb");
   }
 
@@ -242,7 +241,7 @@ class SurfaceFiles {
         !scene_summary_.empty()
             ? scene_summary_
             : std::to_string(num_objects_) + (num_objects_ == 1 ? " object" : " objects");
-    if (options_.glb) {
+    if (writes_scene_glb_) {
       scene_glb_.Write(output_path_ / "scene.glb");
       AddWritten(kNoObject, "scene.glb", summary);
     }
@@ -286,6 +285,7 @@ class SurfaceFiles {
   const ExportableScene& scene_;
   const std::filesystem::path& output_path_;
   const SurfaceExportOptions& options_;
+  const bool writes_scene_glb_;
   const std::function<void(const WrittenFile&)>& on_written_;
   GlbFile scene_glb_;
   std::optional<UsdFile> scene_usda_;
@@ -322,8 +322,36 @@ std::vector<WrittenFile> ExportSurfaces(const ExportableScene& scene,
   CHECK_EQ(options.Check(), "");
   const std::vector<const ObjectInfo*> objects = SelectObjects(scene, options.objects);
   if (objects.empty()) return {};
-  SurfaceFiles files(scene, output_path, options, on_written);
-  for (const ObjectInfo* const object : objects) files.WriteObject(*object);
+  SurfaceFiles files(scene, output_path, options, /*writes_scene_glb=*/true, on_written);
+  for (const ObjectInfo* const object : objects) {
+    files.WriteObject(*object, MakeSurface(scene, *object, options));
+  }
+  return files.WriteScene();
+}
+
+MadeSurface WithSummary(ObjectSurface cells, int64_t components, int64_t far_vertices) {
+  MadeSurface made;
+  made.summary = Size(cells) + ", " +
+                 TopologySummary(TopologyOf(cells.vertices.size(), cells.triangles), components);
+  if (far_vertices > 0) {
+    made.summary += ", " + std::to_string(far_vertices) + " vertices stick out into empty space";
+  }
+  made.surface = std::move(cells);
+  return made;
+}
+
+std::vector<WrittenFile> ExportMadeSurfaces(
+    const ExportableScene& scene,
+    const std::filesystem::path& output_path,
+    const SurfaceExportOptions& options,
+    const std::function<MadeSurface(const ObjectInfo&)>& make,
+    const std::function<void(const WrittenFile&)>& on_written) {
+  CHECK_EQ(options.Check(), "");
+  CHECK(options.photos == nullptr);
+  const std::vector<const ObjectInfo*> objects = SelectObjects(scene, options.objects);
+  if (objects.empty()) return {};
+  SurfaceFiles files(scene, output_path, options, /*writes_scene_glb=*/false, on_written);
+  for (const ObjectInfo* const object : objects) files.WriteObject(*object, make(*object));
   return files.WriteScene();
 }
 
@@ -334,10 +362,10 @@ std::vector<WrittenFile> ExportWholeSurface(
     const std::function<void(const WrittenFile&)>& on_written) {
   CHECK_EQ(options.Check(), "");
   if (scene.objects.empty()) return {};
-  SurfaceFiles files(scene, output_path, options, on_written);
+  SurfaceFiles files(scene, output_path, options, /*writes_scene_glb=*/true, on_written);
   for (ObjectInfo whole : scene.objects) {
     whole.id = kNoObject;
-    files.WriteObject(whole);
+    files.WriteObject(whole, MakeSurface(scene, whole, options));
   }
   return files.WriteScene();
 }

@@ -40,13 +40,6 @@ std::vector<Component> ComponentsOf(const ExportableScene& scene,
   return components;
 }
 
-// Of cells, over those of the object's own class.
-struct MeanConfidence {
-  double sum = 0;
-  int64_t count = 0;
-  double Value() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
-};
-
 MeanConfidence ConfidenceOf(const ExportableScene& scene, const ObjectInfo& object) {
   MeanConfidence mean;
   for (const uint32_t cell : object.cells) {
@@ -57,31 +50,42 @@ MeanConfidence ConfidenceOf(const ExportableScene& scene, const ObjectInfo& obje
   return mean;
 }
 
+// Returns whether an object has as few of all cells as a fragment.
+bool HasFragmentShare(int64_t cells, int64_t all_cells) {
+  return static_cast<double>(cells) / static_cast<double>(all_cells) < kFragmentShare;
+}
+
 }  // namespace
+
+void LeaveOut(const ExportableScene& scene,
+              const ComponentMeasures& component,
+              LeftOutComponents* left_out) {
+  const double scale = scene.world_from_normalized.scale;
+  const double file_volume = component.volume * scale * scale * scale;
+  if (left_out->components == 0 || file_volume > left_out->largest_volume) {
+    left_out->largest_cells = component.cells;
+    left_out->largest_volume = file_volume;
+    // A cell that nothing bounds but its near-duplicates has no volume.
+    left_out->largest_center = scene.FileFromNormalized(
+        component.volume > 0 ? Eigen::Vector3d(component.moment / component.volume)
+                             : component.site);
+  }
+  left_out->components += 1;
+  left_out->cells += component.cells;
+  left_out->volume += file_volume;
+}
 
 void LeaveOut(const ExportableScene& scene,
               const std::vector<uint32_t>& component,
               LeftOutComponents* left_out) {
-  double volume = 0;
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  ComponentMeasures measures;
+  measures.cells = std::ssize(component);
   for (const uint32_t cell : component) {
-    volume += scene.volume[cell];
-    moment += scene.volume[cell] * scene.cell_positions[cell].cast<double>();
+    measures.volume += scene.volume[cell];
+    measures.moment += scene.volume[cell] * scene.cell_positions[cell].cast<double>();
   }
-  const double scale = scene.world_from_normalized.scale;
-  const double file_volume = volume * scale * scale * scale;
-  const auto cells = static_cast<int64_t>(component.size());
-  if (left_out->components == 0 || file_volume > left_out->largest_volume) {
-    left_out->largest_cells = cells;
-    left_out->largest_volume = file_volume;
-    // A cell that nothing bounds but its near-duplicates has no volume.
-    left_out->largest_center = scene.FileFromNormalized(
-        volume > 0 ? Eigen::Vector3d(moment / volume)
-                   : Eigen::Vector3d(scene.cell_positions[component.front()].cast<double>()));
-  }
-  left_out->components += 1;
-  left_out->cells += cells;
-  left_out->volume += file_volume;
+  measures.site = scene.cell_positions[component.front()].cast<double>();
+  LeaveOut(scene, measures, left_out);
 }
 
 int64_t CountComponents(const ExportableScene& scene, const std::vector<uint32_t>& cells) {
@@ -107,6 +111,10 @@ int64_t CountComponents(const ExportableScene& scene, const std::vector<uint32_t
   return count;
 }
 
+bool IsKept(const ComponentOptions& options, int64_t cells, int64_t kept) {
+  return cells >= options.min_cells && (options.keep_largest == 0 || kept < options.keep_largest);
+}
+
 void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
   CHECK_GE(options.min_cells, 0);
   CHECK_GE(options.keep_largest, 0);
@@ -120,9 +128,7 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
     ObjectInfo& object = scene->objects[index];
     object.cells.clear();
     for (const Component& component : components) {
-      const bool is_wanted =
-          static_cast<int64_t>(component.cells.size()) >= options.min_cells &&
-          (options.keep_largest == 0 || object.components < options.keep_largest);
+      const bool is_wanted = IsKept(options, std::ssize(component.cells), object.components);
       if (!is_wanted) LeaveOut(*scene, component.cells, &object.left_out);
       const int32_t owner = is_wanted ? static_cast<int32_t>(kept_objects.size()) : -1;
       for (const uint32_t cell : component.cells) scene->object_of_cell[cell] = owner;
@@ -131,8 +137,7 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
       ++object.components;
     }
     if (object.cells.empty()) {
-      scene->labels_left_out.push_back(
-          {object.id, object.name, object.left_out, "too few cells in every piece"});
+      scene->labels_left_out.push_back({object.id, object.name, object.left_out, kTooFewCells});
       continue;
     }
     std::sort(object.cells.begin(), object.cells.end());
@@ -141,54 +146,62 @@ void KeepComponents(const ComponentOptions& options, ExportableScene* scene) {
   scene->objects = std::move(kept_objects);
 }
 
+std::string FragmentReason(const FragmentEvidence& object,
+                           int64_t all_cells,
+                           double all_confidence) {
+  constexpr int64_t kFewestCells = 10;
+  if (!HasFragmentShare(object.cells, all_cells)) return "";
+  const bool is_unsure = object.confidence < kFragmentConfidence * all_confidence;
+  const bool is_strewn = object.largest < kFewestCells && 2 * object.largest < object.cells;
+  const bool is_speck = object.cells == 1;
+  if (!is_unsure && !is_strewn && !is_speck) return "";
+  char reason[200];
+  std::snprintf(reason,
+                sizeof(reason),
+                "a fragment: %lld %s, %.2g %% of those of all objects, in pieces of at most "
+                "%lld; confidence %.2f, where all objects have %.2f",
+                static_cast<long long>(object.cells),
+                object.cells == 1 ? "cell" : "cells",
+                100 * static_cast<double>(object.cells) / static_cast<double>(all_cells),
+                static_cast<long long>(object.largest),
+                object.confidence,
+                all_confidence);
+  return reason;
+}
+
 void LeaveOutFragments(ExportableScene* scene) {
-  constexpr size_t kFewestCells = 10;
   std::vector<MeanConfidence> confidence;
   MeanConfidence of_all;
-  size_t num_cells = 0;
+  int64_t num_cells = 0;
   for (const ObjectInfo& object : scene->objects) {
     confidence.push_back(ConfidenceOf(*scene, object));
-    of_all.sum += confidence.back().sum;
-    of_all.count += confidence.back().count;
-    num_cells += object.cells.size();
+    of_all.Add(confidence.back());
+    num_cells += std::ssize(object.cells);
   }
   std::vector<ObjectInfo> kept_objects;
   std::vector<uint8_t> visited(scene->NumSites(), 0);
   for (size_t index = 0; index < scene->objects.size(); ++index) {
     ObjectInfo& object = scene->objects[index];
-    const double share = static_cast<double>(object.cells.size()) / static_cast<double>(num_cells);
+    FragmentEvidence evidence;
+    evidence.cells = std::ssize(object.cells);
+    evidence.confidence = confidence[index].Value();
     std::vector<Component> components;
-    size_t largest = 0;
-    if (share < kFragmentShare) {
+    if (HasFragmentShare(evidence.cells, num_cells)) {
       components = ComponentsOf(*scene, static_cast<int32_t>(index), &visited);
-      for (const Component& component : components) {
-        largest = std::max(largest, component.cells.size());
-      }
     }
-    const bool is_unsure = confidence[index].Value() < kFragmentConfidence * of_all.Value();
-    const bool is_strewn = largest < kFewestCells && 2 * largest < object.cells.size();
-    const bool is_speck = object.cells.size() == 1;
-    const bool is_fragment = !components.empty() && (is_unsure || is_strewn || is_speck);
-    const int32_t owner = is_fragment ? -1 : static_cast<int32_t>(kept_objects.size());
+    for (const Component& component : components) {
+      evidence.largest = std::max(evidence.largest, std::ssize(component.cells));
+    }
+    const std::string reason = FragmentReason(evidence, num_cells, of_all.Value());
+    const int32_t owner = reason.empty() ? static_cast<int32_t>(kept_objects.size()) : -1;
     for (const uint32_t cell : object.cells) scene->object_of_cell[cell] = owner;
-    if (!is_fragment) {
+    if (reason.empty()) {
       kept_objects.push_back(std::move(object));
       continue;
     }
     for (const Component& component : components) {
       LeaveOut(*scene, component.cells, &object.left_out);
     }
-    char reason[200];
-    std::snprintf(reason,
-                  sizeof(reason),
-                  "a fragment: %zu %s, %.2g %% of those of all objects, in pieces of at most "
-                  "%zu; confidence %.2f, where all objects have %.2f",
-                  object.cells.size(),
-                  object.cells.size() == 1 ? "cell" : "cells",
-                  100 * share,
-                  largest,
-                  confidence[index].Value(),
-                  of_all.Value());
     scene->labels_left_out.push_back(
         {object.id, object.name, object.left_out, reason, /*is_fragment=*/true});
   }

@@ -7,26 +7,16 @@
 #include <Eigen/Geometry>
 
 namespace semfoam {
-namespace {
-
-// Normalised frame.
-struct SurfaceIntegrals {
-  double area = 0;
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of what it encloses
-};
-
-SurfaceIntegrals Integrate(const ExportableScene& scene, const ObjectSurface& surface) {
+SurfaceIntegrals IntegrateSurface(const std::vector<Eigen::Vector3d>& vertices,
+                                  const std::vector<std::array<uint32_t, 3>>& triangles) {
   SurfaceIntegrals integrals;
-  const auto corner = [&](uint32_t vertex) -> const Eigen::Vector3d& {
-    return scene.voronoi_vertices[surface.vertex_tet[vertex]];
-  };
   // Tetrahedra from one corner of the surface to every triangle; their signed volumes add up to
   // what it encloses.
-  const Eigen::Vector3d& apex = corner(0);
+  const Eigen::Vector3d& apex = vertices[0];
   double six_volumes = 0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // relative to the apex
-  for (const auto& [i, j, k] : surface.triangles) {
-    const Eigen::Vector3d a = corner(i) - apex, b = corner(j) - apex, c = corner(k) - apex;
+  for (const auto& [i, j, k] : triangles) {
+    const Eigen::Vector3d a = vertices[i] - apex, b = vertices[j] - apex, c = vertices[k] - apex;
     integrals.area += 0.5 * (b - a).cross(c - a).norm();
     const double six_volume = a.dot(b.cross(c));
     six_volumes += six_volume;
@@ -36,8 +26,6 @@ SurfaceIntegrals Integrate(const ExportableScene& scene, const ObjectSurface& su
   if (six_volumes > 0) integrals.centroid += moment / six_volumes;
   return integrals;
 }
-
-}  // namespace
 
 void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
   const double scale = scene.world_from_normalized.scale;
@@ -59,7 +47,10 @@ void DescribeObject(const ExportableScene& scene, ObjectInfo* object) {
   const SurfaceTopology topology = TopologyOf(surface.vertices.size(), surface.triangles);
   object->cavities = NumCavities(topology, object->components);
   object->genus = topology.genus;
-  const SurfaceIntegrals integrals = Integrate(scene, surface);
+  std::vector<Eigen::Vector3d> vertices;
+  vertices.reserve(surface.vertex_tet.size());
+  for (const uint32_t tet : surface.vertex_tet) vertices.push_back(scene.voronoi_vertices[tet]);
+  const SurfaceIntegrals integrals = IntegrateSurface(vertices, surface.triangles);
   object->area = integrals.area * scale * scale;
   object->centroid = scene.FileFromNormalized(integrals.centroid);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/scene/object_surface.h"
 
+#include "export/scene/object_faces.h"
 #include "foam/util/median.h"
 
 #include <algorithm>
@@ -164,6 +165,12 @@ void ShowVerticesOnFaces(ObjectSurface* surface) {
 ObjectSurface ExtractSurface(const ExportableScene& scene, const ObjectInfo& object) {
   std::vector<uint8_t> inside(scene.delaunay.num_cells, 0);
   for (const uint32_t cell : object.cells) inside[cell] = 1;
+  return ExtractFaces(scene, object, inside);
+}
+
+ObjectSurface ExtractFaces(const ExportableScene& scene,
+                           const ObjectInfo& object,
+                           const std::vector<uint8_t>& inside) {
   ObjectSurface surface;
   surface.object_id = object.id;
   surface.object_name = object.name;
@@ -180,6 +187,10 @@ int64_t CountFarVertices(const ExportableScene& scene, const ObjectSurface& surf
     distances.push_back(
         (scene.voronoi_vertices[tet] - scene.cell_positions[cell].cast<double>()).norm());
   }
+  return CountFarDistances(distances);
+}
+
+int64_t CountFarDistances(const std::vector<double>& distances) {
   if (distances.empty()) return 0;
   const double limit = 8 * Median(distances);
   return std::count_if(

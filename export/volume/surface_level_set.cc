@@ -46,19 +46,18 @@ void ClipToBox(const Eigen::AlignedBox3d& box, std::vector<Eigen::Vector3d>* pol
   }
 }
 
-// Returns the triangles of the object's surface as far as they lie in `region`, index space.
-std::vector<Triangle> SurfaceIn(const ExportableScene& scene,
-                                const ObjectSurface& surface,
+// Returns the triangles of a surface as far as they lie in `region`, index space.
+std::vector<Triangle> SurfaceIn(const std::vector<Eigen::Vector3d>& vertices,
+                                const std::vector<std::array<uint32_t, 3>>& faces,
                                 const VoxelLattice& lattice,
                                 const Eigen::AlignedBox3d& region) {
   std::vector<Triangle> triangles;
   std::vector<Eigen::Vector3d> polygon;
-  for (const std::array<uint32_t, 3>& triangle : surface.triangles) {
+  for (const std::array<uint32_t, 3>& triangle : faces) {
     polygon.clear();
     Eigen::AlignedBox3d around;
     for (const uint32_t vertex : triangle) {
-      const Eigen::Vector3d& corner = scene.voronoi_vertices[surface.vertex_tet[vertex]];
-      polygon.push_back((corner - lattice.origin) / lattice.voxel_size);
+      polygon.push_back((vertices[vertex] - lattice.origin) / lattice.voxel_size);
       around.extend(polygon.back());
     }
     if (!region.contains(around)) ClipToBox(region, &polygon);
@@ -213,11 +212,35 @@ std::unique_ptr<Leaf> MakeLeaf(const BandBlock& block,
 
 }  // namespace
 
+Eigen::AlignedBox3d LevelSetRegion(const VoxelLattice& lattice, const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return box;
+  // What lies farther from the box than the half width changes no voxel of the band.
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(lattice.voxel_size * (kHalfWidth + 1));
+  return {box.min() - margin, box.max() + margin};
+}
+
 openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const ObjectInfo& object,
                                             const VoxelLattice& lattice,
                                             const Eigen::AlignedBox3d& box,
                                             double voxel_size) {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<VoxelBlock> inside;
+  ObjectSurface surface;
+  if (!box.isEmpty()) {
+    surface = ExtractSurface(scene, object);
+    for (const uint32_t tet : surface.vertex_tet) vertices.push_back(scene.voronoi_vertices[tet]);
+    inside = VoxelizeCells(scene, object.cells, lattice, LevelSetRegion(lattice, box));
+  }
+  return MakeLevelSet(vertices, surface.triangles, inside, lattice, box, voxel_size);
+}
+
+openvdb::FloatGrid::Ptr MakeLevelSet(const std::vector<Eigen::Vector3d>& vertices,
+                                     const std::vector<std::array<uint32_t, 3>>& triangles,
+                                     const std::vector<VoxelBlock>& inside,
+                                     const VoxelLattice& lattice,
+                                     const Eigen::AlignedBox3d& box,
+                                     double voxel_size) {
   InitializeOpenVdb();
   openvdb::FloatGrid::Ptr grid =
       openvdb::FloatGrid::create(static_cast<float>(kHalfWidth * voxel_size));
@@ -226,22 +249,17 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
   const auto to_index = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
     return (x - lattice.origin) / lattice.voxel_size;
   };
-  // What lies farther from the box than the half width changes no voxel of the band.
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kHalfWidth + 1);
   const Eigen::AlignedBox3d index_box(to_index(box.min()), to_index(box.max()));
   const Eigen::AlignedBox3d index_region(index_box.min() - margin, index_box.max() + margin);
-  const Eigen::AlignedBox3d region(box.min() - lattice.voxel_size * margin,
-                                   box.max() + lattice.voxel_size * margin);
-  const std::vector<Triangle> triangles =
-      SurfaceIn(scene, ExtractSurface(scene, object), lattice, index_region);
-  const std::vector<Near> near = NearBlocks(triangles);
-  const std::vector<VoxelBlock> blocks = VoxelizeCells(scene, object.cells, lattice, region);
+  const std::vector<Triangle> clipped = SurfaceIn(vertices, triangles, lattice, index_region);
+  const std::vector<Near> near = NearBlocks(clipped);
 
-  const std::vector<BandBlock> band = JoinBlocks(near, blocks);
+  const std::vector<BandBlock> band = JoinBlocks(near, inside);
   std::vector<std::unique_ptr<Leaf>> leaves(band.size());
   ParallelForBlocks(std::ssize(band), kLeavesPerTask, [&](int64_t begin, int64_t end) {
     for (int64_t k = begin; k < end; ++k) {
-      leaves[k] = MakeLeaf(band[k], triangles, index_box, voxel_size);
+      leaves[k] = MakeLeaf(band[k], clipped, index_box, voxel_size);
     }
   });
   for (std::unique_ptr<Leaf>& leaf : leaves) grid->tree().addLeaf(leaf.release());

@@ -8,6 +8,7 @@
 #include "export/volume/voxelizer.h"
 #include "foam/util/ids.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -80,6 +81,18 @@ openvdb::FloatGrid::Ptr MakeSurfaceLevelSet(const ExportableScene& scene,
                                             const VoxelLattice& lattice,
                                             const Eigen::AlignedBox3d& box,
                                             double voxel_size);
+
+// Does the same for a closed surface, its vertices in the normalised frame, and the voxels inside
+// of it: blocks in ascending order (PackBlock), whose voxels outside have kNoCell. They must be
+// known in LevelSetRegion.
+openvdb::FloatGrid::Ptr MakeLevelSet(const std::vector<Eigen::Vector3d>& vertices,
+                                     const std::vector<std::array<uint32_t, 3>>& triangles,
+                                     const std::vector<VoxelBlock>& inside,
+                                     const VoxelLattice& lattice,
+                                     const Eigen::AlignedBox3d& box,
+                                     double voxel_size);
+// Returns `box` with all around it that changes its level set; empty if it is.
+Eigen::AlignedBox3d LevelSetRegion(const VoxelLattice& lattice, const Eigen::AlignedBox3d& box);
 
 // Makes a grid of points, one at the site of every cell in `cells`, with the float attributes
 // "density", "confidence", "radius" (of the cell, in world units), "color" (vec3s), and the int32

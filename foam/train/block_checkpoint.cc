@@ -130,6 +130,32 @@ std::vector<size_t> SitesOfStart(std::span<const Eigen::Vector3f> positions,
   return sites;
 }
 
+// Returns the places of a block's sites in its file, in the order of JoinBlocks.
+std::vector<uint32_t> OrderOfJoined(const Checkpoint& block, size_t num_sites) {
+  std::vector<uint32_t> ancestor;
+  StateReader("state", block).Array("ancestor", &ancestor, num_sites);
+  std::vector<uint32_t> order(num_sites);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return ancestor[a] < ancestor[b];
+  });
+  return order;
+}
+
+// Returns the first `row` of every `stride` values of an array, in this order of its rows.
+template <typename Vector>
+void TakeRows(const Vector& values,
+              size_t stride,
+              size_t row,
+              const std::vector<uint32_t>& order,
+              Vector* taken) {
+  taken->reserve(order.size() * row);
+  for (const uint32_t site : order) {
+    const auto begin = values.begin() + site * stride;
+    taken->insert(taken->end(), begin, begin + row);
+  }
+}
+
 }  // namespace
 
 Foam FoamOf(const Checkpoint& checkpoint) {
@@ -291,6 +317,39 @@ OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box
     AddRows({name, ArrayOf(trained, name)}, num_moments, own_moments, &result);
   }
   return result;
+}
+
+std::vector<Eigen::Vector3f> SitesOfBlock(const Checkpoint& block) {
+  StateReader state("state", block);
+  size_t num_sites = 0;
+  state.Number("sites", &num_sites);
+  std::vector<Eigen::Vector3f> stored, positions;
+  state.Array("positions", &stored, num_sites);
+  TakeRows(stored, 1, 1, OrderOfJoined(block, num_sites), &positions);
+  return positions;
+}
+
+Foam FoamOfBlock(const Checkpoint& block) {
+  StateReader state("state", block);
+  size_t num_sites = 0;
+  state.Number("sites", &num_sites);
+  Foam stored, foam;
+  state.Number("sh_degree", &stored.sh_degree);
+  state.Number("classes", &foam.num_classes);
+  if (stored.sh_degree < 0 || stored.sh_degree > 3 || foam.num_classes < 0) {
+    block.ThrowDamaged("its sizes are out of range");
+  }
+  state.Array("positions", &stored.positions, num_sites);
+  state.Array("raw_density", &stored.raw_density, num_sites);
+  state.Array("sh", &stored.sh, num_sites * stored.ShStride());
+  const std::vector<uint32_t> order = OrderOfJoined(block, num_sites);
+  TakeRows(stored.positions, 1, 1, order, &foam.positions);
+  TakeRows(stored.raw_density, 1, 1, order, &foam.raw_density);
+  TakeRows(stored.sh, stored.ShStride(), foam.ShStride(), order, &foam.sh);
+  if (!foam.HasSemantics()) return foam;
+  state.Array("identity", &stored.identity, num_sites * kIdentityDim);
+  TakeRows(stored.identity, kIdentityDim, kIdentityDim, order, &foam.identity);
+  return foam;
 }
 
 OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkpoint*>& blocks) {

@@ -76,4 +76,11 @@ OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box
 // DamagedCheckpoint where a block does not belong to it.
 OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkpoint*>& blocks);
 
+// Return the sites of a block's result, in the order that JoinBlocks gives to them among
+// themselves: [N] the positions alone; or a foam of degree 0, without gradients of colour, and of
+// the classifier only the number of classes, as the weights are the run's. Throw DamagedCheckpoint
+// where the checkpoint does not hold them.
+std::vector<Eigen::Vector3f> SitesOfBlock(const Checkpoint& block);
+Foam FoamOfBlock(const Checkpoint& block);
+
 }  // namespace semfoam

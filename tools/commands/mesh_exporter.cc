@@ -3,6 +3,7 @@
 #include "foam/util/error.h"
 #include "foam/util/number_text.h"
 #include "tools/commands/commands.h"
+#include "tools/controllers/block_export.h"
 #include "tools/controllers/export_choice.h"
 #include "tools/controllers/export_objects.h"
 #include "tools/controllers/export_record.h"
@@ -11,6 +12,7 @@
 #include "tools/controllers/mask_importing.h"
 #include "tools/controllers/texture_source.h"
 #include "tools/controllers/training_run.h"
+#include "tools/options/block_export_options.h"
 #include "tools/options/export_options.h"
 #include "tools/options/frame_options.h"
 #include "tools/options/mask_options.h"
@@ -96,10 +98,21 @@ SceneOptions PhotosOf(const WorkspaceChoice& workspace,
   return run.scene;
 }
 
+// Throws UserError for options that need more than one block at a time.
+void RequireOneBlockAtATime(const OptionManager& options, const SurfaceExportOptions& surface) {
+  RequireByBlock(options, {"formats", "MeshExport.method"});
+  if (!options.IsGiven("MeshExport.method") || surface.method == SurfaceMethod::kCells) return;
+  throw UserError(
+      "Failed to parse options - --MeshExport.method smooth has no effect with --blocks_path, as "
+      "smooth surfaces need the whole foam; cells, or merging the blocks (foam_merger), would be "
+      "right.");
+}
+
 }  // namespace
 
 void RunMeshExporter(int argc, char** argv) {
   std::string foam_path;
+  std::string blocks_path;
   std::string output_path;
   std::string labels_path;
   std::string formats = kMeshFormats;
@@ -117,6 +130,7 @@ void RunMeshExporter(int argc, char** argv) {
       "output_path",
       &output_path,
       "folder for objects/*.{om,ply,obj,glb}, scene.{glb,usda} and labels.json");
+  AddBlocksPathOption(&options, &blocks_path);
   AddLabelNamesOption(&options, &labels_path);
   AddFormatsOption(&options, &formats);
   AddLabelOptions(&options, &choice);
@@ -126,7 +140,8 @@ void RunMeshExporter(int argc, char** argv) {
   AddWorkspaceOptions(&options, &workspace);
   AddTextureOptions(&options, &texture, &surface);
   AddFrameOptions(&options, &frame_options);
-  options.SetFrequentOptions({"labels",
+  options.SetFrequentOptions({"blocks_path",
+                              "labels",
                               "exclude_labels",
                               "formats",
                               "workspace_path",
@@ -140,6 +155,8 @@ void RunMeshExporter(int argc, char** argv) {
                               "scale",
                               "units"});
   if (!options.Parse(argc, argv)) return;
+  const bool is_by_block = options.IsGiven("blocks_path");
+  if (is_by_block) RequireOneBlockAtATime(options, surface);
   RequireValid(surface);
   const std::set<ExportFormat> wanted = ParseFormats(formats, kMeshFormats);
   RequireValid(components);
@@ -147,6 +164,10 @@ void RunMeshExporter(int argc, char** argv) {
   const FrameChoice frame = ParseFrame(options, frame_options);
 
   const OutputLock lock(output_path);
+  if (is_by_block) {
+    return ExportBlockMeshes(
+        {blocks_path, labels_path, output_path, choice, frame, components}, wanted, surface);
+  }
   // First, as its reader says what is wrong with a file that is no foam.
   const Model model = ReadNamedModel(foam_path, output_path, labels_path);
   surface.source_checksum = ModelChecksum(foam_path);

@@ -36,6 +36,9 @@ constexpr char kRecord[] = "blocks.json";
 constexpr char kSplit[] = "split.ckpt";
 constexpr char kStart[] = "start.ckpt";
 constexpr char kResult[] = "block.ckpt";
+constexpr char kRun[] = "run.foam";
+// Among the options of the model in kRun.
+constexpr char kSplitOption[] = "split";
 
 // Most blocks along one axis.
 constexpr int kMostBlocksAcross = 32;
@@ -153,6 +156,42 @@ std::unique_ptr<const Checkpoint> ReadResult(const fs::path& blocks_path,
   auto result = std::make_unique<const Checkpoint>(path);
   RequireOfBlock(*result, record, block);
   return result;
+}
+
+// Writes what the foams of all blocks have in common.
+void WriteRun(const fs::path& path,
+              const TrainingScene& scene,
+              const Checkpoint& split,
+              const BlocksRecord& record) {
+  const Foam coarse = FoamOf(split);
+  Model run;
+  run.foam.sh_degree = coarse.sh_degree;
+  run.foam.num_classes = coarse.num_classes;
+  run.foam.classifier_weight = coarse.classifier_weight;
+  run.foam.classifier_bias = coarse.classifier_bias;
+  run.world_from_normalized = scene.WorldFromNormalized();
+  run.labels = scene.Labels();
+  run.photos = scene.Photos();
+  run.options[kSplitOption] = record.split;
+  WriteModel(path, run);
+}
+
+// Reads that. Throws UserError where it is missing, damaged or of another split.
+Model ReadRun(const fs::path& path, const BlocksRecord& record) {
+  if (!fs::exists(path)) {
+    throw UserError(path.string(),
+                    ": there is no such file, because the split is of an older version of the "
+                    "program; merging the blocks, or a split by this version, would be right.");
+  }
+  Model run = ReadModel(path);
+  const auto split = run.options.find(kSplitOption);
+  if (split == run.options.end() || split->second != record.split || run.foam.NumSites() > 0) {
+    throw UserError(path.string(),
+                    ": is not of the split in ",
+                    (path.parent_path() / kRecord).string(),
+                    "; the file that scene_splitter has written there would be right.");
+  }
+  return run;
 }
 
 // The plan of all blocks of a split.
@@ -396,6 +435,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       start.contents.texts["block"] = TextsOf(plan.record, block);
       WriteCheckpoint(path / block.name / kStart, start.contents);
     }
+    WriteRun(path / kRun, scene, split, plan.record);
     record = std::move(plan.record);
   };
   try {
@@ -449,6 +489,30 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
 void RequireTrained(const fs::path& blocks_path) {
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
   for (const BlockRecord& block : record.blocks) ReadResult(blocks_path, record, block);
+}
+
+fs::path RunPath(const fs::path& blocks_path) { return blocks_path / kRun; }
+
+FoamBlocks OpenBlocks(const fs::path& blocks_path) {
+  RequireTrained(blocks_path);
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  FoamBlocks blocks;
+  blocks.run = ReadRun(blocks_path / kRun, record);
+  blocks.halo = record.halo;
+  blocks.num_blocks = record.blocks.size();
+  blocks.read_positions = [blocks_path, record](size_t block) {
+    return SitesOfBlock(*ReadResult(blocks_path, record, record.blocks[block]));
+  };
+  const int num_classes = blocks.run.foam.num_classes;
+  blocks.read_foam = [blocks_path, record, num_classes](size_t block) {
+    const auto result = ReadResult(blocks_path, record, record.blocks[block]);
+    Foam foam = FoamOfBlock(*result);
+    if (foam.num_classes != num_classes) {
+      result->ThrowDamaged("its number of classes is not that of its run");
+    }
+    return foam;
+  };
+  return blocks;
 }
 
 Model MergeBlocks(const fs::path& blocks_path, TrainingFolder* folder, TrainingRun* run) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/blocks/foam_blocks.h"
 #include "foam/model/model.h"
 #include "foam/train/space_blocks.h"
 #include "tools/controllers/training_folder.h"
@@ -90,6 +91,15 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run);
 // Throws UserError where a block below `blocks_path` is not trained, incomplete, or of another
 // split.
 void RequireTrained(const std::filesystem::path& blocks_path);
+
+// Returns the path of the file with what the foams of all blocks have in common: labels, photos,
+// frame and classifier, as a model without cells. Its checksum identifies the foam in blocks, which
+// its split determines.
+std::filesystem::path RunPath(const std::filesystem::path& blocks_path);
+
+// Opens the trained blocks for exports that hold one of them at a time. Throws as RequireTrained
+// does, and where the file of RunPath is missing, damaged or of another split.
+FoamBlocks OpenBlocks(const std::filesystem::path& blocks_path);
 
 // Joins the blocks below `blocks_path`, trains the end of the run, and writes what TrainAndWrite
 // writes. Throws as RequireTrained, before anything is written, and as TrainAndWrite.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/export_surfaces.h"
 
+#include "export/blocks/block_export.h"
 #include "tools/controllers/written_files.h"
 #include "tools/support/memory_task.h"
 
@@ -48,6 +49,20 @@ std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
   LOG(INFO) << "Writing meshes";
   const std::vector<WrittenFile> files =
       ExportSurfaces(scene, output_path, WithFormats(std::move(surface), formats));
+  LogTogether(files);
+  return files;
+}
+
+std::vector<WrittenFile> WriteBlockMeshes(BlockScenes* scenes,
+                                          ExportableScene* objects,
+                                          const std::filesystem::path& output_path,
+                                          const std::set<ExportFormat>& formats,
+                                          SurfaceExportOptions surface) {
+  const MemoryTask task("meshes are made", "more blocks (scene_splitter)");
+  LOG(INFO) << "Writing meshes, block by block";
+  surface.method = SurfaceMethod::kCells;
+  const std::vector<WrittenFile> files =
+      ExportBlockSurfaces(scenes, objects, output_path, WithFormats(std::move(surface), formats));
   LogTogether(files);
   return files;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/blocks/block_scene.h"
 #include "export/io/surface_export.h"
 #include "export/scene/exportable_scene.h"
 #include "tools/controllers/export_format.h"
@@ -19,6 +20,14 @@ std::vector<WrittenFile> WriteMeshes(const ExportableScene& scene,
                                      const std::filesystem::path& output_path,
                                      const std::set<ExportFormat>& formats,
                                      SurfaceExportOptions surface = {});
+
+// As WriteMeshes, for a foam in blocks (ExportBlockSurfaces): writes the exact surfaces of cells,
+// one object after the other, without the glTF file of the scene.
+std::vector<WrittenFile> WriteBlockMeshes(BlockScenes* scenes,
+                                          ExportableScene* objects,
+                                          const std::filesystem::path& output_path,
+                                          const std::set<ExportFormat>& formats,
+                                          SurfaceExportOptions surface);
 
 // As WriteMeshes, for a scene of PrepareWhole (ExportWholeSurface).
 std::vector<WrittenFile> WriteWholeMesh(const ExportableScene& scene,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/export_volumes.h"
 
+#include "export/blocks/block_export.h"
 #include "tools/controllers/written_files.h"
 #include "tools/support/memory_task.h"
 #include "tools/support/progress.h"
@@ -38,6 +39,16 @@ std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
                    since.count(),
                    "  " + what + ": " + std::to_string(std::lround(100 * progress.share)) + " %"});
       });
+}
+
+std::vector<WrittenFile> WriteBlockVolumes(BlockScenes* scenes,
+                                           ExportableScene* objects,
+                                           const std::filesystem::path& output_path,
+                                           VolumeExportOptions volume) {
+  const MemoryTask task("volumes are made", "a larger voxel_size or a smaller max_resolution");
+  LOG(INFO) << "Writing volumes, block by block";
+  volume.creator = "semfoam " SEMFOAM_VERSION;
+  return ExportBlockVolumes(scenes, objects, output_path, volume, LogWritten);
 }
 
 }  // namespace semfoam

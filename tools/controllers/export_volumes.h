@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "export/blocks/block_scene.h"
 #include "export/io/volume_export.h"
 #include "export/scene/exportable_scene.h"
 
@@ -15,5 +16,11 @@ namespace semfoam {
 std::vector<WrittenFile> WriteVolumes(const ExportableScene& scene,
                                       const std::filesystem::path& output_path,
                                       VolumeExportOptions volume);
+
+// As WriteVolumes, for a foam in blocks (ExportBlockVolumes), without progress.
+std::vector<WrittenFile> WriteBlockVolumes(BlockScenes* scenes,
+                                           ExportableScene* objects,
+                                           const std::filesystem::path& output_path,
+                                           VolumeExportOptions volume);
 
 }  // namespace semfoam

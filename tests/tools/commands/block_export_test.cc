@@ -3,6 +3,7 @@
 // mesh_exporter and volume_exporter with --blocks_path.
 #include "foam/train/block_checkpoint.h"
 
+#include <filesystem>
 #include <memory>
 
 #include "tests/export/blocks/street_foam.h"
@@ -15,6 +16,7 @@
 namespace semfoam {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;

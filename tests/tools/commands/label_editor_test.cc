@@ -120,7 +120,9 @@ TEST_F(LabelEditorTest, KeepsWhatIsKnownOfLabels) {
   EXPECT_THAT(extracted.err, HasSubstr("Extracted ring (10), ball (12): "));
   const Model toys = ReadModel(folder_ / "toys/scene.foam");
   for (const Label& label : toys.labels) {
-    if (label.name == "ball") EXPECT_EQ(label.features, model.labels[2].features);
+    if (label.name == "ball") {
+      EXPECT_EQ(label.features, model.labels[2].features);
+    }
   }
   ExpectRefused(RunSemfoam({"object_extractor",
                             "--foam_path",

@@ -294,7 +294,8 @@ std::map<std::string, openvdb::GridBase::Ptr> ReadGrids(const std::filesystem::p
   openvdb::io::File file(path.string());
   file.open(/*delayLoad=*/false);
   std::map<std::string, openvdb::GridBase::Ptr> grids;
-  for (const openvdb::GridBase::Ptr& grid : *file.getGrids()) grids[grid->getName()] = grid;
+  const openvdb::GridPtrVecPtr read = file.getGrids();
+  for (const openvdb::GridBase::Ptr& grid : *read) grids[grid->getName()] = grid;
   return grids;
 }
 

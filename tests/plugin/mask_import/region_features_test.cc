@@ -61,13 +61,13 @@ TEST(RegionFeatures, OfAnotherFormAreRefused) {
   const TempFolder temp;
   const fs::path file = temp / "region_features.json";
   const Json region = {{"id", 7}, {"class", "mug"}, {"score", 0.5}};
-  ASSERT_EQ(Read(file, Text({region})).at("a/b.png").regions.size(), 1u);
+  ASSERT_EQ(Read(file, Text(Json::array({region}))).at("a/b.png").regions.size(), 1u);
   const struct {
     std::string text;
     std::vector<std::string> named;
     const char* kind;
   } cases[] = {
-      {Text({region}).substr(0, 30), {}, "before its JSON does"},
+      {Text(Json::array({region})).substr(0, 30), {}, "before its JSON does"},
       {"[]", {"masks"}, "an object with"},
       {"{}", {"masks"}, "has no"},
       {R"({"version": 2, "masks": {}})", {"version", "2"}, "a whole number from 1 to 1"},
@@ -81,13 +81,21 @@ TEST(RegionFeatures, OfAnotherFormAreRefused) {
       {R"({"masks": {"a.png": {"regions": [], "embeddings": 4}}})",
        {"masks.a.png.embeddings"},
        "a text"},
-      {Text({{{"class", "mug"}}}), {"masks.a/b.png.regions[0]"}, "has no"},
-      {Text({{{"id", -1}}}), {"masks.a/b.png.regions[0].id"}, "a whole number"},
-      {Text({{{"id", 1.5}}}), {"masks.a/b.png.regions[0].id"}, "a whole number"},
-      {Text({{{"id", 4294967296}}}), {"masks.a/b.png.regions[0].id"}, "a whole number"},
-      {Text({{{"id", 1}, {"class", 3}}}), {"masks.a/b.png.regions[0].class"}, "a text"},
-      {Text({{{"id", 1}, {"score", "x"}}}), {"masks.a/b.png.regions[0].score"}, "a number"},
-      {Text({{{"id", 1}, {"score", -0.1}}}), {"masks.a/b.png.regions[0].score"}, "from 0 on"},
+      {Text(Json::array({{{"class", "mug"}}})), {"masks.a/b.png.regions[0]"}, "has no"},
+      {Text(Json::array({{{"id", -1}}})), {"masks.a/b.png.regions[0].id"}, "a whole number"},
+      {Text(Json::array({{{"id", 1.5}}})), {"masks.a/b.png.regions[0].id"}, "a whole number"},
+      {Text(Json::array({{{"id", 4294967296}}})),
+       {"masks.a/b.png.regions[0].id"},
+       "a whole number"},
+      {Text(Json::array({{{"id", 1}, {"class", 3}}})),
+       {"masks.a/b.png.regions[0].class"},
+       "a text"},
+      {Text(Json::array({{{"id", 1}, {"score", "x"}}})),
+       {"masks.a/b.png.regions[0].score"},
+       "a number"},
+      {Text(Json::array({{{"id", 1}, {"score", -0.1}}})),
+       {"masks.a/b.png.regions[0].score"},
+       "from 0 on"},
       {R"({"masks": {"a.png": {"regions": [{"id": 1, "score": NaN}]}}})", {}, "JSON"},
       {Text({region, region}), {"masks.a/b.png.regions[1].id"}, "of another region"},
   };

@@ -140,8 +140,7 @@ void RunMeshExporter(int argc, char** argv) {
   AddWorkspaceOptions(&options, &workspace);
   AddTextureOptions(&options, &texture, &surface);
   AddFrameOptions(&options, &frame_options);
-  options.SetFrequentOptions({"blocks_path",
-                              "labels",
+  options.SetFrequentOptions({"labels",
                               "exclude_labels",
                               "formats",
                               "workspace_path",

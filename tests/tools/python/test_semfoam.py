@@ -381,7 +381,10 @@ def test_masks_of_undistorted_photos(tmp_path):
     fails("are both given", mask_path=tmp_path, ignore_path=tmp_path)
     fails("invert is given with mask_path", mask_path=tmp_path, invert=True)
     fails("labels_path is given with ignore_path", ignore_path=tmp_path, labels_path=tmp_path)
-    fails("has distortion", mask_path=tmp_path, undistorted_path=model)
+    distorted = tmp_path / "distorted"
+    shutil.copytree(model, distorted)
+    (distorted / "cameras.bin").write_bytes(data[:at] + struct.pack("<4d", f, cx, cy, 0.1))
+    fails("has distortion", mask_path=TABLETOP / "object_mask", undistorted_path=distorted)
 
 
 def test_previews_of_a_training(tmp_path):

@@ -2,6 +2,7 @@
 #include "plugin/stereo/support_plane.h"
 
 #include "foam/geometry/upward.h"
+#include "foam/util/median.h"
 #include "foam/util/parallel.h"
 #include "plugin/stereo/plain_regions.h"
 #include "plugin/stereo/reduced_view.h"
@@ -82,15 +83,6 @@ Contact ContactOf(const Eigen::Vector3d& up,
   return best;
 }
 
-// Returns the value in the middle of some, which are reordered; 0 of none.
-template <typename Value>
-Value MedianOf(std::vector<Value>* values) {
-  if (values->empty()) return 0;
-  const auto middle = values->begin() + static_cast<ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 // Returns whether the points on the plane lie on all sides of the middle of all points, in no half
 // of the sectors around it hardly any, and as far out as others do.
 bool StandStably(const LevelPlane& plane,
@@ -114,7 +106,8 @@ bool StandStably(const LevelPlane& plane,
     empty = counts[k % kSectors] >= least ? 0 : empty + 1;
     widest = std::max(widest, empty);
   }
-  return widest < kSectors / 2 && MedianOf(&radii_on) >= kLeastWidth * MedianOf(&radii);
+  return widest < kSectors / 2 &&
+         Median(std::move(radii_on)) >= kLeastWidth * Median(std::move(radii));
 }
 
 // What of a plane is looked at: not under things, nor farther out than cameras are.
@@ -178,7 +171,7 @@ struct Match {
 };
 
 // Returns the gains that take the view's colours to those of the matches: medians, of the table
-// rather than of what stands on it.
+// rather than of what stands on it. There must be a match.
 Eigen::Array3f GainsOf(const ReducedView& reduced, const std::vector<Match>& matches) {
   Eigen::Array3f gains;
   for (int c = 0; c < 3; ++c) {
@@ -186,7 +179,7 @@ Eigen::Array3f GainsOf(const ReducedView& reduced, const std::vector<Match>& mat
     for (const Match& match : matches) {
       ratios.push_back(match.color[c] / std::max(reduced.view.color[match.pixel][c], kDarkest));
     }
-    gains[c] = std::clamp(MedianOf(&ratios), 1 / kMostGain, kMostGain);
+    gains[c] = std::clamp(Median(std::move(ratios)), 1 / kMostGain, kMostGain);
   }
   return gains;
 }
@@ -216,6 +209,7 @@ std::vector<uint8_t> OnSupport(const std::vector<ReducedView>& reduced,
       Match match = {at, {}};
       if (SampleUnknown(reduced[j], point - other.origin, &match.color)) matches.push_back(match);
     }
+    if (matches.empty()) continue;
     const Eigen::Array3f gains = GainsOf(reduced[i], matches);
     for (const Match& match : matches) {
       const Eigen::Array3f expected = gains * view.color[match.pixel].array();

@@ -72,25 +72,24 @@ ThingsOnPlane::ThingsOnPlane(const LevelPlane& plane, const std::vector<Eigen::V
   column_axis_ = plane.up.unitOrthogonal();
   row_axis_ = plane.up.cross(column_axis_);
   edge_ = std::max(kSquare * spread.radius, 1e-9);
-  radius_ = kRadius;
-  const int side = 2 * radius_ + 1;
+  const int side = 2 * kRadius + 1;
   std::vector<int> counts(static_cast<size_t>(side) * side);
-  const auto contains = [this](const Square& square) {
-    return square.cwiseAbs().maxCoeff() <= radius_;
+  const auto contains = [](const Square& square) {
+    return square.cwiseAbs().maxCoeff() <= kRadius;
   };
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3d x = point.cast<double>();
     if (!(plane.HeightOf(x) > kOnPlane * spread.radius)) continue;
     const Eigen::Vector2d at = OnPlane(x) / edge_;
-    if (!(at.cwiseAbs().maxCoeff() < radius_)) continue;
+    if (!(at.cwiseAbs().maxCoeff() < kRadius)) continue;
     ++counts[IndexOf(
         {static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y()))})];
   }
   is_covered_.assign(counts.size(), 0);
   // Heaps are squares within reach of each other.
   std::vector<uint8_t> is_seen(counts.size(), 0);
-  for (int row = -radius_; row <= radius_; ++row) {
-    for (int column = -radius_; column <= radius_; ++column) {
+  for (int row = -kRadius; row <= kRadius; ++row) {
+    for (int column = -kRadius; column <= kRadius; ++column) {
       const auto is_new = [&](const Square& square) {
         return contains(square) && counts[IndexOf(square)] >= kFewestPoints &&
                is_seen[IndexOf(square)] == 0;
@@ -121,8 +120,8 @@ void ThingsOnPlane::CoverHull(const std::vector<Square>& squares) {
     low = low.cwiseMin(square);
     high = high.cwiseMax(square);
   }
-  low = (low.array() - 1).max(-radius_);
-  high = (high.array() + 1).min(radius_);
+  low = (low.array() - 1).max(-kRadius);
+  high = (high.array() + 1).min(kRadius);
   for (int row = low.y(); row <= high.y(); ++row) {
     for (int column = low.x(); column <= high.x(); ++column) {
       // A square is covered if it, or one beside it, is within the hull.
@@ -144,7 +143,7 @@ void ThingsOnPlane::CoverHull(const std::vector<Square>& squares) {
 
 bool ThingsOnPlane::IsUnderThing(const Eigen::Vector3d& x) const {
   const Eigen::Vector2d at = OnPlane(x) / edge_;
-  if (!(at.cwiseAbs().maxCoeff() < radius_)) return false;
+  if (!(at.cwiseAbs().maxCoeff() < kRadius)) return false;
   return is_covered_[IndexOf(
              {static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y()))})] != 0;
 }
@@ -158,8 +157,8 @@ Eigen::Vector2d ThingsOnPlane::OnPlane(const Eigen::Vector3d& x) const {
 }
 
 size_t ThingsOnPlane::IndexOf(const Square& square) const {
-  return static_cast<size_t>(square.y() + radius_) * (2 * radius_ + 1) +
-         static_cast<size_t>(square.x() + radius_);
+  return static_cast<size_t>(square.y() + kRadius) * (2 * kRadius + 1) +
+         static_cast<size_t>(square.x() + kRadius);
 }
 
 }  // namespace semfoam

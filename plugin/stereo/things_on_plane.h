@@ -46,8 +46,6 @@ class ThingsOnPlane {
 
   Eigen::Vector3d middle_, column_axis_, row_axis_;
   double edge_ = 1;
-  // Squares to each side of the middle.
-  int radius_ = 0;
   std::vector<uint8_t> is_covered_;
 };
 

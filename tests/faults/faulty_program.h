@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/temp_folder.h"
+#include "tests/tools/few_photos.h"
 #include "tests/tools/program.h"
 
 // The built program, with faults put into it (fault_injection.cc).
@@ -88,8 +90,19 @@ inline Outcome RunWithFault(const std::vector<std::string>& arguments,
   return RunProgram("/usr/bin/env", line);
 }
 
-// A training of half a second, or of more with more rays, whose foam is worth nothing but has
-// cells, labels and held-out views.
+// The workspace that all tests of the process train on, made at the first call: 16 photos and their
+// masks.
+inline const std::filesystem::path& FewPhotos() {
+  static const TempFolder folder;
+  static const std::filesystem::path workspace = [] {
+    MakeTabletopOfFewPhotos(folder / "few photos");
+    return folder / "few photos";
+  }();
+  return workspace;
+}
+
+// A training of a second, or of more with more rays, whose foam is worth nothing but has cells,
+// labels and held-out views.
 inline std::vector<std::string> TinyTrainingCommand(const std::filesystem::path& scene,
                                                     const std::filesystem::path& output,
                                                     const std::string& num_rays = "60000") {

@@ -125,7 +125,7 @@ void KillOften(Kills* kills, int often, bool resume) {
 TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
   const TempFolder folder;
   // A few kills are to meet the training: it is most of a run that sweeps few photos.
-  std::vector<std::string> command = TinyTrainingCommand(kTabletop, folder / "out", "400000");
+  std::vector<std::string> command = TinyTrainingCommand(FewPhotos(), folder / "out", "400000");
   command.insert(command.end(), {"--checkpoint_every", "0.1", "--FoamTraining.sweep_photos", "8"});
   Kills kills(command, folder / "out", ManyFaults() ? 0.02 : 0.4);
   KillOften(&kills, ManyFaults() ? 25 : 3, /*resume=*/true);
@@ -136,7 +136,7 @@ TEST(Kill, LeavesOldOrCompleteFilesOfATraining) {
 TEST(KillCheckpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
   const TempFolder folder;
   const fs::path out = folder / "out";
-  std::vector<std::string> command = TinyTrainingCommand(kTabletop, out, "400000");
+  std::vector<std::string> command = TinyTrainingCommand(FewPhotos(), out, "400000");
   command.insert(command.end(), {"--checkpoint_every", "0.1"});
   EXPECT_EQ(Wait(Start(command)), 0);
   const std::string good = ReadFile(out / "scene.foam");
@@ -175,7 +175,7 @@ TEST(KillCheckpoints, ThatCannotBeWrittenLeaveTheOnesBefore) {
 
 TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
   const TempFolder folder;
-  EXPECT_EQ(Wait(Start(TinyTrainingCommand(kTabletop, folder / "foam"))), 0);
+  EXPECT_EQ(Wait(Start(TinyTrainingCommand(FewPhotos(), folder / "foam"))), 0);
   Kills kills({"mesh_exporter",
                "--foam_path",
                (folder / "foam" / "scene.foam").string(),
@@ -190,12 +190,13 @@ TEST(Kill, LeavesOldOrCompleteFilesOfAnExport) {
 // and again each time it is read.
 TEST(KillNeighbour, TakesAPhotoAway) {
   const TempFolder folder;
-  CopyTabletop(folder / "scene");
-  const fs::path photo = folder / "scene" / "images" / "0003.jpg";
+  fs::copy(FewPhotos(), folder / "scene", fs::copy_options::recursive);
+  const fs::path photo = folder / "scene" / "images" / "0004.jpg";
   for (const char* deed : {"unlink", "cut"}) {
     for (int time = 0;; ++time) {
       SCOPED_TRACE(std::string(deed) + " at opening " + std::to_string(time));
-      fs::copy_file(kTabletop / "images" / "0003.jpg", photo, fs::copy_options::overwrite_existing);
+      fs::copy_file(
+          FewPhotos() / "images" / "0004.jpg", photo, fs::copy_options::overwrite_existing);
       fs::remove_all(folder / "out");
       fs::create_directories(folder / "out");  // stays, as the run has not made it
       const Outcome outcome = RunWithFault(TinyTrainingCommand(folder / "scene", folder / "out"),

@@ -20,7 +20,8 @@ using ::testing::IsEmpty;
 
 struct Command {
   const char* name;
-  // OUT is the folder below which all is written, FOAM a foam, SCENE the tabletop.
+  // OUT is the folder below which all is written, FOAM a foam, SCENE the workspace it was trained
+  // on.
   std::vector<std::string> arguments;
 };
 
@@ -105,7 +106,7 @@ class WriteFaults : public ::testing::TestWithParam<Command> {
   static void SetUpTestSuite() {
     scene_ = new TempFolder;
     const Outcome outcome =
-        RunProgram(SEMFOAM_PROGRAM, TinyTrainingCommand(kTabletop, *scene_ / "foam"));
+        RunProgram(SEMFOAM_PROGRAM, TinyTrainingCommand(FewPhotos(), *scene_ / "foam"));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   }
   static void TearDownTestSuite() { delete scene_; }
@@ -145,12 +146,12 @@ class WriteFaults : public ::testing::TestWithParam<Command> {
 
   std::vector<std::string> Arguments() const {
     if (std::string(GetParam().name) == "foam_trainer")
-      return TinyTrainingCommand(kTabletop, Out());
+      return TinyTrainingCommand(FewPhotos(), Out());
     std::vector<std::string> arguments = GetParam().arguments;
     for (std::string& argument : arguments) {
       for (const auto& [word, path] : {std::pair<std::string, fs::path>("OUT", Out()),
                                        {"FOAM", *scene_ / "foam" / "scene.foam"},
-                                       {"SCENE", kTabletop}}) {
+                                       {"SCENE", FewPhotos()}}) {
         if (argument.starts_with(word)) argument.replace(0, word.size(), path.string());
       }
     }

@@ -5,6 +5,12 @@
 
 namespace semfoam {
 
+std::string FromFirstRank(RankGroup* ranks, const std::string& value) {
+  if (ranks == nullptr) return value;
+  const auto all = ranks->Gather(std::as_bytes(std::span(value)));
+  return {reinterpret_cast<const char*>(all[0].data()), all[0].size()};
+}
+
 void RequireAgreement(RankGroup* ranks,
                       const std::string& text,
                       const std::string& what,

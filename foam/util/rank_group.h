@@ -44,7 +44,11 @@ class RankGroup {
   virtual bool End(bool has_failed) = 0;
 };
 
-// Returns the value that rank 0 has passed; with null, `value`.
+// Returns whether this process writes files and prints; `ranks` null: there is no other.
+inline bool IsFirstRank(const RankGroup* ranks) { return ranks == nullptr || ranks->rank() == 0; }
+
+// Return the value that rank 0 has passed; with null, `value`.
+std::string FromFirstRank(RankGroup* ranks, const std::string& value);
 template <typename T>
 T FromFirstRank(RankGroup* ranks, const T& value) {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -126,7 +126,13 @@ void Trainer::FitToSecondsIfDue() {
   struct Seconds {
     double all, evaluating;
   };
-  const Seconds seconds = FromFirstRank(ranks_, Seconds{log_.Seconds(), evaluator_.seconds()});
+  Seconds seconds{log_.Seconds(), evaluator_.seconds()};
+  try {
+    seconds = FromFirstRank(ranks_, seconds);
+  } catch (const LostRank&) {
+    // What is due after this iteration is done first, as it is not done again after a resume; the
+    // next exchange throws again. Rank 0, which saves the state, has its own seconds anyway.
+  }
   schedule_.FitToSeconds(views_, log_.iteration(), seconds.all, seconds.evaluating);
 }
 

@@ -15,6 +15,8 @@ namespace semfoam {
 // A rank that has ended without a word is noticed by rank 0 alone, by an error of the connection,
 // or where it does not answer when the launcher has begun to end the job, which it does with
 // SIGCONT (Open MPI) and SIGTERM. The other ranks wait for rank 0, or for the launcher to end them.
+// A job that was suspended and continued may be taken for one that ends, where ranks continue at
+// different times.
 std::unique_ptr<RankGroup> JoinMpiRanks();
 
 }  // namespace semfoam

@@ -13,10 +13,13 @@
 #include "tools/options/block_options.h"
 #include "tools/options/quality_plot.h"
 #include "tools/options/training_run_options.h"
+#include "tools/support/value_text.h"
 
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include <glog/logging.h>
 
@@ -76,6 +79,23 @@ void TrainFoamIn(const std::string& output_path,
   folder.Finish();
 }
 
+// Returns whether the command line says --mpi 1. Known before the options are read, so that an error
+// in them is printed by one rank as well.
+bool AsksForRanks(int argc, char** argv) {
+  constexpr std::string_view kName = "--mpi";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (!word.starts_with(kName)) continue;
+    const std::string_view rest = word.substr(kName.size());
+    std::string value;
+    if (rest.empty() && i + 1 < argc) value = argv[i + 1];
+    if (rest.starts_with('=')) value = rest.substr(1);
+    bool mpi = false;
+    if (ParseValue(value, &mpi)) return mpi;
+  }
+  return false;
+}
+
 }  // namespace
 
 void RunFoamTrainer(int argc, char** argv) {
@@ -114,11 +134,20 @@ void RunFoamTrainer(int argc, char** argv) {
                               "overwrite",
                               "progress",
                               "num_threads"});
-  if (!options.Parse(argc, argv)) return;
-  if (options.IsGiven("block_path")) return TrainBlockIn(block_path, checkpoints, options);
+  std::exception_ptr refusal;
+  try {
+    if (!options.Parse(argc, argv)) return;
+  } catch (const UserError&) {
+    if (!AsksForRanks(argc, argv)) throw;
+    refusal = std::current_exception();
+    mpi = true;
+  }
   const std::unique_ptr<RankGroup> ranks = mpi ? JoinMpiRanks() : nullptr;
-  RunOnRanks(ranks.get(),
-             [&] { TrainFoamIn(output_path, checkpoints, options, ranks.get(), &training); });
+  RunOnRanks(ranks.get(), [&] {
+    if (refusal != nullptr) std::rethrow_exception(refusal);
+    if (options.IsGiven("block_path")) return TrainBlockIn(block_path, checkpoints, options);
+    TrainFoamIn(output_path, checkpoints, options, ranks.get(), &training);
+  });
 }
 
 }  // namespace semfoam

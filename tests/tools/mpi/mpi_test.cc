@@ -92,6 +92,19 @@ TEST_F(MpiTest, EndsWithTheBytesOfOneProcess) {
   }
 }
 
+TEST_F(MpiTest, EndsWithTheSameBytesOverANetwork) {
+  constexpr int kMissing = 77;
+  const TempFolder folder;
+  const Outcome outcome =
+      RunProgram(SEMFOAM_TEST_SOURCE "/on_two_hosts",
+                 Joined({"1000", SEMFOAM_PROGRAM},
+                        Joined(Trainer(Workspace(), folder / "out"), {"--mpi", "1"})));
+  if (outcome.exit_code == kMissing) GTEST_SKIP() << outcome.err;
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("Each of 2 ranks"));
+  ExpectWhole(folder / "out");
+}
+
 TEST_F(MpiTest, ALostRankLeavesACheckpoint) {
   const TempFolder folder;
   const fs::path output = folder / "out";
@@ -120,6 +133,19 @@ TEST_F(MpiTest, ASignalToAnyRankStopsAll) {
   const fs::path output = folder / "out";
   const Outcome stopped = TrainAndSignal(output, /*rank=*/1, SIGTERM);
   EXPECT_EQ(stopped.exit_code, 143);
+  EXPECT_THAT(stopped.Errors(), IsEmpty());
+  EXPECT_THAT(stopped.err, HasSubstr("To go on from there: "));
+  ExpectGoesOn(output);
+}
+
+// The terminal sends the signal to mpirun, and that ends all ranks.
+TEST_F(MpiTest, ControlCStopsAll) {
+  const TempFolder folder;
+  const fs::path output = folder / "out";
+  Running running(OnRanks(2, SavingTrainer(Workspace(), output)), SEMFOAM_MPIRUN);
+  ASSERT_TRUE(running.WaitUntil([&] { return CheckpointsIn(output).size() == 2; }));
+  const Outcome stopped = running.End(SIGINT);
+  EXPECT_NE(stopped.exit_code, 0);
   EXPECT_THAT(stopped.Errors(), IsEmpty());
   EXPECT_THAT(stopped.err, HasSubstr("To go on from there: "));
   ExpectGoesOn(output);
@@ -156,6 +182,13 @@ TEST_F(MpiTest, SaysWhatIsWrongOnce) {
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.Errors(), ElementsAre(HasSubstr((folder / "nothing").string())));
   EXPECT_THAT(FilesBelow(output), IsEmpty());
+
+  for (const std::string wrong : {"--no_such_option", "--FoamTraining.num_rays"}) {
+    const Outcome refused =
+        RunProgram(SEMFOAM_MPIRUN, OnRanks(3, TrainerOn(Workspace(), output, {wrong, "many"})));
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.Errors(), ElementsAre(HasSubstr(wrong)));
+  }
 
   // Two ranks with different commands.
   std::vector<std::string> arguments = OnRanks(1, Trainer(Workspace(), output));

@@ -146,7 +146,7 @@ class MpiRanks final : public RankGroup {
  private:
   // Nearly all exchanges are those of iterations.
   void LogExchanges() const {
-    if (num_exchanges_ == 0) return;
+    if (num_exchanges_ == 0 || num_ranks_ == 1) return;
     const double count = static_cast<double>(num_exchanges_);
     char text[200];
     std::snprintf(text,

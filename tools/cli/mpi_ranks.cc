@@ -30,9 +30,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Ranks take the same time for an iteration, give or take less than this. Open MPI's mpirun kills
-// all processes two seconds after it has lost one, unless it is told otherwise.
-constexpr std::chrono::milliseconds kLongestAnswer(500);
+// Ranks take the same time for an iteration, give or take less than this, or than twice the longest
+// wait so far. Open MPI's mpirun kills all processes two seconds after it has lost one, unless it
+// is told otherwise.
+constexpr double kLongestAnswer = 0.5;
 // While ranks wait for less than this, they do not sleep, which would cost some 50 us each time.
 constexpr std::chrono::milliseconds kBusyWait(10);
 // How long rank 0 tries to tell others that they may end.
@@ -108,7 +109,9 @@ class MpiRanks final : public RankGroup {
       ++num_exchanges_;
       sent_bytes_ += std::ssize(own);
       received_bytes_ += std::ssize(received_) - std::ssize(own);
-      seconds_ += SecondsSince(begin);
+      const double seconds = SecondsSince(begin);
+      seconds_ += seconds;
+      longest_seconds_ = std::max(longest_seconds_, seconds);
       for (int rank = 0; rank < num_ranks_; ++rank) {
         all.emplace_back(received_.data() + begin_[rank] * kUnit, headers_[rank].bytes);
       }
@@ -254,7 +257,8 @@ class MpiRanks final : public RankGroup {
       if (may_end) return false;
       if (rank_ == 0 && (was_continued || InterruptionRequested() != 0)) {
         if (!ends_since) ends_since = now;
-        if (now - *ends_since > kLongestAnswer) return false;
+        if (SecondsSince(*ends_since) > std::max(kLongestAnswer, 2 * longest_seconds_))
+          return false;
       }
       if (now - begin < kBusyWait) {
         std::this_thread::yield();
@@ -294,6 +298,7 @@ class MpiRanks final : public RankGroup {
   int64_t sent_bytes_ = 0;
   int64_t received_bytes_ = 0;
   double seconds_ = 0;
+  double longest_seconds_ = 0;
   // [num_ranks] Of the last exchange.
   std::vector<Header> headers_;
   // What all have sent, and where that of each begins, in units.

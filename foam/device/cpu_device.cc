@@ -67,9 +67,11 @@ std::vector<RenderedRay> RenderRays(const WalkGeometry<float>& geometry,
 
 class CpuTrainingDevice final : public TrainingDevice {
  public:
-  explicit CpuTrainingDevice(TrainingState* state) : state_(*state) {}
+  CpuTrainingDevice(TrainingState* state, RankGroup* ranks) : state_(*state), ranks_(ranks) {}
 
   DeviceKind Kind() const override { return DeviceKind::kCpu; }
+
+  RankGroup* ranks() const override { return ranks_; }
 
   void Download() override {}
 
@@ -126,7 +128,8 @@ class CpuTrainingDevice final : public TrainingDevice {
               step.weights,
               step.cutoff_tau,
               step.rays,
-              &batch_);
+              &batch_,
+              ranks_);
     // Training takes the two variations in turns, so that one array serves both.
     const bool takes_colors = step.color_tv_weight > 0;
     if ((surface_colors_.capacity() > tv_gradient_.capacity()) != takes_colors) {
@@ -188,6 +191,7 @@ class CpuTrainingDevice final : public TrainingDevice {
   ClassifierView<float> Classifier() const { return ClassifierOf(state_.foam); }
 
   TrainingState& state_;
+  RankGroup* const ranks_;             // null: this process alone
   std::vector<float> density_;         // [num_cells] activated
   std::vector<float> tv_gradient_;     // [N][kIdentityDim]; empty in steps without the regulariser
   std::vector<float> surface_colors_;  // [N][kSurfaceColorDim] of the last step that took them
@@ -217,8 +221,8 @@ class CpuRayCaster final : public RayCaster {
 
 }  // namespace
 
-std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state) {
-  return std::make_unique<CpuTrainingDevice>(state);
+std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state, RankGroup* ranks) {
+  return std::make_unique<CpuTrainingDevice>(state, ranks);
 }
 
 std::unique_ptr<RayCaster> MakeCpuRayCaster(const WalkGeometry<float>& geometry,

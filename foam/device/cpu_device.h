@@ -6,6 +6,7 @@
 #include "foam/render/ray_loss.h"
 #include "foam/render/ray_record.h"
 #include "foam/render/walk.h"
+#include "foam/util/rank_group.h"
 
 #include <memory>
 
@@ -14,7 +15,9 @@
 
 namespace semfoam {
 
-std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state);
+// With `ranks`, this is one of several processes that share the rays of each step.
+std::unique_ptr<TrainingDevice> MakeCpuTrainingDevice(TrainingState* state,
+                                                      RankGroup* ranks = nullptr);
 
 std::unique_ptr<RayCaster> MakeCpuRayCaster(const WalkGeometry<float>& geometry,
                                             const CellShading<float>& shading,

@@ -8,6 +8,7 @@
 #include "foam/render/ray_batch.h"
 #include "foam/render/ray_caster.h"
 #include "foam/util/device_kind.h"
+#include "foam/util/rank_group.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -88,6 +89,10 @@ class TrainingDevice {
   // Returns what kind of processor it is; results differ between kinds.
   virtual DeviceKind Kind() const = 0;
 
+  // Returns the processes that train together, of which this device serves one; null: this process
+  // trains alone.
+  virtual RankGroup* ranks() const { return nullptr; }
+
   // Copies the full training state, including face planes, from device to host.
   virtual void Download() = 0;
 
@@ -126,7 +131,9 @@ class TrainingDevice {
                           std::vector<uint32_t>* cells) = 0;
 
   // Casts the rays forward and backward, adds to the densification statistics, and takes one step
-  // of Adam with all parameters (FoamOptimizer::Step).
+  // of Adam with all parameters (FoamOptimizer::Step). Where several processes train together
+  // (foam/util/rank_group.h), each casts a share of the rays, and all take the same step; throws
+  // LostRank, and then the state is as it was before.
   virtual TrainingStepResult Step(const TrainingStep& step) = 0;
 
   // Renders the rays [count] with SH coefficients up to `sh_degree` only, at most the foam's

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/render/ray_batch.h"
 
+#include "foam/render/block_exchange.h"
+#include "foam/render/block_sums.h"
 #include "foam/util/ids.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
 #include <span>
+
+#include <glog/logging.h>
 
 namespace semfoam {
 namespace {
@@ -48,28 +52,9 @@ struct Batch {
   const RayLossWeights& weights;
   const float cutoff_tau;
   const std::vector<BatchRay>& rays;
-};
 
-// Sums over the rays of a block.
-struct BlockSums {
-  RayLossTerms<double> loss;
-  std::vector<float> weight_gradient;
-  std::vector<float> bias_gradient;
-  int64_t step_limit_hits = 0;
-  int64_t num_segments = 0;
-  int64_t clamped_segments = 0;
-
-  void Clear(int num_classes) {
-    loss = {};
-    weight_gradient.assign(num_classes * kIdentityDim, 0.f);
-    bias_gradient.assign(num_classes, 0.f);
-    step_limit_hits = num_segments = clamped_segments = 0;
-  }
-
-  void AddCounts(const RayTrace& trace) {
-    step_limit_hits += trace.hit_step_limit;
-    num_segments += trace.num_segments;
-    clamped_segments += trace.clamped.size();
+  ParameterRow Row() const {
+    return {shading.sh_degree, shading.identity != nullptr, shading.color_gradient != nullptr};
   }
 };
 
@@ -115,9 +100,7 @@ void CastBlock(const Batch& batch,
                LargePageVector<RayOutput>* outputs,
                BlockSums* sums) {
   const int num_coefficients = NumShCoefficients(batch.shading.sh_degree);
-  const ParameterRow row(batch.shading.sh_degree,
-                         batch.shading.identity != nullptr,
-                         batch.shading.color_gradient != nullptr);
+  const ParameterRow row = batch.Row();
   const float per_ray = 1.f / batch.rays.size();
   const float* const identity =
       batch.weights.identity_to_density > 0 ? batch.shading.identity : nullptr;
@@ -175,13 +158,16 @@ void CastBatch(const WalkGeometry<float>& geometry,
                const RayLossWeights& weights,
                float cutoff_tau,
                const std::vector<BatchRay>& rays,
-               BatchResult* result) {
+               BatchResult* result,
+               RankGroup* ranks) {
   const Batch batch{geometry, shading, classifier, weights, cutoff_tau, rays};
   const int64_t block_size = BlockSize(rays.size());
-  const size_t num_blocks = (rays.size() + block_size - 1) / block_size;
+  const int64_t num_blocks = (std::ssize(rays) + block_size - 1) / block_size;
   const int num_classes = classifier.num_classes;
-  const int64_t blocks_at_once = BlocksAtOnce(num_classes);
-  std::vector<BlockSums> sums(std::min<size_t>(num_blocks, blocks_at_once));
+  const int64_t blocks_at_once =
+      ranks == nullptr ? std::min(num_blocks, BlocksAtOnce(num_classes)) : num_blocks;
+  CHECK(ranks == nullptr || geometry.num_sites < kMostCellsToExchange);
+  std::vector<BlockSums> sums(blocks_at_once);
   auto& blocks = result->gradients.blocks();
   blocks.resize(num_blocks);
   result->rays.resize(rays.size());
@@ -189,23 +175,25 @@ void CastBatch(const WalkGeometry<float>& geometry,
   result->classifier_weight_gradient.assign(num_classes * kIdentityDim, 0.f);
   result->classifier_bias_gradient.assign(num_classes, 0.f);
 
-  const auto num_rays = static_cast<int64_t>(rays.size());
-  const int64_t rays_at_once = block_size * blocks_at_once;
-  for (int64_t first = 0; first < num_rays; first += rays_at_once) {
-    const int64_t count = std::min(rays_at_once, num_rays - first);
-    ParallelForBlocks(count, block_size, [&](int64_t begin, int64_t end) {
-      const size_t block = (first + begin) / block_size;
+  for (int64_t first = 0; first < num_blocks; first += blocks_at_once) {
+    const int64_t count = std::min(blocks_at_once, num_blocks - first);
+    const BlockRange own = ranks == nullptr
+                               ? BlockRange{0, count}
+                               : BlocksOfRank(count, ranks->rank(), ranks->num_ranks());
+    ParallelForBlocks(own.last - own.first, 1, [&](int64_t k, int64_t) {
+      const int64_t block = first + own.first + k;
       CastBlock(batch,
-                first + begin,
-                first + end,
+                block * block_size,
+                std::min(std::ssize(rays), (block + 1) * block_size),
                 &blocks[block],
                 &result->rays,
-                &sums[block % sums.size()]);
+                &sums[block - first]);
     });
-    // In block order, so that the sums are the same however many blocks are cast at a time.
-    for (int64_t block = 0; block < (count + block_size - 1) / block_size; ++block) {
-      AddBlock(sums[block], rays.size(), result);
+    if (ranks != nullptr) {
+      ExchangeBlocks(rays, block_size, num_classes, batch.Row(), ranks, &sums, result);
     }
+    // In block order, so that the sums are the same however many blocks are cast at a time.
+    for (int64_t k = 0; k < count; ++k) AddBlock(sums[k], rays.size(), result);
   }
 }
 

@@ -8,7 +8,9 @@
 #include "foam/render/ray_tracer.h"
 #include "foam/util/host_device.h"
 #include "foam/util/large_pages.h"
+#include "foam/util/rank_group.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -124,6 +126,8 @@ struct BatchResult {
   std::vector<float> classifier_weight_gradient;
   std::vector<float> classifier_bias_gradient;
   BatchTotals totals;
+  // What this rank has sent to others; empty where there are none.
+  std::vector<std::byte> sent;
 };
 
 // Returns the memory that CastBatch takes for the gradients of `num_classes` classes, in bytes.
@@ -131,13 +135,15 @@ int64_t ClassGradientBytes(int num_classes);
 
 // Casts all rays forward and backward, in parallel. Gradients are of the mean loss over the batch,
 // each term weighted by `weights`. Rays stop at the optical depth `cutoff_tau`. The result does not
-// depend on the number of threads.
+// depend on the number of threads. With `ranks`, all of which must pass the same, each casts a part
+// of the rays, and all have the same result as one process; throws LostRank.
 void CastBatch(const WalkGeometry<float>& geometry,
                const CellShading<float>& shading,
                const ClassifierView<float>& classifier,
                const RayLossWeights& weights,
                float cutoff_tau,
                const std::vector<BatchRay>& rays,
-               BatchResult* result);
+               BatchResult* result,
+               RankGroup* ranks = nullptr);
 
 }  // namespace semfoam

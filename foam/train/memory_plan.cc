@@ -120,6 +120,15 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
   return plan;
 }
 
+int64_t ExchangeBytes(const TrainingOptions& options, int num_classes, int num_ranks) {
+  if (num_ranks == 1) return 0;
+  // What is sent and what is received, each as large as the batch at most.
+  constexpr int64_t kExchangedPerRay =
+      2 * (kRecordsPerRay * int64_t{sizeof(GradientRecord)} + int64_t{sizeof(RayOutput)});
+  return kExchangedPerRay * options.rays_per_iteration +
+         int64_t{3} * 64 * num_classes * (kIdentityDim + 1) * int64_t{sizeof(float)};
+}
+
 int64_t DrawnPixelBytes(const TrainingOptions& options) {
   constexpr int64_t kBytesOfTile =
       int64_t{sizeof(int64_t)} + kTileRays * int64_t{sizeof(PixelValue)};

@@ -45,6 +45,10 @@ MemoryPlan PlanMemory(const TrainingOptions& options,
                       int64_t num_seeds,
                       int64_t photo_bytes);
 
+// Returns the memory that one of `num_ranks` processes takes besides this for what they exchange
+// (foam/render/block_exchange.h), in bytes; 0 for one.
+int64_t ExchangeBytes(const TrainingOptions& options, int num_classes, int num_ranks);
+
 // Returns the maximum memory for the pixels that a run keeps of photos and masks that do not fit
 // into memory (foam/data/pixel_cache.h): those that it draws, and those that it reads throughout
 // the run.

@@ -7,15 +7,19 @@
 #include "foam/train/label_spreading.h"
 #include "foam/train/trainer_internal.h"
 #include "foam/train/training_rays.h"
+#include "foam/util/checksummed_file.h"
 #include "foam/util/error.h"
+#include "foam/util/rank_group.h"
 #include "foam/view/cell_statistics.h"
 #include "foam/view/view_renderer.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <iomanip>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -25,6 +29,9 @@ namespace {
 // The variations touch every cell, the rays only some: each takes one step in so many, with so many
 // times the weight; that of the colours half-way between those of the identities.
 constexpr int64_t kTvInterval = 8;
+
+// Ranks compare their foams once in so many iterations, which costs less than a thousandth of them.
+constexpr int64_t kFoamComparison = 256;
 
 InitializationOptions InitializationOf(const TrainingOptions& options, int num_classes) {
   InitializationOptions initialization;
@@ -50,6 +57,7 @@ Trainer::Trainer(const TrainingViews& views,
       pixels_(views, options),
       device_(hooks.make_device ? hooks.make_device(&state_)
                                 : MakeTrainingDevice(hooks.device, &state_)),
+      ranks_(device_->ranks()),
       camera_cells_(views, device_.get()),
       topology_(views, seeds, options, schedule_, &camera_cells_, &state_, device_.get()),
       sh_degree_(options, schedule_, camera_cells_, &pixels_, &state_, device_.get()),
@@ -84,25 +92,66 @@ void Trainer::OpenPixelCache() {
 TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
   const TrainingHooks::Save save = [this](CheckpointContents* contents) { Save(contents); };
   ReadPixels(hooks);
-  while (true) {
-    Iterate();
-    log_.EndIteration(rays_.size());
-    sh_degree_.Update(log_.iteration());
-    topology_.Update(log_.iteration());
-    schedule_.FitToSeconds(views_, log_.iteration(), log_.Seconds(), evaluator_.seconds());
-    // A block is a part of what the held-out views show.
-    const auto quality = TrainsBlock() ? std::nullopt : evaluator_.EvaluateIfDue(log_.iteration());
-    if (quality) log_.SetQuality(*quality);
-    const bool is_last = log_.iteration() >= schedule_.num_iterations();
-    if (hooks.preview) hooks.preview(log_.iteration(), is_last, PixelRenderer());
-    if (is_last) break;
-    AdaptViewsIfDue(hooks);
-    ClearHangingCellsIfDue();
+  while (IterateAndUpdate(hooks, save)) {
     if (log_.ReportIsDue()) log_.Report(schedule_, state_.foam, hooks.report);
     if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
   }
   log_.Report(schedule_, state_.foam, hooks.report);
   return Finish(hooks.device);
+}
+
+bool Trainer::IterateAndUpdate(const TrainingHooks& hooks, const TrainingHooks::Save& save) try {
+  Iterate();
+  log_.EndIteration(rays_.size());
+  sh_degree_.Update(log_.iteration());
+  topology_.Update(log_.iteration());
+  FitToSecondsIfDue();
+  // A block is a part of what the held-out views show.
+  const auto quality = TrainsBlock() ? std::nullopt : evaluator_.EvaluateIfDue(log_.iteration());
+  if (quality) log_.SetQuality(*quality);
+  const bool is_last = log_.iteration() >= schedule_.num_iterations();
+  if (hooks.preview) hooks.preview(log_.iteration(), is_last, PixelRenderer());
+  if (is_last) return false;
+  AdaptViewsIfDue(hooks);
+  ClearHangingCellsIfDue();
+  RequireOneFoam();
+  return true;
+} catch (const LostRank&) {
+  if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
+  throw;
+}
+
+void Trainer::FitToSecondsIfDue() {
+  if (!schedule_.NeedsSeconds(log_.iteration())) return;
+  struct Seconds {
+    double all, evaluating;
+  };
+  Seconds seconds{log_.Seconds(), evaluator_.seconds()};
+  try {
+    seconds = FromFirstRank(ranks_, seconds);
+  } catch (const LostRank&) {
+    // What is due after this iteration is done first, as it is not done again after a resume; the
+    // next exchange throws again. Rank 0, which saves the state, has its own seconds anyway.
+  }
+  schedule_.FitToSeconds(views_, log_.iteration(), seconds.all, seconds.evaluating);
+}
+
+// Ranks exchange gradients, and not what each makes of them.
+void Trainer::RequireOneFoam() {
+  if (ranks_ == nullptr || log_.iteration() % kFoamComparison != 1) return;
+  device_->Download();
+  const Foam& foam = state_.foam;
+  const auto bytes = [](const auto& values) { return std::as_bytes(std::span(values)); };
+  RequireAgreement(ranks_,
+                   ChecksumText({bytes(foam.positions),
+                                 bytes(foam.raw_density),
+                                 bytes(foam.sh),
+                                 bytes(foam.color_gradient),
+                                 bytes(foam.identity),
+                                 bytes(foam.classifier_weight),
+                                 bytes(foam.classifier_bias)}),
+                   "numbers in the same foam",
+                   "the same build on processors of one kind");
 }
 
 void Trainer::ReadPixels(const TrainingHooks& hooks) {
@@ -118,9 +167,12 @@ void Trainer::ReadPixels(const TrainingHooks& hooks) {
 void Trainer::Iterate() {
   const int64_t iteration = log_.iteration();
   const std::vector<uint32_t>& start_cells = camera_cells_.Update(pixels_.training_views());
-  summary_.nonfinite_pixels +=
+  const int64_t nonfinite_pixels =
       pixels_.Draw(iteration, schedule_.num_iterations(), start_cells, &rays_);
-  if (rays_.empty()) return;
+  if (rays_.empty()) {
+    summary_.nonfinite_pixels += nonfinite_pixels;
+    return;
+  }
   // The loss is a mean over the rays drawn; a cell gets the gradient that it gets where rays are
   // drawn from whole photos.
   const double share =
@@ -144,6 +196,8 @@ void Trainer::Iterate() {
                      has_tv ? options_.tv_weight * kTvInterval : 0,
                      has_color_tv ? settled * options_.color_tv_weight * kTvInterval : 0,
                      schedule_.Rates(iteration)});
+  // Not before the step, which may throw LostRank.
+  summary_.nonfinite_pixels += nonfinite_pixels;
   guard_.Watch(iteration, rays_, result.batch, result.tv_loss, result.skipped_updates);
   topology_.Observe(result.batch);
   log_.AddLoss(result.batch.mean_loss);

@@ -106,7 +106,9 @@ struct TrainingHooks {
 
   // Called after every iteration but the last, with the number of those done. `save` adds the state
   // of the run to a checkpoint's contents, which is to be written before the hook returns. What the
-  // hook throws ends the run.
+  // hook throws ends the run. Called once more where another rank is lost, in an iteration or while
+  // ranks compare their foams, before LostRank ends the run; what it saves then is that of the
+  // number of iterations that it is given, which may be 0.
   using Save = std::function<void(CheckpointContents*)>;
   std::function<void(int64_t iteration, const Save& save)> between_iterations;
 
@@ -129,14 +131,15 @@ struct TrainingHooks {
 
   // The checkpoint to resume from; null: start a new run. The resumed run ends with the same bytes
   // as if it had never stopped, given the same views, seeds, number of classes, options and kind of
-  // device, which the caller must ensure; the number of threads may differ. Seconds continue from
-  // those of the checkpoint.
+  // device, which the caller must ensure; the number of threads and ranks may differ. Seconds
+  // continue from those of the checkpoint.
   std::unique_ptr<const Checkpoint> resume_from;
 
   // The device for the training and for the measurements of the trained foam.
   Device device;
 
-  // Makes the training device, for tests; empty: MakeTrainingDevice of `device`.
+  // Makes the training device, as one of several ranks (MakeCpuTrainingDevice) or for tests; empty:
+  // MakeTrainingDevice of `device`.
   std::function<std::unique_ptr<TrainingDevice>(TrainingState*)> make_device;
 };
 
@@ -153,11 +156,13 @@ std::vector<SeedPoint> StartingSeeds(std::vector<SeedPoint> seeds, const Trainin
 
 // Trains a foam on the views that are not held out. `num_classes` = 0 trains colour only. The
 // result depends on (views, seeds, num_classes, options) and the kind of device alone, not on the
-// number of threads. Throws UserError where the views have no pixel to train on, the options are
-// out of range, the run is lost (training_guard.h), or the checkpoint is of a different run. Pixels
-// whose colour is not finite are left out. Views that do not hold their pixels are read first, and
-// again during the run if their pixels do not all fit into memory (foam/data/pixel_cache.h); the
-// bytes are the same.
+// number of threads or ranks (TrainingDevice::ranks); ranks must pass the same and resume from the
+// same checkpoint, and all return the same. Throws LostRank where one has ended, and UserError
+// where one has other numbers in its foam than rank 0. Throws UserError where the views have no
+// pixel to train on, the options are out of range, the run is lost (training_guard.h), or the
+// checkpoint is of a different run. Pixels whose colour is not finite are left out. Views that do
+// not hold their pixels are read first, and again during the run if their pixels do not all fit
+// into memory (foam/data/pixel_cache.h); the bytes are the same.
 TrainingSummary TrainFoam(const TrainingViews& views,
                           const std::vector<SeedPoint>& seeds,
                           int num_classes,

@@ -13,6 +13,7 @@
 #include "foam/train/training_log.h"
 #include "foam/train/training_pixels.h"
 #include "foam/train/training_schedule.h"
+#include "foam/util/rank_group.h"
 
 #include <cstdint>
 #include <memory>
@@ -39,9 +40,16 @@ class Trainer {
   TrainingSummary Run(const TrainingHooks& hooks);
 
  private:
+  // Takes an iteration, and does all that is due after it. Returns whether another one follows.
+  // Where a rank is lost, the state stays as between two iterations, for the hook that saves it.
+  bool IterateAndUpdate(const TrainingHooks& hooks, const TrainingHooks::Save& save);
   void OpenPixelCache();
   void ReadPixels(const TrainingHooks& hooks);
   void Iterate();
+  // Chooses the number of iterations by the time on rank 0.
+  void FitToSecondsIfDue();
+  // Throws UserError, from time to time, where a rank holds another foam than rank 0.
+  void RequireOneFoam();
   // Returns a function that renders with the foam as it is; to be called before it changes.
   TrainingHooks::RenderPixels PixelRenderer();
   void AdaptViewsIfDue(const TrainingHooks& hooks);
@@ -69,6 +77,8 @@ class Trainer {
   // The state at the last Download; sizes (sites, classes, SH degree) are always current.
   TrainingState state_;
   std::unique_ptr<TrainingDevice> device_;
+  // Null: this process trains alone.
+  RankGroup* const ranks_;
   CameraCells camera_cells_;
   TopologyUpdater topology_;
   ShDegreeSelector sh_degree_;

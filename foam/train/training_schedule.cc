@@ -14,6 +14,9 @@ namespace {
 constexpr double kDensityWarmUp = 0.1;
 constexpr double kShWarmUp = 0.2;
 
+// FitToSeconds measures the last one of so many parts of the iterations until densify_until.
+constexpr int64_t kMeasuredPart = 4;
+
 // The time of a ray that is only looked at, in that of one that is learned from (foam/README.md,
 // Speed).
 constexpr double kLookedAtShare = 0.3;
@@ -127,17 +130,24 @@ LearningRates TrainingSchedule::Rates(int64_t iteration) const {
   return rates;
 }
 
+bool TrainingSchedule::NeedsSeconds(int64_t iteration) const {
+  const int64_t measured = early_iterations_ / kMeasuredPart;
+  return options_.seconds > 0 && measured > 0 &&
+         (iteration == early_iterations_ - measured || iteration == early_iterations_);
+}
+
 void TrainingSchedule::FitToSeconds(const TrainingViews& views,
                                     int64_t iteration,
                                     double seconds,
                                     double seconds_evaluating) {
-  const int64_t measured = early_iterations_ / 4;
-  if (options_.seconds <= 0 || measured == 0) return;
-  if (iteration == early_iterations_ - measured) pace_begin_ = seconds - seconds_evaluating;
-  if (iteration != early_iterations_) return;
+  if (!NeedsSeconds(iteration)) return;
+  if (iteration != early_iterations_) {
+    pace_begin_ = seconds - seconds_evaluating;
+    return;
+  }
   const double planned = double(planned_iterations_ - early_iterations_);
   const double pace = std::max(seconds - seconds_evaluating - pace_begin_, 1e-9) /
-                      double(measured);  // an iteration
+                      double(early_iterations_ / kMeasuredPart);  // an iteration
   // Looking at rays costs less than learning from them; evaluations have shown how much.
   const double looked_at =
       double(EvaluationRays(views, options_.num_rays)) * RunFraction(iteration);

@@ -50,12 +50,15 @@ class TrainingSchedule {
 
   // Chooses, with TrainingOptions::seconds, the number of remaining iterations by the time that is
   // left. Does so when densification ends: from then on the number of sites, and so the time of an
-  // iteration, stays. Must be called after every iteration, with the seconds since training began
-  // and those of them that evaluations took.
+  // iteration, stays. Must be called after every iteration that NeedsSeconds, with the seconds
+  // since training began and those of them that evaluations took.
   void FitToSeconds(const TrainingViews& views,
                     int64_t iteration,
                     double seconds,
                     double seconds_evaluating);
+
+  // Returns whether FitToSeconds measures or decides after `iteration` iterations.
+  bool NeedsSeconds(int64_t iteration) const;
 
   template <typename Archive>
   void Serialize(Archive* archive) {

@@ -21,6 +21,12 @@ TEST(Options, Devices) {
   ExpectRefused(cases);
 }
 
+#ifndef SEMFOAM_HAS_MPI
+TEST(Options, RanksWithoutMpi) {
+  ExpectRefused({{"train", "--mpi|1", {"", {"mpi", "-DSEMFOAM_MPI=ON"}, "built without MPI"}}});
+}
+#endif
+
 TEST(Options, Options) {
   ExpectRefused({
       // Training

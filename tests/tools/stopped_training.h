@@ -24,11 +24,12 @@ namespace semfoam {
 
 namespace fs = std::filesystem;
 
-// The program at work, until it ends or is ended.
+// The program, or another, at work, until it ends or is ended.
 class Running {
  public:
-  explicit Running(const std::vector<std::string>& arguments) {
-    std::vector<std::string> words = {SEMFOAM_PROGRAM};
+  explicit Running(const std::vector<std::string>& arguments,
+                   const std::string& program = SEMFOAM_PROGRAM) {
+    std::vector<std::string> words = {program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -45,6 +46,8 @@ class Running {
   }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
+
+  pid_t process() const { return process_; }
 
   // What it has written to stderr so far.
   std::string Log() const { return ReadFile(folder_ / "err"); }
@@ -73,11 +76,14 @@ class Running {
 
   // Sends the signal and waits; the exit code as shells have it, and what it wrote to stderr.
   Outcome End(int signal) {
-    if (process_ > 0) {
-      ::kill(process_, signal);
-      ::waitpid(process_, &status_, 0);
-      process_ = 0;
-    }
+    if (process_ > 0) ::kill(process_, signal);
+    return Wait();
+  }
+
+  // Waits for its end; the same.
+  Outcome Wait() {
+    if (process_ > 0) ::waitpid(process_, &status_, 0);
+    process_ = 0;
     return {WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_),
             "",
             ReadFile(folder_ / "err")};

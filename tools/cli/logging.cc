@@ -56,4 +56,9 @@ void SetLogVerbosity(bool info, int level) {
   FLAGS_v = level;
 }
 
+void LogErrorsOnly() {
+  FLAGS_minloglevel = google::GLOG_ERROR;
+  FLAGS_v = 0;
+}
+
 }  // namespace semfoam

@@ -10,4 +10,7 @@ void InitLogging(const char* program);
 // Sets the verbosity: `info` is whether LOG(INFO) is printed, `level` is glog's v.
 void SetLogVerbosity(bool info, int level);
 
+// Lets LOG(ERROR) and worse alone be printed from now on.
+void LogErrorsOnly();
+
 }  // namespace semfoam

@@ -5,6 +5,7 @@
 #include "foam/train/training_options.h"
 #include "foam/util/interruption.h"
 #include "foam/util/scratch_folder.h"
+#include "tools/cli/rank_command.h"
 #include "tools/support/memory_task.h"
 
 #include <cstdio>
@@ -82,6 +83,8 @@ int RunCommand(void (*run)(int argc, char** argv), int argc, char** argv) {
     return EXIT_SUCCESS;
   } catch (const Interruption& interruption) {
     return interruption.ExitCode();
+  } catch (const PrintedElsewhere&) {
+    return EXIT_FAILURE;
   } catch (const UserError& error) {
     return PrintError(ErrorSentence(error));
   } catch (const std::filesystem::filesystem_error& error) {

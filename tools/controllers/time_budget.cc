@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/time_budget.h"
 
+#include "foam/device/cpu_device.h"
 #include "foam/train/training_schedule.h"
 #include "foam/util/elapsed_time.h"
 #include "tools/controllers/object_photos.h"
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <utility>
 
 #include <glog/logging.h>
 
@@ -108,7 +110,8 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
                                      const std::vector<SeedPoint>& seeds,
                                      int num_classes,
                                      const Device& device,
-                                     double seconds)
+                                     double seconds,
+                                     RankGroup* ranks)
     : views_(views) {
   const FewViews few(views);
   for (int64_t rays = kPilotRays;;) {
@@ -117,8 +120,15 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
     const std::vector<SeedPoint> starting_seeds = StartingSeeds(seeds, options);
     seeding_ = SecondsSince(thinning);
     const auto begin = std::chrono::steady_clock::now();
+    TrainingHooks hooks;
+    hooks.device = device;
+    if (ranks != nullptr) {
+      hooks.make_device = [ranks](TrainingState* state) {
+        return MakeCpuTrainingDevice(state, ranks);
+      };
+    }
     const TrainingSummary summary =
-        TrainFoam(few, starting_seeds, num_classes, options, nullptr, device);
+        TrainFoam(few, starting_seeds, num_classes, options, std::move(hooks));
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double growth = std::pow(options.final_sites, kSitesPower);
     learning_ = summary.last.seconds / double(summary.last.rays) / growth;
@@ -127,6 +137,10 @@ TrainingTimeModel::TrainingTimeModel(const TrainingViews& views,
     looking_ = std::min(
         learning_,
         (taken.count() - summary.last.seconds) / double(StatisticsRays(few, rays)) / growth);
+    // All ranks train the same.
+    seeding_ = FromFirstRank(ranks, seeding_);
+    learning_ = FromFirstRank(ranks, learning_);
+    looking_ = FromFirstRank(ranks, looking_);
     const int64_t more = RaysOnPresetLine(seconds);
     if (rays != kPilotRays || more < 2 * kPilotRays) break;
     rays = more;

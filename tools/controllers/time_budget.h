@@ -2,6 +2,7 @@
 #pragma once
 
 #include "foam/train/trainer.h"
+#include "foam/util/rank_group.h"
 
 #include <cstdint>
 #include <vector>
@@ -22,12 +23,14 @@ TrainingOptions OptionsOnPresetLine(int64_t num_rays);
 // load of the machine; far from the interpolated presets an error of a factor of 1.5 is normal.
 class TrainingTimeModel {
  public:
-  // Throws what TrainFoam throws. `views` must outlive this object.
+  // Throws what TrainFoam throws. `views` must outlive this object. Where several ranks train
+  // (`ranks`, on the CPU), all have the times of rank 0; null: this process alone.
   TrainingTimeModel(const TrainingViews& views,
                     const std::vector<SeedPoint>& seeds,
                     int num_classes,
                     const Device& device,
-                    double seconds);
+                    double seconds,
+                    RankGroup* ranks = nullptr);
 
   // Returns the estimated seconds of TrainFoam.
   double TrainingSeconds(const TrainingOptions& options) const;

@@ -57,7 +57,8 @@ fs::path Unused(const fs::path& path) {
 
 TrainingFolder::TrainingFolder(const fs::path& output_path,
                                const CheckpointOptions& options,
-                               const std::string& resume_command)
+                               const std::string& resume_command,
+                               bool writes)
     : output_path_(output_path),
       folder_(output_path / "checkpoints"),
       options_([&] {
@@ -75,8 +76,9 @@ TrainingFolder::TrainingFolder(const fs::path& output_path,
         }
         return options;
       }()),
-      resume_command_(resume_command),
-      lock_(output_path) {}
+      resume_command_(resume_command) {
+  if (writes) lock_.emplace(output_path);
+}
 
 bool TrainingFolder::IsFinished() const {
   if (!options_.resume || fs::exists(folder_) || !fs::exists(output_path_ / "scene.foam") ||

@@ -41,11 +41,14 @@ struct CheckpointOptions {
 //   damaged/           incomplete checkpoints
 class TrainingFolder {
  public:
-  // `resume_command` is the shell command that log lines give for resuming a stopped run. Throws
-  // UserError where `options` are out of range or the folder cannot be created or locked.
+  // `resume_command` is the shell command that log lines give for resuming a stopped run. Where
+  // `writes` is false, another process writes there, and this one only asks for path() and calls
+  // SetIdentity and CheckpointAt. Throws UserError where `options` are out of range or the folder
+  // cannot be created or locked.
   TrainingFolder(const std::filesystem::path& output_path,
                  const CheckpointOptions& options,
-                 const std::string& resume_command);
+                 const std::string& resume_command,
+                 bool writes = true);
 
   const std::filesystem::path& path() const { return output_path_; }
   bool resume() const { return options_.resume; }
@@ -127,7 +130,8 @@ class TrainingFolder {
   const std::filesystem::path folder_;
   const CheckpointOptions options_;
   const std::string resume_command_;
-  const OutputLock lock_;
+  // Nothing where another process writes.
+  std::optional<OutputLock> lock_;
   CheckpointTexts identity_;
   // Incomplete checkpoints that this run has found.
   std::vector<std::filesystem::path> damaged_;

@@ -2,6 +2,7 @@
 #include "tools/controllers/training_run.h"
 
 #include "export/scene/names.h"
+#include "foam/device/cpu_device.h"
 #include "foam/edit/label_editing.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
@@ -12,6 +13,7 @@
 #include "foam/util/interruption.h"
 #include "foam/util/output_file.h"
 #include "foam/util/photo_name.h"
+#include "foam/util/rank_group.h"
 #include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_memory.h"
 #include "plugin/photometric/pose_refinement.h"
@@ -19,7 +21,7 @@
 #include "plugin/stereo/surface_seeds.h"
 #include "plugin/util/plural.h"
 #include "tools/controllers/effects_report.h"
-#include "tools/controllers/mask_importing.h"
+#include "tools/controllers/rank_decisions.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
 #include "tools/controllers/training_log.h"
@@ -115,9 +117,14 @@ void FitToBudget(const TrainingScene& scene,
                  TrainingRun* run) {
   constexpr double kPilotShare = 0.07;
   const double before = SecondsSince(begin);
-  const TrainingTimeModel model(
-      scene, scene.Seeds(), scene.NumClasses(), run->device, kPilotShare * run->time_budget);
-  const double left = run->time_budget - SecondsSince(begin) - model.SeedingSeconds();
+  const TrainingTimeModel model(scene,
+                                scene.Seeds(),
+                                scene.NumClasses(),
+                                run->device,
+                                kPilotShare * run->time_budget,
+                                run->ranks);
+  const double left =
+      FromFirstRank(run->ranks, run->time_budget - SecondsSince(begin) - model.SeedingSeconds());
   TakeSchedule(OptionsOnPresetLine(model.RaysOnPresetLine(std::max(left, 0.1))),
                run->kept_options,
                &run->training);
@@ -218,8 +225,13 @@ TrainingSummary Train(const TrainingScene& scene,
   CheckpointTexts all_texts = texts;
   if (IsOfBlock(checkpoint.get())) all_texts["block"] = checkpoint->Texts("block");
   hooks.device = run.device;
+  if (run.ranks != nullptr) {
+    hooks.make_device = [&run](TrainingState* state) {
+      return MakeCpuTrainingDevice(state, run.ranks);
+    };
+  }
   std::optional<TrainingPreviews> previews;
-  if (folder->preview_every() > 0) {
+  if (IsFirstRank(run.ranks) && folder->preview_every() > 0) {
     previews.emplace(scene, PreviewFolder(*folder), folder->preview_every(), checkpoint != nullptr);
     hooks.preview = [&previews](auto... arguments) { previews->Update(arguments...); };
   }
@@ -240,23 +252,40 @@ TrainingSummary Train(const TrainingScene& scene,
       for (const std::string& line : adaptation->Adapt(render)) LOG(INFO) << line;
     };
   }
-  hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
-    const auto save_all = [&](CheckpointContents* contents) {
-      contents->texts.insert(all_texts.begin(), all_texts.end());
-      folder->AddIdentity(contents);
-      StateWriter adapted("adaptation", contents);
-      adaptation->Serialize(&adapted);
-      save(contents);
-    };
-    if (run.between_iterations) run.between_iterations(iteration, save_all);
-    const int signal = goes_on ? InterruptionRequested() : SIGINT;
-    if (signal == 0 && !folder->IsDue()) return;
+  const auto save_all = [&](const TrainingHooks::Save& save, CheckpointContents* contents) {
+    contents->texts.insert(all_texts.begin(), all_texts.end());
+    folder->AddIdentity(contents);
+    StateWriter adapted("adaptation", contents);
+    adaptation->Serialize(&adapted);
+    save(contents);
+  };
+  const auto write = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    if (!IsFirstRank(run.ranks)) return;
     CheckpointContents contents;
-    save_all(&contents);
+    save_all(save, &contents);
     folder->Write(iteration, std::move(contents));
-    if (signal == 0) return;
-    folder->LogHowToResume(iteration);
-    throw Interruption(signal);
+  };
+  const auto write_last = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    write(iteration, save);
+    if (IsFirstRank(run.ranks)) folder->LogHowToResume(iteration);
+  };
+  hooks.between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
+    if (run.between_iterations) {
+      run.between_iterations(iteration,
+                             [&](CheckpointContents* contents) { save_all(save, contents); });
+    }
+    AfterIteration next{goes_on ? InterruptionRequested() : SIGINT, folder->IsDue()};
+    try {
+      next = DecideAfterIteration(run.ranks, next);
+    } catch (const LostRank&) {
+      write_last(iteration, save);
+      throw;
+    }
+    if (next.signal != 0) {
+      write_last(iteration, save);
+      throw Interruption(next.signal);
+    }
+    if (next.checkpoint_is_due) write(iteration, save);
   };
   TrainingOptions training = run.training;
   if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
@@ -266,7 +295,7 @@ TrainingSummary Train(const TrainingScene& scene,
     hooks.restore_views = [adaptation] { adaptation->Restore(); };
   }
   hooks.resume_from = std::move(checkpoint);
-  folder->Begin();
+  if (IsFirstRank(run.ranks)) folder->Begin();
   return TrainFoam(scene, seeds, scene.NumClasses(), training, std::move(hooks));
 }
 
@@ -308,12 +337,19 @@ TrainingOptions OptionsToPlan(const TrainingRun& run) {
   return options;
 }
 
+// Returns the memory that is available for photos and foam.
+int64_t MemoryToPlan(const TrainingRun& run, int num_classes) {
+  const RankGroup* const ranks = run.ranks;
+  return AvailableMemory() -
+         ExchangeBytes(run.training, num_classes, ranks == nullptr ? 1 : ranks->num_ranks());
+}
+
 // Divides the available memory between photos and foam, and logs the plan. Throws UserError where
 // it does not suffice. The number of labels is not known yet: kUsualClasses with masks.
 ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
   const auto num_seeds = static_cast<int64_t>(plan.seeds.size());
   const int usual_classes = plan.masks.NumPaired() > 0 ? kUsualClasses : 0;
-  const int64_t available = AvailableMemory();
+  const int64_t available = MemoryToPlan(run, usual_classes);
   const ImageMemory images = PlanImageMemory(run.image_cache_gb,
                                              plan,
                                              OptionsToPlan(run),
@@ -361,7 +397,7 @@ void RequireTrainingMemory(const TrainingRun& run,
                 scene.NumClasses(),
                 static_cast<int64_t>(scene.Plan().seeds.size()),
                 images.holds_all ? 0 : images.bytes,
-                AvailableMemory());
+                MemoryToPlan(run, scene.NumClasses()));
 }
 
 // Logs the memory of a scene with more labels than PlanRunMemory expected. Throws UserError where
@@ -402,6 +438,10 @@ void LogTrainingPlan(const TrainingRun& run, const SceneEffects& effects) {
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
             << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
             << run.device.Description();
+  if (run.ranks != nullptr) {
+    LOG(INFO) << "Each of " << run.ranks->num_ranks()
+              << (run.ranks->num_ranks() == 1 ? " rank" : " ranks") << " casts a share of the rays";
+  }
 }
 
 // Logs how the training ended. With a time budget, stores in `run` and reports the schedule that
@@ -672,13 +712,20 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     LOG(INFO) << "Stopped before the first iteration; the same command starts again from the same "
                  "files.";
   });
-  ImportMasksOf(&run->scene, folder->path() / "imported_masks");
-  if (folder->preview_every() > 0) RequireReplaceablePreviews(PreviewFolder(*folder));
+  RankGroup* const ranks = run->ranks;
+  ImportMasksOnce(ranks, folder->path() / "imported_masks", &run->scene);
+  if (IsFirstRank(ranks) && folder->preview_every() > 0) {
+    RequireReplaceablePreviews(PreviewFolder(*folder));
+  }
   ScenePlan plan = PlanRun(*run);
   const ImageMemory images = PlanRunMemory(*run, plan);
-  folder->SetIdentity(IdentityOf(*run, plan));
-  if (folder->IsTrained()) return ReadModel(folder->path() / "scene.foam");
-  std::unique_ptr<Checkpoint> checkpoint = folder->NewestCheckpoint(run->device.kind());
+  const CheckpointTexts identity = IdentityOf(*run, plan);
+  RequireOneRun(ranks, identity);
+  folder->SetIdentity(identity);
+  if (FromFirstRank(ranks, IsFirstRank(ranks) && folder->IsTrained())) {
+    return IsFirstRank(ranks) ? ReadModel(folder->path() / "scene.foam") : Model();
+  }
+  std::unique_ptr<Checkpoint> checkpoint = NewestCheckpointOf(ranks, run->device.kind(), folder);
   if (checkpoint == nullptr && run->begin_from) {
     checkpoint = folder->CheckpointAt(run->begin_from(), run->device.kind());
   }
@@ -737,6 +784,7 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   ReportHiddenCells(summary);
   ReportLabels(summary, scene.Labels());
   LogWarnings(summary);
+  if (!IsFirstRank(ranks)) return {};
   Model model = WriteResult(*run, scene, effects, std::move(summary), folder);
   if (const int signal = InterruptionRequested()) {
     folder->LogHowToResumeAfterTraining();

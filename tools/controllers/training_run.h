@@ -5,6 +5,7 @@
 #include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
+#include "foam/util/rank_group.h"
 #include "plugin/dataset/scene_options.h"
 #include "plugin/dataset/training_scene.h"
 #include "plugin/photometric/effects.h"
@@ -50,6 +51,8 @@ struct TrainingRun {
   double image_cache_gb = -1;
   // Device to train on.
   Device device;
+  // The processes that train together, of which this is one, on the CPU; null: this one alone.
+  RankGroup* ranks = nullptr;
 
   // Returns the path of a checkpoint to begin from instead of the beginning, where there is none to
   // resume from; empty: begin anew. Called when the photos' headers are read.
@@ -138,6 +141,11 @@ void LogWarnings(const TrainingScene& scene);
 // of the training; and "exposure" and "vignetting", if they are on. With a time budget, `run` and
 // the model receive the chosen schedule. Throws UserError for errors in the input, Interruption
 // after a signal.
+//
+// Several ranks (TrainingRun::ranks) train the same foam, with the bytes of one. All must
+// see the same files under the same paths. Rank 0 writes and decides; the others, whose `folder`
+// does not write, return an empty model. A signal to any of them ends all. Where one is lost, rank
+// 0 writes a checkpoint, logs the resume command, and throws LostRank.
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run);
 
 }  // namespace semfoam

@@ -4,8 +4,10 @@
 // has.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "foam/render/simd/kernels.cc"
-// SSE4, AVX2 and AVX-512 are worth their code; the steps between them are not.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+// SSE4, AVX2 and AVX-512 are worth their code; the steps between them are not. SVE's vectors, whose
+// length is not known here, cannot stand in arrays; machines that have it have NEON.
+#define HWY_DISABLED_TARGETS \
+  (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #include <hwy/foreach_target.h>
 // foreach_target.h comes first.
 #include "foam/render/ray_tracer.h"

@@ -5,7 +5,6 @@
 #include "foam/util/parallel.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -21,8 +20,6 @@ namespace {
 constexpr size_t kFewestSeeds = 50;
 constexpr float kMarginOfSpread = 0.5f;
 constexpr float kShortest = 0.3f, kLongest = 0.95f;  // of the nearest points' distance
-constexpr size_t kFewestSeedsOfPart = 4;
-constexpr float kLongestInPart = 0.8f;  // of the distance of the surface in it
 constexpr size_t kNeighbors = 8;
 constexpr float kFarthestNeighbor = 1.5f, kSpacing = 0.15f;  // of the clear radius
 constexpr float kSameWay = 0.5f;                             // cosine
@@ -59,60 +56,6 @@ uint64_t SpreadBits(float coordinate) {
   return (bits | bits << 2) & 0x1249249249249249;
 }
 
-// The parts into which the directions of a cone are divided (ClearCone::near_parts).
-class ViewParts {
- public:
-  static constexpr int kAcross = 8;
-  static constexpr int kNum = kAcross * kAcross;
-
-  explicit ViewParts(const ClearCone& cone) {
-    const float sine = std::sqrt(std::max(1e-12f, 1 - cone.cosine * cone.cosine));
-    across_ = cone.axis.unitOrthogonal() / sine;
-    down_ = cone.axis.cross(across_);
-  }
-
-  // Returns the part of the direction of `offset`, of length `distance`, from the apex.
-  int PartOf(const Eigen::Vector3f& offset, float distance) const {
-    return Index(offset.dot(across_) / distance) * kAcross + Index(offset.dot(down_) / distance);
-  }
-
- private:
-  // -1..1 in the cone.
-  static int Index(float at) {
-    return std::clamp(static_cast<int>((at + 1) * (kAcross / 2)), 0, kAcross - 1);
-  }
-
-  Eigen::Vector3f across_, down_;
-};
-
-// The seeds in a cone, or an even sample of them. Distances are from the apex.
-struct SeedsInView {
-  struct Part {
-    size_t count = 0;
-    float nearest = std::numeric_limits<float>::infinity();
-    float second = std::numeric_limits<float>::infinity();
-  };
-
-  // [seeds]
-  std::vector<float> distances;
-  std::array<Part, ViewParts::kNum> parts;
-  // Number of seeds that each represents.
-  size_t weight = 1;
-
-  void Add(float distance, int part_index) {
-    distances.push_back(distance);
-    Part& part = parts[part_index];
-    ++part.count;
-    if (distance < part.nearest) {
-      part.second = part.nearest;
-      part.nearest = distance;
-    } else if (distance < part.second) {
-      part.second = distance;
-    }
-  }
-  bool HasFew(int part) const { return parts[part].count * weight < kFewestSeedsOfPart; }
-};
-
 // Seeds in Morton order, in blocks with a ball around each, so that those in and around a cone are
 // found without looking at every seed.
 class SeedBlocks {
@@ -137,9 +80,13 @@ class SeedBlocks {
     }
   }
 
-  // Finds the seeds in the cone, ignoring its radius; if the blocks that touch it have more than
-  // `most` seeds, an even sample. Returns how many seeds and blocks were tested.
-  int64_t FindIn(const ClearCone& cone, int64_t most, SeedsInView* found) const {
+  // Computes the distances from the apex to the seeds in the cone, ignoring its radius; if the
+  // blocks that touch it have more than `most` seeds, of an even sample, each of which represents
+  // `*weight` seeds. Returns how many seeds and blocks were tested.
+  int64_t DistancesIn(const ClearCone& cone,
+                      int64_t most,
+                      std::vector<float>* distances,
+                      size_t* weight) const {
     std::vector<const Block*> touched;
     size_t num_seeds = 0;
     const float sine = std::sqrt(std::max(0.f, 1 - cone.cosine * cone.cosine));
@@ -152,23 +99,19 @@ class SeedBlocks {
       touched.push_back(&block);
       num_seeds += block.end - block.begin;
     }
-    const size_t weight = std::max<size_t>(1, (num_seeds + most - 1) / most);
-    found->weight = weight;
-    found->distances.clear();
-    found->parts.fill({});
-    const ViewParts parts(cone);
+    *weight = std::max<size_t>(1, (num_seeds + most - 1) / most);
+    distances->clear();
     size_t skip = 0;  // seeds of this block before the next one of the sample
     for (const Block* block : touched) {
       size_t i = block->begin + skip;
-      for (; i < block->end; i += weight) {
+      for (; i < block->end; i += *weight) {
         const Eigen::Vector3f offset = positions_[i] - cone.apex;
         const float distance = offset.norm();
-        if (offset.dot(cone.axis) <= cone.cosine * distance) continue;
-        found->Add(distance, parts.PartOf(offset, distance));
+        if (offset.dot(cone.axis) > cone.cosine * distance) distances->push_back(distance);
       }
       skip = i - block->end;
     }
-    return static_cast<int64_t>(blocks_.size() + num_seeds / weight);
+    return static_cast<int64_t>(blocks_.size() + num_seeds / *weight);
   }
 
  private:
@@ -191,36 +134,8 @@ class SeedBlocks {
   std::vector<Block> blocks_;
 };
 
-// Finds the parts of the view that have a surface nearer than the cone's radius.
-void FindNearParts(const SeedsInView& seeds, ClearCone* cone) {
-  constexpr int kAcross = ViewParts::kAcross;
-  cone->near_parts = 0;
-  float nearest = cone->radius;
-  std::vector<int> near_parts;
-  for (int k = 0; k < ViewParts::kNum; ++k) {
-    if (seeds.HasFew(k)) continue;
-    const SeedsInView::Part& part = seeds.parts[k];
-    // Of a sample, one seed stands for several.
-    const float distance = part.count == 1 ? part.nearest : part.second;
-    if (distance >= cone->radius) continue;
-    nearest = std::min(nearest, distance);
-    near_parts.push_back(k);
-  }
-  for (const int part : near_parts) {
-    cone->near_parts |= uint64_t{1} << part;
-    const int row = part / kAcross, column = part % kAcross;
-    for (int r = std::max(0, row - 1); r <= std::min(kAcross - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(kAcross - 1, column + 1); ++c) {
-        const int beside = r * kAcross + c;
-        if (seeds.HasFew(beside)) cone->near_parts |= uint64_t{1} << beside;
-      }
-    }
-  }
-  cone->near_radius = kLongestInPart * nearest;
-}
-
-// Returns how far a view is clear (FreeSpace) but for its near parts, from the distances of the
-// seeds in it, each of which represents `weight` seeds; 0 if there are too few.
+// Returns how far a view is clear (FreeSpace), from the distances of the seeds in it, each of which
+// represents `weight` seeds; 0 if there are too few.
 float ClearRadius(std::vector<float>* distances, size_t weight) {
   if (distances->empty() || distances->size() * weight < kFewestSeeds) return 0;
   const auto quantile = [&](size_t rank) {
@@ -240,11 +155,11 @@ int64_t MeasureRadii(const SeedBlocks& seeds, std::vector<ClearCone>* cones) {
                                 FreeSpace::kMostSeedTests / static_cast<int64_t>(cones->size()));
   std::vector<int64_t> tests(cones->size());
   ParallelForBlocks(cones->size(), 16, [&](int64_t begin, int64_t end) {
-    SeedsInView in_view;
+    std::vector<float> distances;
     for (int64_t i = begin; i < end; ++i) {
-      tests[i] = seeds.FindIn((*cones)[i], most, &in_view);
-      (*cones)[i].radius = ClearRadius(&in_view.distances, in_view.weight);
-      FindNearParts(in_view, &(*cones)[i]);
+      size_t weight = 1;
+      tests[i] = seeds.DistancesIn((*cones)[i], most, &distances, &weight);
+      (*cones)[i].radius = ClearRadius(&distances, weight);
     }
   });
   return std::accumulate(tests.begin(), tests.end(), int64_t{0});
@@ -317,16 +232,15 @@ enum class Overlap { kNone, kPart, kWhole };
 Overlap OverlapWithBall(const ClearCone& cone, const Eigen::Vector3f& center, float ball_radius) {
   const Eigen::Vector3f offset = center - cone.apex;
   const float distance = offset.norm();
-  const float smallest_radius = cone.SmallestRadius();
   if (distance - ball_radius >= cone.radius) return Overlap::kNone;
-  if (distance + ball_radius < 0.5f * smallest_radius) return Overlap::kWhole;
+  if (distance + ball_radius < 0.5f * cone.radius) return Overlap::kWhole;
   if (distance <= ball_radius) return Overlap::kPart;
   const float angle = std::acos(std::clamp(offset.dot(cone.axis) / distance, -1.f, 1.f));
   const float half_angle = std::acos(std::clamp(cone.cosine, -1.f, 1.f));
   // Seen from the apex, the ball spans this much to either side; a little more for rounding.
   const float span = std::asin(ball_radius / distance) + 1e-3f;
-  if (angle + span < half_angle && distance + ball_radius < smallest_radius) return Overlap::kWhole;
-  if (angle - span > half_angle && distance - ball_radius >= 0.5f * smallest_radius) {
+  if (angle + span < half_angle && distance + ball_radius < cone.radius) return Overlap::kWhole;
+  if (angle - span > half_angle && distance - ball_radius >= 0.5f * cone.radius) {
     return Overlap::kNone;
   }
   return Overlap::kPart;
@@ -355,16 +269,6 @@ float SkyBegin(const TrainingViews& views, const std::vector<SeedPoint>& seeds) 
 }
 
 }  // namespace
-
-bool ClearCone::Contains(const Eigen::Vector3f& x) const {
-  const Eigen::Vector3f offset = x - apex;
-  const float distance = offset.norm();
-  if (distance >= radius) return false;
-  const float smallest = SmallestRadius();
-  if (distance < 0.5f * smallest) return true;
-  if (offset.dot(axis) <= cosine * distance) return false;
-  return distance < smallest || (near_parts >> ViewParts(*this).PartOf(offset, distance) & 1) == 0;
-}
 
 FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
   for (int view = 0; view < views.NumViews(); ++view) {

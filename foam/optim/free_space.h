@@ -3,7 +3,6 @@
 
 #include "foam/data/training_views.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -13,8 +12,7 @@
 namespace semfoam {
 
 // The empty near part of a view: a cone around the directions that it sees, and a ball of half the
-// cone's radius around the camera. Where a surface is nearer, in a part of the view, the cone ends
-// at a smaller radius. Normalised frame.
+// cone's radius around the camera. Normalised frame.
 struct ClearCone {
   Eigen::Vector3f apex;
   // Unit length.
@@ -22,14 +20,12 @@ struct ClearCone {
   // Cosine of the half angle.
   float cosine = 1;
   float radius = 0;
-  // The parts with a nearer surface, a bit each, and where the cone ends in these. The directions
-  // are divided by a grid of 8 x 8 across the axis.
-  uint64_t near_parts = 0;
-  float near_radius = 0;
 
-  // The radius at which no direction ends nearer.
-  float SmallestRadius() const { return near_parts == 0 ? radius : std::min(radius, near_radius); }
-  bool Contains(const Eigen::Vector3f& x) const;
+  bool Contains(const Eigen::Vector3f& x) const {
+    const Eigen::Vector3f offset = x - apex;
+    const float distance = offset.norm();
+    return distance < 0.5f * radius || (distance < radius && offset.dot(axis) > cosine * distance);
+  }
 };
 
 // Describes the space that must be empty, because matter there would hide what the photos show: the
@@ -40,12 +36,6 @@ struct ClearCone {
 // n - 0.5 (m - n), within 0.3 n to 0.95 n: where the points lie in a narrow band, as those of one
 // distant object, the space before the band is known to be empty; where they are scattered,
 // surfaces without a point may be nearer than the nearest point.
-//
-// A textured thing has many points, the plain table before it few. So the depth differs in the
-// parts of the view (8 x 8 of equal size) in which it would clear a surface: those of at least four
-// points, the second nearest of which is nearer than this depth, and parts beside these that have
-// fewer points. In these it is 0.8 times the distance of the nearest such surface, as cells reach
-// beyond their sites.
 //
 // Interpolated views: from every photo to those of its 8 nearest ones that look the same way
 // (within 60 degrees) and are nearer than 1.5 times the clear radius, a view at every 0.15 of that

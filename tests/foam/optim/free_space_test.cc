@@ -142,54 +142,6 @@ TEST(FreeSpace, StaysFarFromScatteredPoints) {
   EXPECT_LT(space.cones()[0].radius, 0.75 * 0.65);
 }
 
-// A textured thing, and the plain table on which it stands, with one of 50 points.
-TEST(FreeSpace, KeepsThePlainTableBeforeATexturedThing) {
-  const Arc arc(1, 0);
-  const std::vector<SeedPoint> thing = Ball(0.05, 3000);
-  std::vector<SeedPoint> seeds = thing;
-  for (int i = 0; i < 50; ++i) {
-    CounterRandom random(7, 3, i);
-    const Eigen::Vector3d unit = UniformVector(&random);
-    seeds.push_back(
-        {Eigen::Vector3d(0.2 + 0.3 * unit.x(), 0.5 * (unit.y() - 0.5), -0.2).cast<float>(),
-         Eigen::Vector3f::Ones()});
-  }
-  const FreeSpace space(arc, seeds);
-  ASSERT_EQ(space.cones().size(), 1);
-  float nearest = 1;
-  for (size_t i = thing.size(); i < seeds.size(); ++i) {
-    nearest = std::min(nearest, (seeds[i].position - space.cones()[0].apex).norm());
-    EXPECT_FALSE(space.Contains(seeds[i].position)) << i;
-  }
-  const auto towards_table = [&](float distance) {
-    const Eigen::Vector3f apex = space.cones()[0].apex;
-    return Eigen::Vector3f(apex +
-                           distance * (Eigen::Vector3f(0.35f, 0, -0.2f) - apex).normalized());
-  };
-  EXPECT_TRUE(space.Contains(towards_table(0.75f * nearest)));
-  EXPECT_FALSE(space.Contains(towards_table(0.95f * nearest)));
-  // Beside the table nothing is nearer than the thing.
-  EXPECT_TRUE(space.Contains(Before(arc, 0, 0.88)));
-  EXPECT_TRUE(space.Contains({0.4f, 0, 0.2f}));
-}
-
-// The table's points lie too far apart for some parts of the view to have four.
-TEST(FreeSpace, TakesPartsOfTheViewWithFewPointsForTheOnesBeside) {
-  const Arc arc(1, 0);
-  std::vector<SeedPoint> seeds = Ball(0.05, 3000);
-  const auto add = [&](float y, int count) {
-    for (int i = 0; i < count; ++i) {
-      seeds.push_back({{0.5f, y + 0.002f * static_cast<float>(i), -0.2f}, Eigen::Vector3f::Ones()});
-    }
-  };
-  add(-0.15f, 4);
-  const Eigen::Vector3f beside(0.5f, -0.06f, -0.2f), far_off(0.5f, 0.15f, -0.2f);
-  EXPECT_FALSE(FreeSpace(arc, seeds).Contains(beside));
-  EXPECT_TRUE(FreeSpace(arc, seeds).Contains(far_off));
-  seeds.resize(seeds.size() - 1);
-  EXPECT_TRUE(FreeSpace(arc, seeds).Contains(beside)) << "three points are no surface";
-}
-
 TEST(FreeSpace, IsKnownBetweenTheCamerasToo) {
   const Arc arc(3, 20);  // the middle one is held out
   const FreeSpace space(arc, Ball(0.05, 1000));

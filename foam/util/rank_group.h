@@ -13,7 +13,7 @@
 namespace semfoam {
 
 // Reports that another process of a RankGroup has ended, or cannot be reached. Its text names the
-// rank.
+// rank, where that is known.
 class LostRank : public UserError {
  public:
   using UserError::UserError;

@@ -170,12 +170,19 @@ class MpiRanks final : public RankGroup {
     throw LostRank(*lost_);
   }
 
+  // Returns the name of the rank that is lost, where MPI does not tell which: of two, the other
+  // one.
+  std::string AnotherRank() const {
+    const std::string of_all = " of " + std::to_string(num_ranks_);
+    return num_ranks_ == 2 ? "Rank " + std::to_string(1 - rank_) + of_all : "A rank" + of_all;
+  }
+
   void Require(int error) {
     if (error == MPI_SUCCESS) return;
     char text[MPI_MAX_ERROR_STRING] = "";
     int length = 0;
     MPI_Error_string(error, text, &length);
-    Lose("Another rank was lost (" + std::string(text, length) + ")");
+    Lose(AnotherRank() + " was lost (" + std::string(text, length) + ")");
   }
 
   void ExchangeHeaders() {
@@ -209,7 +216,7 @@ class MpiRanks final : public RankGroup {
       if (requests[k] == MPI_REQUEST_NULL) continue;
       silent += (silent.empty() ? "Rank " : ", ") + std::to_string(k < size_t(rank_) ? k : k + 1);
     }
-    Lose((silent.empty() ? "Another rank" : silent) + " of " + std::to_string(num_ranks_) +
+    Lose((silent.empty() ? AnotherRank() : silent + " of " + std::to_string(num_ranks_)) +
          " was lost");
   }
 
@@ -236,7 +243,7 @@ class MpiRanks final : public RankGroup {
                             unit_,
                             MPI_COMM_WORLD,
                             request.data()));
-    if (!Wait(&request)) Lose("Another rank was lost");
+    if (!Wait(&request)) Lose(AnotherRank() + " was lost");
   }
 
   // Waits for all requests. Returns false where they are not done, on rank 0, a while after the

@@ -24,6 +24,8 @@ constexpr double kLeastGainSpread = 0.01;
 constexpr double kLeastColorSpread = 0.01;
 constexpr double kLeastFalloff = 0.03;  // of the corners' light
 constexpr double kLeastViewDependence = 0.01;
+constexpr double kHalfwayOut = 0.5;           // squared radius of what is half-way to the corners
+constexpr double kLeastShareOutside = 0.02;   // of the observations, farther out than that
 constexpr double kLeastShareOfQuarter = 0.5;  // of the mean falloff over the quarters
 constexpr double kMostShading = 0.5;          // planes over photos, as a share of the effect
 constexpr size_t kFewestSamples = 100;
@@ -141,6 +143,16 @@ Choice LowestBic(const Fits& fits, const Range& range) {
   return best;
 }
 
+// Returns the share of the observations farther out than half-way to the corners. A thing in the
+// middle of its photos has none there: a falloff would be its own light and shadow, carried on to
+// the corners.
+double ShareOutside(const std::vector<LightSample>& samples) {
+  const auto outside = std::count_if(samples.begin(), samples.end(), [](const LightSample& sample) {
+    return sample.squared_radius > kHalfwayOut;
+  });
+  return static_cast<double>(outside) / static_cast<double>(samples.size());
+}
+
 // [quarters] Light half-way to the corners over light in the middle.
 using QuarterLights = std::array<double, 4>;
 
@@ -150,11 +162,10 @@ QuarterLights FitQuarters(const LightSamples& samples, int gains) {
   quarters.num_lenses = std::tuple_size_v<QuarterLights>;
   for (LightSample& sample : quarters.all) sample.lens = sample.quarter;
   const LightFit fit = FitLight(quarters, ModelOf({gains, 1}, false), nullptr);
-  constexpr double kSquaredRadius = 0.5;
   QuarterLights lights;
   for (size_t q = 0; q < lights.size(); ++q) {
     const Eigen::Vector2d& falloff = fit.falloff[q];
-    lights[q] = std::exp(kSquaredRadius * (falloff[0] + kSquaredRadius * falloff[1]));
+    lights[q] = std::exp(kHalfwayOut * (falloff[0] + kHalfwayOut * falloff[1]));
   }
   return lights;
 }
@@ -255,13 +266,21 @@ std::string ChangeText(double light) {
 Effect VignettingEffect(const Fits& fits,
                         Choice choice,
                         const Shading& shading,
+                        double share_outside,
                         const std::optional<QuarterLights>& quarters,
                         const EffectsOptions& options) {
   Effect effect = MakeEffect("vignetting", choice.falloff != 0, options.vignetting, CostOfLight());
+  effect.measures["share_outside"] = share_outside;
+  if (!effect.on && share_outside < kLeastShareOutside) {
+    effect.evidence =
+        Format("%.1f %% of the observations are more than half-way to the corners, too few to tell",
+               100 * share_outside);
+    return effect;
+  }
   const LightFit& flat = fits[choice.gains][0];
   const LightFit& vignetted = fits[choice.gains][1];
-  effect.measures = {{"corner_light", vignetted.CornerLight()},
-                     {"bic_gain", flat.bic - vignetted.bic}};
+  effect.measures["corner_light"] = vignetted.CornerLight();
+  effect.measures["bic_gain"] = flat.bic - vignetted.bic;
   effect.evidence =
       "corners " + ChangeText(vignetted.CornerLight()) + ", " + BicText(flat.bic - vignetted.bic);
   if (shading.explains_falloff) AddShading(shading, &effect);
@@ -395,6 +414,8 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
             FitLight(samples.training, ModelOf({gains, falloff}, false), simpler);
       }
     }
+    const double share_outside = ShareOutside(samples.training.all);
+    if (share_outside < kLeastShareOutside) range.most.falloff = range.least.falloff;
     Choice camera = LowestBic(fits, range);
     std::optional<QuarterLights> quarters;
     if (camera.falloff > range.least.falloff) {
@@ -412,7 +433,7 @@ SceneEffects ProbeEffects(const TrainingScene& scene, const EffectsOptions& opti
     const LightFit& chosen = fits[choice.gains][choice.falloff];
     result.effects = {ExposureEffect(fits, choice, shading, options),
                       WhiteBalanceEffect(fits, choice, options),
-                      VignettingEffect(fits, choice, shading, quarters, options)};
+                      VignettingEffect(fits, choice, shading, share_outside, quarters, options)};
     if (choice.gains > 0 || choice.falloff > 0) {
       result.lights = chosen.Lights(plan.lenses, samples.held_out);
     }

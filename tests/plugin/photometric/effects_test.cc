@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "tests/foam/synthetic_views.h"
@@ -157,6 +158,38 @@ TEST(Effects, DarkeningOfOneSideIsNoVignetting) {
   EffectsOptions options;
   options.vignetting = EffectSwitch::kOn;
   EXPECT_TRUE(IsOn(ProbeEffects(changed.scene, options), "vignetting"));
+}
+
+// The tracks of a thing that stands in the middle of all photos.
+TEST(Effects, AThingInTheMiddleTellsNothingOfTheCorners) {
+  const TempFolder folder;
+  const fs::path workspace = folder / "w";
+  WriteChangedWorkspace(kTabletop, workspace, {.falloff = 0.3});
+  Reconstruction model = ReadReconstruction(workspace / "sparse/0");
+  std::map<uint32_t, const Image*> images;
+  for (Image& image : model.images) {
+    for (Point2D& point : image.points) {
+      const bool is_outside = PlaceInPhoto({point.x, point.y}, 320, 240).squaredNorm() > 0.4;
+      if (is_outside) point.point3d_id = kNoPoint3D;
+    }
+    images[image.id] = &image;
+  }
+  for (Point3D& point : model.points) {
+    std::erase_if(point.track, [&](const TrackElement& seen) {
+      return images.at(seen.image_id)->points[seen.point2d_index].point3d_id == kNoPoint3D;
+    });
+  }
+  WriteReconstruction(workspace / "sparse/0", model, ModelFormat::kBinary);
+  const TrainingScene scene(PlanScene(OptionsFor(workspace)));
+  const SceneEffects effects = ProbeEffects(scene, {});
+  const Effect& vignetting = effects.Find("vignetting");
+  EXPECT_FALSE(vignetting.on);
+  EXPECT_EQ(vignetting.measures.at("share_outside"), 0);
+  EXPECT_THAT(vignetting.evidence, HasSubstr("0.0 % of the observations"));
+
+  EffectsOptions options;
+  options.vignetting = EffectSwitch::kOn;
+  EXPECT_TRUE(IsOn(ProbeEffects(scene, options), "vignetting"));
 }
 
 TEST(Effects, SmallChangesOfExposureAreFoundAndHaveNoColour) {

@@ -31,7 +31,8 @@ namespace semfoam {
 //   observations farther out than half-way to the corners (r^2 = 0.5), for a thing in the middle of
 //   its photos tells nothing of corners; and all quarters of the photos alike: fitted to each
 //   quarter, of all lenses together, the falloff half-way to the corners is at least half of its
-//   mean over the quarters. A lamp, a floor or gloss that photos have on one side darkens the other.
+//   mean over the quarters. A lamp, a floor or gloss that photos have on one side darkens the
+//   other.
 // - None of the three where the light moves: an object on a turntable turns away from its lamp, and
 //   whole photos of it darken. But then parts of a photo darken more than others. So a plane over
 //   each photo is fitted too; where the planes lower the BIC and vary by more than half of what the

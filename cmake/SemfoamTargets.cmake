@@ -2,10 +2,11 @@
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
-  # What ccache asks for before it trusts precompiled headers: it then looks at what they hold, not at their times.
+  # What ccache asks for before it trusts precompiled headers: it then looks at what they hold, not at their times. Paths
+  # below the source folder are hashed relative to it, so a clone in another folder is served from the same cache.
   set(CMAKE_CXX_COMPILER_LAUNCHER
       ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
-      ${CCACHE_PROGRAM})
+      CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
 
 add_library(semfoam_flags INTERFACE)

@@ -18,19 +18,16 @@ namespace {
 // place in the tetrahedron, of which l is returned through `ahead` and k through `behind`.
 void CornersAroundEdge(
     const std::array<uint32_t, 4>& tet, uint32_t i, uint32_t j, int* behind, int* ahead) {
-  int places[4];
-  int others = 2;
-  for (int v = 0; v < 4; ++v) {
-    if (tet[v] == i) {
-      places[0] = v;
-    } else if (tet[v] == j) {
-      places[1] = v;
-    } else {
-      CHECK_LT(others, 4);
-      places[others++] = v;
-    }
-  }
-  CHECK_EQ(others, 4);
+  const auto place_of = [&](uint32_t cell) {
+    const auto place = std::find(tet.begin(), tet.end(), cell);
+    CHECK(place != tet.end());
+    return static_cast<int>(place - tet.begin());
+  };
+  const int at_i = place_of(i), at_j = place_of(j);
+  int k = 0, l = 3;
+  while (k == at_i || k == at_j) ++k;
+  while (l == at_i || l == at_j) --l;
+  const std::array<int, 4> places = {at_i, at_j, k, l};
   int inversions = 0;
   for (int a = 0; a < 4; ++a) {
     for (int b = a + 1; b < 4; ++b) inversions += places[a] > places[b];

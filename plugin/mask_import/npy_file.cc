@@ -66,10 +66,11 @@ class HeaderParser {
   }
 
  private:
-  [[noreturn]] void Fail(const std::string& what) const {
+  template <typename... Parts>
+  [[noreturn]] void Fail(const Parts&... what) const {
     throw UserError(path_.string(),
                     ": its NumPy header ",
-                    what,
+                    what...,
                     ", where descr, fortran_order and shape of an array of ",
                     TextOf(elements_),
                     " would be right.");
@@ -87,7 +88,7 @@ class HeaderParser {
   }
 
   void Expect(char c) {
-    if (!Accept(c)) Fail(std::string("has no ") + c + " where one belongs");
+    if (!Accept(c)) Fail("has no ", c, " where one belongs");
   }
 
   std::string_view Quoted() {

@@ -203,7 +203,7 @@ TracedRay TraceLikeAGpu(const RayScene& scene, const RayCase& ray, uint32_t star
     TracedRay out;
     out.hit_step_limit = record.hit_step_limit;
     RecordedSegment<float> segment;
-    ShadedSegment<float> shaded;
+    ShadedSegment<float> shaded{};
     auto segments = record.FromTheEnd();
     while (segments.Next(&segment, &shaded)) {
       const bool is_shaded = segment.shaded >= 0;

@@ -49,7 +49,7 @@ void RenderRays(const BenchmarkScene& scene,
       traces[k].quantile_tau[1] = -std::log(0.25f);
     }
     TraceRays(scene.renderer.geometry(), scene.renderer.shading(), CutoffTau(), traces);
-    for (const RayTrace& trace : traces) {
+    for (RayTrace& trace : traces) {
       totals->segments += trace.num_segments;
       totals->hit_step_limit |= trace.hit_step_limit;
       look(trace);
@@ -89,7 +89,7 @@ void RunForward(benchmark::State& state, const SceneSource& source) {
   const auto scene = source();
   const double ray_bytes = MeanRayBytes(*scene);
   const std::span<const WalkQuery> all_rays(scene->rays);
-  const auto keep = [](const RayTrace& trace) { benchmark::DoNotOptimize(trace.composite); };
+  const auto keep = [](RayTrace& trace) { benchmark::DoNotOptimize(trace.composite); };
   RenderTotals totals;
   Stopwatch watch;
   for ([[maybe_unused]] auto iteration : state) {

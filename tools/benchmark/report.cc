@@ -104,6 +104,16 @@ void PrintNotes(std::ostream& out) {
          "copy; above 100 %, caches serve it.\n";
 }
 
+// Google Benchmark 1.8 put `skipped` in the place of `error_occurred`.
+template <typename Run>
+bool HasFailed(const Run& run) {
+  if constexpr (requires { run.error_occurred; }) {
+    return run.error_occurred;
+  } else {
+    return run.skipped != 0;
+  }
+}
+
 }  // namespace
 
 Report::Report() : display_(benchmark::CreateDefaultDisplayReporter()) {}
@@ -115,8 +125,9 @@ void Report::Finalize() { display_->Finalize(); }
 void Report::ReportRuns(const std::vector<Run>& runs) {
   display_->ReportRuns(runs);
   for (const Run& run : runs) {
-    failed_ |= run.error_occurred;
-    if (run.error_occurred) continue;
+    const bool has_failed = HasFailed(run);
+    failed_ |= has_failed;
+    if (has_failed) continue;
     const std::string full_name = run.run_name.str();
     const size_t mark = full_name.find(kThreadsMark);
     const std::string name = full_name.substr(0, mark);

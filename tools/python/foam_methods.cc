@@ -43,7 +43,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const PhotoRecord& PhotoNamed(const FoamObject& foam, const std::string& name) {
+PhotoRecord PhotoNamed(const FoamObject& foam, const std::string& name) {
   for (const PhotoRecord& photo : foam.model().photos) {
     if (photo.name == name) return photo;
   }
@@ -59,7 +59,7 @@ Rendering RenderView(const FoamObject& foam,
     const Pose pose = PoseFrom(cam_from_world);
     return WithoutGil([&] { return Render(foam, any, pose, supersample); });
   }
-  const PhotoRecord& photo = PhotoNamed(foam, camera.cast<std::string>());
+  const PhotoRecord photo = PhotoNamed(foam, camera.cast<std::string>());
   if (!cam_from_world.is_none()) {
     throw UserError(
         "cam_from_world is given with a photo, which has a pose; a camera of a photo "

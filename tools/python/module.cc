@@ -48,9 +48,9 @@ void AddExceptions(py::module_* module) {
     try {
       if (exception) std::rethrow_exception(exception);
     } catch (const UserError& caught) {
-      error(caught.what());
+      PyErr_SetString(error.ptr(), caught.what());
     } catch (const Interruption&) {
-      stopped("the progress function has stopped the training");
+      PyErr_SetString(stopped.ptr(), "the progress function has stopped the training");
     } catch (const std::bad_alloc&) {
       PyErr_SetString(PyExc_MemoryError, MemoryUsedUp().c_str());
     }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "foam/data/block_contrast.h"
+#include "foam/data/solid_ground.h"
 #include "foam/util/ids.h"
 
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -96,6 +98,10 @@ class TrainingViews {
   // Returns in how many passes over the photos (PixelRange) each pixel of the view is drawn once:
   // 1, or more where the view is to count less.
   virtual int PassesPerDraw(int /*view*/) const { return 1; }
+
+  // Returns what the things that the views show stand on; nothing where it is not known to be a
+  // plane.
+  virtual std::optional<SolidGround> Ground() const { return std::nullopt; }
 
   // Returns whether pixels of the view may have a class.
   virtual bool HasLabels(int /*view*/) const { return true; }

@@ -270,7 +270,8 @@ float SkyBegin(const TrainingViews& views, const std::vector<SeedPoint>& seeds) 
 
 }  // namespace
 
-FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds) {
+FreeSpace::FreeSpace(const TrainingViews& views, const std::vector<SeedPoint>& seeds)
+    : ground_(views.Ground()) {
   for (int view = 0; view < views.NumViews(); ++view) {
     ClearCone cone;
     if (!views.IsHeldOut(view) && ConeOfView(views, view, &cone)) cones_.push_back(cone);
@@ -369,7 +370,7 @@ void FreeSpace::BuildRow(int y,
 
 bool FreeSpace::Contains(const Eigen::Vector3f& x) const {
   if (x.squaredNorm() > sky_begin_ * sky_begin_) return true;
-  if (cones_.empty()) return false;
+  if (cones_.empty() || (ground_ && ground_->Contains(x))) return false;
   const Eigen::Array3f at = (x - low_).array() / voxel_size_;
   if (!(at >= 0).all() || !(at < kGridSide).all()) return false;
   const Eigen::Array3i index = at.cast<int>();

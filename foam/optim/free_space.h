@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/solid_ground.h"
 #include "foam/data/training_views.h"
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,6 +43,9 @@ struct ClearCone {
 // (within 60 degrees) and are nearer than 1.5 times the clear radius, a view at every 0.15 of that
 // radius. Without them, training places matter of the background's colour between the cameras: each
 // photo explains the background of the object by matter near another camera.
+//
+// Whatever the points say, the ground is not empty (TrainingViews::Ground): where a textured thing
+// has nearly all points, a plain table before it looks as if it were before the nearest ones.
 class FreeSpace {
  public:
   FreeSpace() = default;
@@ -57,7 +62,7 @@ class FreeSpace {
   static constexpr int64_t kFewestSampledSeeds = 8192;
   static constexpr int64_t kMostConesBetween = 32768;
 
-  // Returns whether `x` lies in a cone, or beyond sky_begin.
+  // Returns whether `x` lies in a cone and not in the ground, or beyond sky_begin.
   bool Contains(const Eigen::Vector3f& x) const;
 
   // Returns the distance from the origin beyond which only sky may be: 1.2 times that within which
@@ -92,6 +97,7 @@ class FreeSpace {
   static constexpr size_t kMostCandidates = 1024;
 
   std::vector<ClearCone> cones_;
+  std::optional<SolidGround> ground_;
   float sky_begin_ = std::numeric_limits<float>::infinity();
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   float voxel_size_ = 1;

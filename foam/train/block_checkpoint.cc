@@ -53,6 +53,8 @@ constexpr char kLastTriangulation[] = "last_triangulation";
 
 // The array of a block's start that holds the positions of the seeds.
 constexpr char kSeeds[] = "seeds";
+// ... and that of what things stand on, where that is known.
+constexpr char kGround[] = "ground";
 
 template <size_t N>
 bool IsAmong(const char* const (&names)[N], const std::string& name) {
@@ -207,6 +209,15 @@ std::vector<SeedPoint> SeedsOf(const Checkpoint& start) {
   return seeds;
 }
 
+std::optional<SolidGround> GroundOf(const Checkpoint& start) {
+  const CheckpointContents contents = start.Contents();
+  const bool is_known = std::any_of(contents.arrays.begin(),
+                                    contents.arrays.end(),
+                                    [](auto& array) { return array.name == kGround; });
+  if (!is_known) return std::nullopt;
+  return ValuesOf<SolidGround>(contents, kGround).front();
+}
+
 bool CanBeSplit(const CheckpointContents& contents) {
   const auto pending = contents.texts.find("pending");
   return (pending == contents.texts.end() || pending->second.empty()) &&
@@ -285,6 +296,9 @@ OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, Bl
   std::vector<Eigen::Vector3f> seeds;
   for (const SeedPoint& seed : block.seeds) seeds.push_back(seed.position);
   SetArray(kSeeds, seeds, &start);
+  if (const std::optional<SolidGround> ground = views.Ground()) {
+    SetArray(kGround, std::vector<SolidGround>{*ground}, &start);
+  }
   return start;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/solid_ground.h"
 #include "foam/model/foam.h"
 #include "foam/optim/optimizer.h"
 #include "foam/train/checkpoint.h"
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
 // Splits the checkpoint of a training into those of blocks, and joins the blocks' results to a
@@ -66,6 +68,8 @@ size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
 
 // Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.
 std::vector<SeedPoint> SeedsOf(const Checkpoint& start);
+// Returns what things stand on in the run (TrainingViews::Ground), of a block's start.
+std::optional<SolidGround> GroundOf(const Checkpoint& start);
 
 // Returns the result of a block: of a checkpoint of its run, the sites in its box. Borrows arrays
 // of `trained`; `begin` is the iteration at which the space was split.

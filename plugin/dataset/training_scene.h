@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/solid_ground.h"
 #include "foam/data/training_views.h"
 #include "foam/geometry/similarity.h"
 #include "foam/image/image.h"
@@ -67,6 +68,7 @@ class TrainingScene final : public TrainingViews {
   bool RayOf(int view, int x, int y, const PixelValue& value, TrainingRay* ray) const override;
 
   const BlockContrast* Contrast(int view) const override { return &views_[view].contrast; }
+  std::optional<SolidGround> Ground() const override { return ground_; }
   int PassesPerDraw(int view) const override {
     return passes_per_draw_.empty() ? 1 : passes_per_draw_[view];
   }
@@ -88,6 +90,9 @@ class TrainingScene final : public TrainingViews {
 
   // Sets the distances of all later rays (TrainingRay::distance). `depths` [views]; empty: none.
   void SetDepths(std::vector<PhotoDepths> depths);
+
+  // Sets what things stand on, before a training.
+  void SetGround(const std::optional<SolidGround>& ground) { ground_ = ground; }
 
   // Sets how often pixels are drawn (TrainingViews::PassesPerDraw), before a training. `passes`
   // [views]; empty: 1 for all.
@@ -187,6 +192,7 @@ class TrainingScene final : public TrainingViews {
   std::vector<PhotoLight> lights_;
   // Empty: none.
   std::vector<PhotoDepths> depths_;
+  std::optional<SolidGround> ground_;
   // Empty: 1 for all.
   std::vector<int> passes_per_draw_;
   // Empty: none.

@@ -35,6 +35,8 @@ constexpr double kTolerance = 0.015;
 constexpr double kSeenThrough = 2 * kTolerance;
 // Plain surfaces need fewer cells than textured ones.
 constexpr size_t kMeasuredPerPlainSeed = 8, kLeastPlainSeeds = 8;
+// SolidGround::thickness, as a share of the cameras' mean height.
+constexpr double kGroundThickness = 0.05;
 // Share of kSkyRadius from which on a ray's distance counts as infinite. The cells of sky begin
 // half-way between it and the farthest other sites.
 constexpr double kInfiniteShare = 0.7;
@@ -228,6 +230,31 @@ std::vector<SeedPoint> MergedPoints(const std::vector<StereoView>& views,
   return merger.Take();
 }
 
+// Returns the part of the plane that the seeds on it span; nothing where there are none.
+std::optional<SolidGround> GroundOf(const LevelPlane& plane,
+                                    const std::vector<StereoView>& views,
+                                    const std::vector<SeedPoint>& seeds) {
+  double camera_height = 0;
+  for (const StereoView& view : views) camera_height += plane.HeightOf(view.origin);
+  camera_height /= static_cast<double>(views.size());
+  SolidGround ground;
+  ground.up = plane.up.cast<float>();
+  ground.level = static_cast<float>(plane.level);
+  ground.thickness = static_cast<float>(kGroundThickness * camera_height);
+  std::vector<Eigen::Vector3f> on_plane;
+  for (const SeedPoint& seed : seeds) {
+    if (std::abs(plane.HeightOf(seed.position.cast<double>())) > ground.thickness) continue;
+    on_plane.push_back(seed.position);
+    ground.middle += seed.position;
+  }
+  if (on_plane.empty()) return std::nullopt;
+  ground.middle /= static_cast<float>(on_plane.size());
+  for (const Eigen::Vector3f& x : on_plane) {
+    ground.radius = std::max(ground.radius, (x - ground.middle).norm());
+  }
+  return ground;
+}
+
 // Returns [views][pixels] 1 for what is infinitely far, of what neither map knows the depth of.
 std::vector<std::vector<uint8_t>> FarPixels(const std::vector<StereoView>& views,
                                             const std::vector<ViewOverlap>& overlaps,
@@ -323,6 +350,7 @@ SurfaceSeeds FindSurfaceSeeds(const TrainingScene& scene, int most_photos, bool 
       AgreedFillings(views, overlaps, measured, FillAll(views, std::move(on_planes)), plane);
   const std::vector<SeedPoint> plain = MergedPoints(
       views, filled, std::max(kLeastPlainSeeds, found.points.size() / kMeasuredPerPlainSeed));
+  if (plane) found.solid_ground = GroundOf(*plane, views, plain);
   found.points.insert(found.points.end(), plain.begin(), plain.end());
   std::vector<std::vector<uint8_t>> far(views.size());
   if (find_sky) far = FarPixels(views, overlaps, measured, filled);

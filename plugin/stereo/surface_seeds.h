@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/data/solid_ground.h"
 #include "foam/data/training_views.h"
 #include "plugin/dataset/photo_depths.h"
 #include "plugin/dataset/training_scene.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,8 @@ struct SurfaceSeeds {
   bool has_ground = false;
   // Whether the plane that things stand on was (FindSupportPlane).
   bool has_support = false;
+  // Either of them, as far as there are points on it.
+  std::optional<SolidGround> solid_ground;
   // Number of photos that were swept, and of training photos.
   int num_swept = 0;
   int num_training = 0;

@@ -466,6 +466,7 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
     const Checkpoint start(path / kStart);
     RequireOfBlock(start, record, block);
     run->block_seeds = SeedsOf(start);
+    run->block_ground = GroundOf(start);
     if (IterationOf(start) >= record.merge_iteration) {
       write_result(start.Contents());
       return;

@@ -681,10 +681,12 @@ SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
   findings.sky.by_option = !run.effects.sky;
   findings.sky.evidence = "not looked for";
   findings.sky.cost = Plural(kMostSkySeeds, "cell") + " more at most";
+  if (!run.block_seeds.empty()) scene->SetGround(run.block_ground);
   if (!Sweeps(run) || !run.block_seeds.empty()) return findings;
   SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos, run.effects.sky);
   findings.report = found.Report();
   if (run.effects.sky) DescribeSky(found, &findings.sky);
+  scene->SetGround(found.solid_ground);
   scene->AddSeeds(std::move(found.points));
   if (run.training.distance_weight > 0) scene->SetDepths(std::move(found.depths));
   return findings;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "export/scene/enum_names.h"
+#include "foam/data/solid_ground.h"
 #include "foam/device/device.h"
 #include "foam/model/model.h"
 #include "foam/train/trainer.h"
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -60,6 +62,8 @@ struct TrainingRun {
   // The seeds of a run that trains one block (SeedsOf); empty: those of the scene, and of a plane
   // sweep.
   std::vector<SeedPoint> block_seeds;
+  // What things stand on in the run of which one block is trained (GroundOf).
+  std::optional<SolidGround> block_ground;
   // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
   int64_t block_sites = 0;
   // Parts of a checkpoint's identity besides options and inputs.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "tests/foam/synthetic_views.h"
@@ -17,7 +18,7 @@ namespace {
 
 // Cameras on an arc around the origin, `degrees` apart, that look at it, 1 away. View 1 is held
 // out.
-class Arc final : public TrainingViews {
+class Arc : public TrainingViews {
  public:
   Arc(int num_views, double degrees) : num_views_(num_views), degrees_(degrees) {}
 
@@ -131,6 +132,31 @@ TEST(FreeSpace, ReachesNearlyToPointsInANarrowBand) {
   EXPECT_NEAR(space.cones()[0].radius, 0.95 * 0.95, 0.01);
   EXPECT_TRUE(space.Contains(Before(arc, 0, 0.88)));
   EXPECT_FALSE(space.Contains(Before(arc, 0, 0.92)));
+}
+
+// A plane 0.2 below the cameras, up to `radius` from the origin.
+class ArcAboveGround final : public Arc {
+ public:
+  explicit ArcAboveGround(float radius) : Arc(1, 0), radius_(radius) {}
+  std::optional<SolidGround> Ground() const override {
+    return SolidGround{.level = -0.2f, .radius = radius_, .thickness = 0.02f};
+  }
+
+ private:
+  float radius_;
+};
+
+TEST(FreeSpace, IsNotInTheGround) {
+  const std::vector<SeedPoint> seeds = Ball(0.05, 1000);
+  const Eigen::Vector3f on(0.4f, 0, -0.19f), below(0.4f, 0, -0.25f), above(0.4f, 0, -0.17f);
+  for (const Eigen::Vector3f& x : {on, below, above}) {
+    EXPECT_TRUE(FreeSpace(Arc(1, 0), seeds).Contains(x));
+    EXPECT_TRUE(FreeSpace(ArcAboveGround(0.3f), seeds).Contains(x));
+  }
+  const FreeSpace space(ArcAboveGround(0.5f), seeds);
+  EXPECT_FALSE(space.Contains(on));
+  EXPECT_FALSE(space.Contains(below));
+  EXPECT_TRUE(space.Contains(above));
 }
 
 TEST(FreeSpace, StaysFarFromScatteredPoints) {

@@ -204,6 +204,27 @@ TEST_F(BlockTest, FrozenSitesStayAndOthersAreTrained) {
   EXPECT_GT(after.NumSites(), all.size());
 }
 
+class ViewsOnGround final : public SyntheticViews {
+ public:
+  using SyntheticViews::SyntheticViews;
+  std::optional<SolidGround> Ground() const override {
+    return SolidGround{.level = -0.25f, .radius = 2, .thickness = 0.125f};
+  }
+};
+
+TEST_F(BlockTest, KnowsTheGroundOfTheRun) {
+  WriteStart(1);
+  EXPECT_FALSE(GroundOf(Checkpoint(StartOf(1))));
+  const ViewsOnGround views(Views().NumViews(), Views().Width(0), Views().Height(0));
+  const BlockTraining training{boxes_[1], halo_, rays_[1], views.Seeds(400), BlockOptions()};
+  WriteCheckpoint(StartOf(1), BlockStart(*split_, views, training).contents);
+  const std::optional<SolidGround> ground = GroundOf(Checkpoint(StartOf(1)));
+  ASSERT_TRUE(ground);
+  EXPECT_EQ(ground->level, -0.25f);
+  EXPECT_EQ(ground->radius, 2);
+  EXPECT_EQ(ground->thickness, 0.125f);
+}
+
 TEST_F(BlockTest, StoppedBlockEndsWithTheSameBytes) {
   WriteStart(1);
   const auto whole = TrainBlock(1, StartOf(1), (split_iteration_ + kMerge) / 2);

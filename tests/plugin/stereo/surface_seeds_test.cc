@@ -423,6 +423,14 @@ TEST(SurfaceSeeds, AreOnTheGroundBeforeTheCameras) {
   SurfaceSeeds seeds = FindSurfaceSeeds(scene, kPhotos);
   EXPECT_TRUE(seeds.has_ground);
   EXPECT_THAT(seeds.Report(), HasSubstr("the ground before the cameras is a plane"));
+  ASSERT_TRUE(seeds.solid_ground);
+  const auto is_ground = [&](const Eigen::Vector3d& world) {
+    return seeds.solid_ground->Contains(scene.WorldFromNormalized().Invert(world).cast<float>());
+  };
+  EXPECT_TRUE(is_ground({0, kGround + 0.01, 0.5}));
+  EXPECT_TRUE(is_ground({0, kGround + 5, 0.5}));
+  EXPECT_FALSE(is_ground({0, kGround - 0.1, 0.5}));
+  EXPECT_FALSE(is_ground({20, kGround + 0.01, 0.5}));
   scene.SetDepths(std::move(seeds.depths));
   const Distances ground =
       DistancesOf(scene, HitOfGround, [](int, const auto& point) { return IsOnGround(point); });

@@ -79,7 +79,7 @@ class Survey final : public TrainingViews {
   }
 
   // Points of the ground below, 1 away, give or take a tenth.
-  std::vector<SeedPoint> Ground(int count) const {
+  std::vector<SeedPoint> GroundPoints(int count) const {
     std::vector<SeedPoint> seeds;
     for (int i = 0; i < count; ++i) {
       CounterRandom random(7, 2, i);
@@ -272,7 +272,7 @@ TEST(FreeSpace, LooksAtASampleWhereConesAndSeedsAreMany) {
 TEST(FreeSpace, IsKnownToPhotosThatSeeASmallPartOfTheScene) {
   constexpr int kSide = 64, kViews = kSide * kSide, kSeeds = 200'000;
   const Survey survey(kSide, 0.35);
-  const std::vector<SeedPoint> seeds = survey.Ground(kSeeds);
+  const std::vector<SeedPoint> seeds = survey.GroundPoints(kSeeds);
   const FreeSpace space(survey, seeds);
   EXPECT_LE(space.num_seed_tests(), MostTests(space, kViews));
   EXPECT_GT(space.cones().size(), kViews + FreeSpace::kMostConesBetween / 2);

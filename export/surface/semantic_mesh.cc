@@ -75,8 +75,10 @@ void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface) {
   // Writes into memory first, because OpenMesh fails an assertion on a full disk. Disables its log
   // messages about every file.
   std::ostringstream bytes;
-  const OpenMesh::IO::Options options =
-      OpenMesh::IO::Options::VertexColor | OpenMesh::IO::Options::FaceColor;
+  // From OpenMesh 10 on, properties of ours (Custom) are written where that is asked for.
+  OpenMesh::IO::Options options = OpenMesh::IO::Options::VertexColor;
+  options += OpenMesh::IO::Options::FaceColor;
+  options += OpenMesh::IO::Options::Custom;
   const bool was_talking = omlog().is_enabled();
   omlog().disable();
   const bool written = OpenMesh::IO::write_mesh(mesh, bytes, ".om", options);

@@ -162,6 +162,7 @@ TEST_F(MeshFiles, OmBringsEverythingBack) {
   SemanticMesh mesh;
   OpenMesh::IO::Options options = OpenMesh::IO::Options::VertexColor;
   options += OpenMesh::IO::Options::FaceColor;
+  options += OpenMesh::IO::Options::Custom;
   ASSERT_TRUE(OpenMesh::IO::read_mesh(mesh, (folder_ / "mug.om").string(), options));
   ExpectSameVertices(mesh, surface, 0);
   EXPECT_EQ(Triangles(mesh), Turned(surface.triangles));

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/geometry/sim3.h"
+
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "tests/plugin/test_util.h"
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace semfoam {
@@ -32,6 +36,37 @@ inline std::string RunColmap(const TempFolder& temp,
   return RunColmap(temp,
                    command + " --input_path '" + input.string() + "' --output_path '" +
                        output.string() + "' " + options);
+}
+
+// Whether it is COLMAP 3.9 or later, which renamed options and writes transforms otherwise.
+inline bool ColmapIsNew(const TempFolder& temp) {
+  return RunColmap(temp, "model_aligner -h").find(" --alignment_max_error") != std::string::npos;
+}
+
+// The option of `colmap model_aligner` for the largest error of a position.
+inline std::string MaxErrorOption(const TempFolder& temp) {
+  return ColmapIsNew(temp) ? "--alignment_max_error" : "--robust_alignment_max_error";
+}
+
+// Writes a file for `colmap model_transformer --transform_path`: a matrix, from 3.9 on the scale,
+// the quaternion (w first) and the translation.
+inline void WriteColmapTransform(const TempFolder& temp,
+                                 const Sim3& transform,
+                                 const std::filesystem::path& path) {
+  std::ostringstream text;
+  text.precision(17);
+  if (ColmapIsNew(temp)) {
+    const Eigen::Quaterniond q(transform.rotation);
+    text << transform.scale << " " << q.w() << " " << q.x() << " " << q.y() << " " << q.z() << " "
+         << transform.translation.transpose() << "\n";
+  } else {
+    for (int row = 0; row < 3; ++row) {
+      text << transform.scale * transform.rotation.row(row) << " " << transform.translation[row]
+           << "\n";
+    }
+    text << "0 0 0 1\n";
+  }
+  WriteFile(path, text.str());
 }
 
 }  // namespace semfoam

@@ -67,12 +67,18 @@ Reconstruction Part(const Reconstruction& whole, size_t first, size_t last) {
   return part;
 }
 
+// By which the axes change their places: x becomes y, y z and z x.
+Eigen::Matrix3d AxesTurned() {
+  Eigen::Matrix3d rotation;
+  rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return rotation;
+}
+
 TEST(ColmapTools, MovedModelsAreTheSameSceneElsewhere) {
   const TempFolder temp;
-  // A matrix by which the axes change their places.
   const double scale = 2.5;
   const Vector3d shift(10, 20, 30);
-  WriteFile(temp / "transform.txt", "0 0 2.5 10\n2.5 0 0 20\n0 2.5 0 30\n0 0 0 1\n");
+  WriteColmapTransform(temp, {scale, AxesTurned(), shift}, temp / "transform.txt");
   RunColmap(temp,
             "model_transformer",
             kTabletop / "sparse/0",
@@ -141,7 +147,7 @@ TEST(ColmapTools, AlignedModelsAreSeenAsBefore) {
             "model_aligner",
             kTabletop / "sparse/0",
             temp / "aligned",
-            "--ref_is_gps 0 --robust_alignment_max_error 1 --ref_images_path '" +
+            "--ref_is_gps 0 " + MaxErrorOption(temp) + " 1 --ref_images_path '" +
                 (temp / "measured.txt").string() + "'");
   const Reconstruction aligned = ReadReconstruction(temp / "aligned");
   EXPECT_NEAR(MeanReprojectionError(aligned), error, 1e-4);
@@ -155,7 +161,7 @@ TEST(ColmapTools, MergedModelsAreOneScene) {
   const Reconstruction model = Tabletop();
   WriteReconstruction(temp / "first", Part(model, 0, 40), ModelFormat::kBinary);
   WriteReconstruction(temp / "other", Part(model, 24, 64), ModelFormat::kText);
-  WriteFile(temp / "transform.txt", "0 0 3 1\n3 0 0 2\n0 3 0 3\n0 0 0 1\n");
+  WriteColmapTransform(temp, {3, AxesTurned(), {1, 2, 3}}, temp / "transform.txt");
   RunColmap(temp,
             "model_transformer",
             temp / "other",

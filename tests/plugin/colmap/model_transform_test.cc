@@ -20,14 +20,7 @@ const Sim3 kTransform = {
 
 TEST(ModelTransform, DoesWhatColmapDoes) {
   const TempFolder temp;
-  std::ostringstream matrix;
-  matrix.precision(17);
-  for (int row = 0; row < 3; ++row) {
-    matrix << kTransform.scale * kTransform.rotation.row(row) << " " << kTransform.translation[row]
-           << "\n";
-  }
-  matrix << "0 0 0 1\n";
-  WriteFile(temp / "transform.txt", matrix.str());
+  WriteColmapTransform(temp, kTransform, temp / "transform.txt");
   const std::filesystem::path input = SEMFOAM_TEST_DATA "/tabletop/sparse/0";
   RunColmap(temp,
             "model_transformer",

@@ -7,6 +7,8 @@
 #include "plugin/photo/photo.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -33,8 +35,7 @@ class MemoryOutput {
   }
 
   void Add(OIIO::ImageSpec spec, const void* pixels, OIIO::ImageOutput::OpenMode mode) {
-    void* bytes = &bytes_;
-    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &bytes);
+    if (mode == OIIO::ImageOutput::Create) Require(output_->set_ioproxy(&bytes_));
     // Else OpenEXR's files would carry the time at which they were written.
     spec.attribute("DateTime", "");
     spec.attribute("Software", kImageSoftware);
@@ -48,7 +49,7 @@ class MemoryOutput {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
 
-  void Finish() { WriteTextFile(path_, Close()); }
+  const fs::path& path() const { return path_; }
 
  private:
   void Require(bool good) const {
@@ -78,7 +79,31 @@ std::string Encode(const char* name, const Image8& image, OIIO::ImageSpec spec) 
 void WriteImage(const fs::path& path, const OIIO::ImageSpec& spec, const void* pixels) {
   MemoryOutput output(path, "image");
   output.Add(spec, pixels, OIIO::ImageOutput::Create);
-  output.Finish();
+  WriteTextFile(path, output.Close());
+}
+
+// Sets how long each frame of a GIF is shown, in hundredths of a second: OpenImageIO 2.5 writes one
+// second whatever it is told. (GIF89a specification, sections 18 to 27.)
+void SetFrameTime(int hundredths, std::string* gif) {
+  const auto byte = [&](size_t at) { return static_cast<uint8_t>(gif->at(at)); };
+  const auto color_table_bytes = [](uint8_t packed) {
+    return (packed & 0x80) != 0 ? size_t{3} << ((packed & 7) + 1) : size_t{0};
+  };
+  size_t at = 13 + color_table_bytes(byte(10));
+  while (byte(at) != 0x3b) {
+    if (byte(at) == 0x21) {        // an extension
+      if (byte(at + 1) == 0xf9) {  // the graphic control of the next frame
+        (*gif)[at + 4] = static_cast<char>(hundredths & 0xff);
+        (*gif)[at + 5] = static_cast<char>(hundredths >> 8);
+      }
+      at += 2;
+    } else {
+      CHECK_EQ(byte(at), 0x2c);  // a frame
+      at += 11 + color_table_bytes(byte(at + 9));
+    }
+    while (byte(at) != 0) at += size_t{1} + byte(at);
+    ++at;
+  }
 }
 
 }  // namespace
@@ -119,13 +144,14 @@ bool IsOwnImage(const fs::path& path) {
 struct GifWriter::State {
   MemoryOutput output;
   OIIO::ImageSpec spec;
+  int frame_hundredths = 0;
   int num_images = 0;
 };
 
 GifWriter::GifWriter(const fs::path& path, double frames_per_second)
     : state_(new State{{path, "animation"}, OIIO::ImageSpec(0, 0, 3, OIIO::TypeDesc::UINT8)}) {
-  state_->spec.attribute("gif:FPS", static_cast<float>(frames_per_second));
-  state_->spec.attribute("FramesPerSecond", static_cast<float>(frames_per_second));
+  state_->frame_hundredths =
+      static_cast<int>(std::clamp(std::round(100 / frames_per_second), 1.0, 65535.0));
   state_->spec.attribute("gif:LoopCount", 0);
 }
 
@@ -144,7 +170,9 @@ void GifWriter::Add(const Image8& image) {
 
 void GifWriter::Finish() {
   CHECK_GT(state_->num_images, 0);
-  state_->output.Finish();
+  std::string bytes = state_->output.Close();
+  SetFrameTime(state_->frame_hundredths, &bytes);
+  WriteTextFile(state_->output.path(), bytes);
 }
 
 Foreground ReadForeground(const fs::path& path) {

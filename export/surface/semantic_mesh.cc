@@ -75,7 +75,7 @@ void WriteOm(const std::filesystem::path& path, const ObjectSurface& surface) {
   // Writes into memory first, because OpenMesh fails an assertion on a full disk. Disables its log
   // messages about every file.
   std::ostringstream bytes;
-  // From OpenMesh 10 on, properties of ours (Custom) are written where that is asked for.
+  // OpenMesh 9 writes properties of ours (Custom) always, 11 where that is asked for.
   OpenMesh::IO::Options options = OpenMesh::IO::Options::VertexColor;
   options += OpenMesh::IO::Options::FaceColor;
   options += OpenMesh::IO::Options::Custom;

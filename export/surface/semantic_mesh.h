@@ -27,7 +27,8 @@ using SemanticMesh = OpenMesh::TriMesh_ArrayKernelT<SemanticMeshTraits>;
 
 // Names of the properties in an .om file, on vertices and on faces ("label" int, "confidence"
 // float) and on the mesh ("object_id" int, "object_name" std::string). Read them with
-// mesh.get_property_handle after OpenMesh::IO::read_mesh; OpenMesh restores them automatically.
+// mesh.get_property_handle after OpenMesh::IO::read_mesh, whose options must have Custom from
+// OpenMesh 11 on.
 inline constexpr char kLabelProperty[] = "label";
 inline constexpr char kConfidenceProperty[] = "confidence";
 inline constexpr char kObjectIdProperty[] = "object_id";

@@ -38,7 +38,7 @@ inline std::string RunColmap(const TempFolder& temp,
                        output.string() + "' " + options);
 }
 
-// Whether it is COLMAP 3.9 or later, which renamed options and writes transforms otherwise.
+// Whether it is like COLMAP 3.10 (else like 3.8) in the names of options and in transforms.
 inline bool ColmapIsNew(const TempFolder& temp) {
   return RunColmap(temp, "model_aligner -h").find(" --alignment_max_error") != std::string::npos;
 }
@@ -48,8 +48,8 @@ inline std::string MaxErrorOption(const TempFolder& temp) {
   return ColmapIsNew(temp) ? "--alignment_max_error" : "--robust_alignment_max_error";
 }
 
-// Writes a file for `colmap model_transformer --transform_path`: a matrix, from 3.9 on the scale,
-// the quaternion (w first) and the translation.
+// Writes a file for `colmap model_transformer --transform_path`: a matrix, or, as 3.10
+// reads it, the scale, the quaternion (w first) and the translation.
 inline void WriteColmapTransform(const TempFolder& temp,
                                  const Sim3& transform,
                                  const std::filesystem::path& path) {

@@ -177,7 +177,7 @@ TEST(ColmapTools, MergedModelsAreOneScene) {
   EXPECT_EQ(merged.images.size(), 64u);
   EXPECT_GT(merged.points.size(), 5000u);
   EXPECT_LT(MeanReprojectionError(merged), 1);
-  // From 3.9 on, COLMAP merges into the frame of the second model.
+  // COLMAP 3.8 merges into the frame of the first model, 3.10 into that of the second.
   const bool is_new = ColmapIsNew(temp);
   const auto before = Centers(model);
   for (const auto& [name, center] : Centers(merged)) {

@@ -351,7 +351,7 @@ TEST_F(LevelTest, MeasuredPositionsAreFittedAsColmapFitsThem) {
   ASSERT_EQ(ours.exit_code, 0) << ours.err;
   const Outcome help =
       RunProgram("env", {"QT_QPA_PLATFORM=offscreen", "colmap", "model_aligner", "-h"});
-  const bool is_new =  // from 3.9 on
+  const bool is_new =  // as COLMAP 3.10, not 3.8
       (help.out + help.err).find(" --alignment_max_error") != std::string::npos;
   fs::create_directories(folder_ / "theirs");
   const Outcome theirs =

@@ -31,6 +31,8 @@ constexpr int kContactSteps = 4;
 constexpr int64_t kBlock = 1024;
 // How far a vertex may move, as a share of its cell's radius and of its half edge.
 constexpr double kMaxMove = 0.9;
+// The light that passes haze, by that which stops in it.
+constexpr float kHazePassed = 4;
 
 // Optical depth at which the surface lies: training leaves a thin layer of little density before
 // what one sees. And what share of the way through thinner matter it lies at.
@@ -247,6 +249,35 @@ class Builder {
     return nullptr;
   }
 
+  // Where vertices may move to, to remove dents and bumps: matter stays, haze need not.
+  std::vector<VertexMove> Moves() const {
+    std::vector<VertexMove> moves;
+    moves.reserve(edges_.size());
+    for (size_t v = 0; v < edges_.size(); ++v) {
+      moves.push_back(IsFixed(v)                ? VertexMove::kNone
+                      : IsHaze(edges_[v].first) ? VertexMove::kBothWays
+                                                : VertexMove::kOutwards);
+    }
+    return moves;
+  }
+
+  // Moves vertices that are not fixed along their edges to between the two sites: no nearer to
+  // either than those can come that begin at `on_edges` and move by kMaxMove of the way.
+  void KeepBetweenSites(const std::vector<Vector3d>& on_edges,
+                        std::vector<Vector3d>* positions) const {
+    for (size_t v = 0; v < edges_.size(); ++v) {
+      if (IsFixed(v)) continue;
+      const auto& [i, j] = edges_[v];
+      const Vector3d edge = Site(j) - Site(i);
+      const double length = edge.norm();
+      if (!(length > 0)) continue;
+      const double begin = (1 - kMaxMove) * (on_edges[v] - Site(i)).norm();
+      const double end = length - (1 - kMaxMove) * length / 2;
+      const double along = ((*positions)[v] - Site(i)).dot(edge) / length;
+      (*positions)[v] += (std::clamp(along, begin, end) - along) / length * edge;
+    }
+  }
+
   std::vector<double> MaxMoves() const {
     std::vector<double> moves;
     moves.reserve(edges_.size());
@@ -259,6 +290,10 @@ class Builder {
   }
 
  private:
+  bool IsHaze(uint32_t cell) const {
+    return !scene_.passed.empty() && scene_.passed[cell] > kHazePassed * scene_.stopped[cell];
+  }
+
   bool IsUnseen(uint32_t cell) const { return cell < scene_.NumSites() && !scene_.seen[cell]; }
 
   bool IsLookedThrough(uint32_t cell) const {
@@ -350,27 +385,39 @@ void DrawIn(const Builder& builder,
 }
 
 // Moves the vertices in contacts within their planes, towards the means of their neighbours: the
-// line along which an object meets the plane is as ragged as its cells.
+// line along which an object meets the plane is as ragged as its cells. Along that line neighbours
+// farther inside the plane do not count, so that it comes to lie below what stands above it.
 void SmoothInContacts(const Builder& builder,
                       const Triangles& triangles,
                       std::vector<Vector3d>* positions) {
-  std::vector<const ContactPlane*> contacts(positions->size());
+  const size_t n = positions->size();
+  std::vector<const ContactPlane*> contacts(n);
   bool has_contact = false;
-  std::vector<double> counts(positions->size(), 0);
-  for (size_t v = 0; v < positions->size(); ++v) {
+  for (size_t v = 0; v < n; ++v) {
     contacts[v] = builder.ContactOf(v, (*positions)[v]);
     has_contact |= contacts[v] != nullptr;
   }
   if (!has_contact) return;
+  std::vector<uint8_t> is_on_line(n, 0);
   for (const auto& triangle : triangles) {
-    for (const uint32_t v : triangle) ++counts[v];
+    const bool leaves = std::any_of(
+        triangle.begin(), triangle.end(), [&](uint32_t v) { return contacts[v] == nullptr; });
+    for (const uint32_t v : triangle) is_on_line[v] |= leaves && contacts[v] != nullptr;
   }
   for (int step = 0; step < kContactSteps; ++step) {
     std::vector<Vector3d> sums = *positions;
-    AddNeighbors(triangles, 1, &sums);
-    for (size_t v = 0; v < positions->size(); ++v) {
+    std::vector<double> counts(n, 1);
+    for (const auto& triangle : triangles) {
+      for (int k = 0; k < 3; ++k) {
+        const uint32_t v = triangle[k], next = triangle[(k + 1) % 3];
+        if (is_on_line[v] && contacts[next] != nullptr && !is_on_line[next]) continue;
+        sums[v] += (*positions)[next];
+        ++counts[v];
+      }
+    }
+    for (size_t v = 0; v < n; ++v) {
       if (contacts[v] == nullptr) continue;
-      (*positions)[v] = contacts[v]->plane.projection(sums[v] / (counts[v] + 1));
+      (*positions)[v] = contacts[v]->plane.projection(sums[v] / counts[v]);
     }
   }
 }
@@ -414,15 +461,18 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
   }
   std::vector<double> max_moves = builder.MaxMoves();
   const double volume = EnclosedVolume(positions, surface.triangles);
+  const std::vector<double> radii = builder.Radii();
   DrawIn(builder, surface.triangles, max_moves, &positions);
+  SmoothInContacts(builder, surface.triangles, &positions);
   const double drawn_in = EnclosedVolume(positions, surface.triangles) - volume;
+  FairOutliers(surface.triangles, radii, builder.Moves(), &positions);
   SmoothKeepingEdges(surface.triangles,
                      max_moves,
                      drawn_in + (is_cut ? volume : EnclosedVolume(corners, cells.triangles)),
                      &positions);
+  builder.KeepBetweenSites(on_edges, &positions);
   SmoothInContacts(builder, surface.triangles, &positions);
   CutSpikes(surface.triangles, is_fixed, &positions);
-  const std::vector<double> radii = builder.Radii();
   const std::vector<FlatPart> flat =
       FindFlatParts({surface.triangles, positions, builder.Shown(), radii});
   surface.vertex_flat = Flatten(flat, surface.triangles, radii, is_fixed, &positions);

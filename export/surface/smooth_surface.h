@@ -21,11 +21,12 @@ namespace semfoam {
 // the centroid of the Voronoi face of i and j, has the colour and confidence of cell i, and is
 // drawn inwards along the normal to where a little of the light has ended (optical depth 0.07,
 // at most i's radius, averaged over the vertices around it), because training leaves thin matter
-// before what photos show; in smoothing it is moved by at most nine tenths of i's radius and of
-// half the edge, so that the two sides of a wall of one cell stay apart, and spikes that are left
-// then are cut (CutSpikes). Spikes into empty space are cut off first: a corner of the faces is
-// moved to within three times the radius of its cells from their sites. The surface encloses as
-// much as the faces then do, less what it was drawn in by.
+// before what photos show. Dents of single cells are filled, and bumps go where light passes the
+// cell (FairOutliers). In smoothing it is moved from there by at most nine tenths of i's radius and
+// of half the edge, and at the end it is between the two sites, so that the two sides of a wall of
+// one cell stay apart; spikes that are left then are cut (CutSpikes). Spikes into empty space are
+// cut off first: a corner of the faces is moved to within three times the radius of its cells from
+// their sites. The surface encloses as much as the faces then do, less what it was drawn in by.
 //
 // With a `box` (normalised frame) the object is cut at it: `object` and `cells` must hold only the
 // cells whose sites are in it (CellsInBox), and a vertex on an edge that leaves the box lies in its

@@ -23,6 +23,13 @@ constexpr int kNormalSteps = 10;
 constexpr int kVertexSteps = 10;
 constexpr double kUmbrellaStep = 0.5;
 constexpr int kVolumeSteps = 3;
+// What bending counts beside distances, in thin plates; it bridges what is up to some six edges
+// wide. Steps of the descent; those after which vertices begin to count by their distance, and
+// those from one such weight to the next.
+constexpr double kBending = 16;
+constexpr int kPlateSteps = 60;
+constexpr int kFirstWeights = 20;
+constexpr int kStepsOfWeights = 5;
 constexpr int kSpikeSteps = 5;
 constexpr double kSpikeStep = 0.75;
 constexpr int64_t kBlock = 1024;
@@ -97,13 +104,40 @@ class Smoother {
   // Every vertex half of the way to the mean of its neighbours.
   void Umbrella() {
     ForVertices([&](uint32_t v, std::span<const uint32_t> faces) -> Vector3d {
-      // In a closed fan every neighbour is in two faces.
-      Vector3d sum = Vector3d::Zero();
-      for (const uint32_t f : faces) {
-        for (const uint32_t corner : triangles_[f]) sum += x_[corner] - x_[v];
-      }
-      return kUmbrellaStep * sum / (2 * static_cast<double>(faces.size()));
+      return kUmbrellaStep * ToMeanOfNeighbors(x_, v, faces);
     });
+  }
+
+  // Towards the thin plate, by as much of the way as a vertex does not count there.
+  void FairOutliers(const std::vector<double>& radii, const std::vector<VertexMove>& moves) {
+    const std::vector<Vector3d> start = x_;
+    std::vector<double> weights(x_.size(), 1);
+    // Less than two divided by the largest eigenvalue of the distances and the bending.
+    constexpr double kStep = 1.5 / (1 + 4 * kBending);
+    for (int step = 0; step < kPlateSteps; ++step) {
+      if (step >= kFirstWeights && step % kStepsOfWeights == 0) Weigh(start, radii, &weights);
+      std::vector<Vector3d> bends(x_.size());
+      ForFans([&](uint32_t v, std::span<const uint32_t> faces) {
+        bends[v] = ToMeanOfNeighbors(x_, v, faces);
+      });
+      ForVertices([&](uint32_t v, std::span<const uint32_t> faces) -> Vector3d {
+        if (moves[v] == VertexMove::kNone) return Vector3d::Zero();
+        const Vector3d bending = ToMeanOfNeighbors(bends, v, faces);
+        return kStep * (weights[v] * (start[v] - x_[v]) - kBending * bending);
+      });
+    }
+    Weigh(start, radii, &weights);
+    std::vector<double> means = weights, counts(x_.size(), 1);
+    AddNeighbors(triangles_, 1, &means);
+    AddNeighbors(triangles_, 1, &counts);
+    std::vector<Vector3d> faired(x_.size());
+    ForFans([&](uint32_t v, std::span<const uint32_t> faces) {
+      const Vector3d move = x_[v] - start[v];
+      const bool may_move = moves[v] != VertexMove::kOutwards || Normal(faces).dot(move) > 0;
+      faired[v] = start[v];
+      if (may_move) faired[v] += (1 - std::min(weights[v], means[v] / counts[v])) * move;
+    });
+    x_.swap(faired);
   }
 
   void FollowFilteredNormals() {
@@ -136,16 +170,55 @@ class Smoother {
   }
 
  private:
+  // Calls visit(v, its faces) for all vertices.
+  template <typename Visit>
+  void ForFans(const Visit& visit) const {
+    ParallelForBlocks(static_cast<int64_t>(x_.size()), kBlock, [&](int64_t begin, int64_t end) {
+      for (int64_t v = begin; v < end; ++v) {
+        visit(static_cast<uint32_t>(v), faces_of_vertices_.Of(v));
+      }
+    });
+  }
+
   // Moves all vertices at once, each by move(v, its faces).
   template <typename Move>
   void ForVertices(const Move& move) {
     std::vector<Vector3d> moved(x_.size());
-    ParallelForBlocks(static_cast<int64_t>(x_.size()), kBlock, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) {
-        moved[v] = x_[v] + move(static_cast<uint32_t>(v), faces_of_vertices_.Of(v));
-      }
-    });
+    ForFans(
+        [&](uint32_t v, std::span<const uint32_t> faces) { moved[v] = x_[v] + move(v, faces); });
     x_.swap(moved);
+  }
+
+  // The umbrella operator: from a vertex's value to the mean of its neighbours'.
+  Vector3d ToMeanOfNeighbors(const std::vector<Vector3d>& values,
+                             uint32_t v,
+                             std::span<const uint32_t> faces) const {
+    // In a closed fan every neighbour is in two faces.
+    Vector3d sum = Vector3d::Zero();
+    for (const uint32_t f : faces) {
+      for (const uint32_t corner : triangles_[f]) sum += values[corner] - values[v];
+    }
+    return sum / (2 * static_cast<double>(faces.size()));
+  }
+
+  // Of a fan, out of the surface.
+  Vector3d Normal(std::span<const uint32_t> faces) const {
+    Vector3d area = Vector3d::Zero();
+    for (const uint32_t f : faces) area += AreaVector(x_, triangles_[f]);
+    return UnitOrZero(area);
+  }
+
+  // What vertices count by how far they have come from the start, along their normals.
+  void Weigh(const std::vector<Vector3d>& start,
+             const std::vector<double>& radii,
+             std::vector<double>* weights) const {
+    ForFans([&](uint32_t v, std::span<const uint32_t> faces) {
+      const double distance = Normal(faces).dot(x_[v] - start[v]);
+      const double length = kOutlierRadii * radii[v];
+      const double share =
+          distance != 0 ? length * length / (length * length + distance * distance) : 1;
+      (*weights)[v] = share * share;
+    });
   }
 
   std::vector<Vector3d> FilteredNormals() const {
@@ -226,6 +299,15 @@ void SmoothKeepingEdges(const Triangles& triangles,
     smoother.Grow(volume);
   }
   keep_near();
+}
+
+void FairOutliers(const Triangles& triangles,
+                  const std::vector<double>& radii,
+                  const std::vector<VertexMove>& moves,
+                  std::vector<Vector3d>* positions) {
+  CHECK_EQ(radii.size(), positions->size());
+  CHECK_EQ(moves.size(), positions->size());
+  Smoother(triangles, positions).FairOutliers(radii, moves);
 }
 
 void CutSpikes(const Triangles& triangles,

@@ -46,6 +46,30 @@ void SmoothKeepingEdges(const Triangles& triangles,
                         double volume,
                         std::vector<Eigen::Vector3d>* positions);
 
+// Where a vertex may move to.
+enum class VertexMove : uint8_t { kNone, kOutwards, kBothWays };
+
+// Removes the dents and bumps of single cells from closed 2-manifolds, and leaves what several
+// vertices agree on. Fits a thin plate to the surface: the least sum of the squared distances from
+// the start, plus the squared umbrella operator of the umbrella operator, whose zero Kobbelt,
+// Campagna, Vorsatz and Seidel solve for ("Interactive Multi-Resolution Modeling on Arbitrary
+// Meshes", SIGGRAPH 1998). A vertex that is d away from the plate along its normal counts
+// (1 + (d / length)^2)^-2 there (Geman and McClure, in reweighted least squares), where the length
+// is kOutlierRadii of its `radii`; and by what it does not count, or its neighbours do not in the
+// mean, it moves to the plate. So what is curved or has an edge, but is smooth as far as cells can
+// tell, stays nearly where it is.
+//
+// `radii` [positions] are those of the cells behind the vertices, in the positions' unit, >= 0.
+// `moves` [positions]: kOutwards fills dents and leaves what stands out. Only positions change; the
+// surface may intersect itself afterwards. The result is the same on any number of threads. CHECKs
+// that the sizes agree.
+void FairOutliers(const Triangles& triangles,
+                  const std::vector<double>& radii,
+                  const std::vector<VertexMove>& moves,
+                  std::vector<Eigen::Vector3d>* positions);
+
+inline constexpr double kOutlierRadii = 0.8;
+
 // Cuts spikes off a closed 2-manifold: vertices that are farther from the mean of their neighbours
 // than a circle as long as the line of the sides around them is wide (its radius), so that their
 // faces make a cone steeper than 45 degrees, move towards that mean by three quarters of the way,

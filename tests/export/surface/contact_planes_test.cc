@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
 #include "tests/export/surface/surface_checks.h"
 #include "tests/export/test_foams.h"
@@ -84,6 +85,33 @@ TEST(ContactPlanes, AMugThatReachesIntoTheTableEndsInItsTop) {
   double lowest = 0;
   for (const Vector3d& x : ragged.vertices) lowest = std::min(lowest, x.z());
   EXPECT_LT(lowest, kTop - 0.1);
+}
+
+TEST(ContactPlanes, TheLineInThePlaneIsSmoothAndBelowWhatStandsOnIt) {
+  const ExportableScene scene = MakeExportableScene(MugOnTable(MugBelow));
+  const auto contacts = ContactPlanes(scene, scene.objects[0]);
+  ASSERT_THAT(contacts, SizeIs(1));
+  const ObjectSurface surface = SurfaceWithContacts(scene);
+  // Distances from the axis of what is in the plane and borders on what is above it.
+  const auto is_above = [&](uint32_t v) { return !surface.vertex_in_contact[v]; };
+  std::set<uint32_t> line;
+  for (const auto& triangle : surface.triangles) {
+    if (!std::any_of(triangle.begin(), triangle.end(), is_above)) continue;
+    for (const uint32_t v : triangle) {
+      if (!is_above(v)) line.insert(v);
+    }
+  }
+  ASSERT_GT(line.size(), 20u);
+  double sum = 0, squares = 0;
+  for (const uint32_t v : line) {
+    const double radius = surface.vertices[v].head<2>().norm();
+    sum += radius;
+    squares += radius * radius;
+  }
+  const double mean = sum / static_cast<double>(line.size());
+  // The mug's radius is 0.3, that of its cells 0.05.
+  EXPECT_NEAR(mean, 0.3, 0.03);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(line.size()) - mean * mean), 0.015);
 }
 
 TEST(ContactPlanes, GapsAboveTheTableAreFilled) {

@@ -124,6 +124,90 @@ TEST(SurfaceSmoothing, TheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(results[0], results[2]);
 }
 
+// The vertex in the middle of the box's upper face.
+size_t MiddleOfTop(const ObjectSurface& box) {
+  const auto in_middle = [](const Vector3d& p) {
+    return (p - Vector3d(0, 0, 1)).norm() < 0.1 / kSquares;
+  };
+  const auto middle = std::find_if(box.vertices.begin(), box.vertices.end(), in_middle);
+  EXPECT_NE(middle, box.vertices.end());
+  return middle - box.vertices.begin();
+}
+
+TEST(SurfaceSmoothing, DentsAreFilledAndBumpsGoWhereTheyMay) {
+  constexpr double kDepth = 6.0 / kSquares;
+  const ObjectSurface box = BoxSurface(kSquares);
+  const size_t middle = MiddleOfTop(box);
+  const std::vector<double> radii(box.vertices.size(), 1.0 / kSquares);
+  const auto faired = [&](double height, VertexMove move) {
+    std::vector<Vector3d> x = box.vertices;
+    x[middle].z() += height;
+    FairOutliers(box.triangles, radii, std::vector<VertexMove>(x.size(), move), &x);
+    return x;
+  };
+  EXPECT_GT(faired(-kDepth, VertexMove::kOutwards)[middle].z(), 1 - 0.3 * kDepth);
+  EXPECT_GT(faired(-kDepth, VertexMove::kBothWays)[middle].z(), 1 - 0.3 * kDepth);
+  EXPECT_LT(faired(kDepth, VertexMove::kBothWays)[middle].z(), 1 + 0.3 * kDepth);
+  EXPECT_EQ(faired(kDepth, VertexMove::kOutwards)[middle].z(), 1 + kDepth);
+  EXPECT_EQ(faired(-kDepth, VertexMove::kNone)[middle].z(), 1 - kDepth);
+}
+
+TEST(SurfaceSmoothing, FairingLeavesEdgesAndWhatStandsOut) {
+  // A stud of eight squares by eight, three high, on the upper face.
+  constexpr double kHigh = 6.0 / kSquares;
+  ObjectSurface box = BoxSurface(kSquares);
+  const size_t middle = MiddleOfTop(box);
+  const auto is_stud = [](const Vector3d& p) {
+    return p.z() > 1 - 0.1 / kSquares && p.head<2>().cwiseAbs().maxCoeff() < 8.1 / kSquares;
+  };
+  for (Vector3d& p : box.vertices) {
+    if (is_stud(p)) p.z() += kHigh;
+  }
+  std::vector<Vector3d> x = box.vertices;
+  FairOutliers(box.triangles,
+               std::vector<double>(x.size(), 1.0 / kSquares),
+               std::vector<VertexMove>(x.size(), VertexMove::kOutwards),
+               &x);
+  EXPECT_NEAR(x[middle].z(), 1 + kHigh, 0.1 * kHigh);
+  for (size_t v = 0; v < x.size(); ++v) {
+    // Convex edges stay where they are; from the stud's foot the box's sides are far away.
+    if (x[v].z() < 0.5) {
+      EXPECT_LT((x[v] - box.vertices[v]).norm(), 0.1 / kSquares) << v;
+    }
+    EXPECT_GE(x[v].z(), box.vertices[v].z() - 0.1 / kSquares) << v;
+  }
+}
+
+TEST(SurfaceSmoothing, FairingHardCases) {
+  ObjectSurface box = BoxSurface(4);
+  const std::vector<VertexMove> moves(box.vertices.size(), VertexMove::kBothWays);
+  // Cells without a radius, faces without an area, all in one place.
+  const std::vector<double> radii(box.vertices.size(), 0);
+  std::vector<Vector3d> x = box.vertices;
+  x[box.triangles[0][1]] = x[box.triangles[0][0]];
+  FairOutliers(box.triangles, radii, moves, &x);
+  for (const Vector3d& vertex : x) EXPECT_TRUE(vertex.allFinite());
+  x.assign(x.size(), Vector3d(1, 2, 3));
+  FairOutliers(box.triangles, radii, moves, &x);
+  for (const Vector3d& vertex : x) EXPECT_EQ(vertex, Vector3d(1, 2, 3));
+  std::vector<Vector3d> none;
+  FairOutliers({}, {}, {}, &none);
+  EXPECT_TRUE(none.empty());
+}
+
+TEST(SurfaceSmoothing, FairingIsTheSameOnAnyNumberOfThreads) {
+  const ObjectSurface box = NoisyBox();
+  const std::vector<double> radii(box.vertices.size(), 1.0 / kSquares);
+  const std::vector<VertexMove> moves(box.vertices.size(), VertexMove::kBothWays);
+  std::vector<std::vector<Vector3d>> results;
+  for (const int threads : {1, 2, 5}) {
+    const ThreadLimit limit(threads);
+    FairOutliers(box.triangles, radii, moves, &results.emplace_back(box.vertices));
+  }
+  EXPECT_EQ(results[0], results[1]);
+  EXPECT_EQ(results[0], results[2]);
+}
+
 TEST(SurfaceSmoothing, SpikesAreCutAndCornersAndFixedVerticesStay) {
   const ObjectSurface box = BoxSurface(kSquares);
   std::vector<uint8_t> is_fixed(box.vertices.size(), 0);
@@ -132,11 +216,7 @@ TEST(SurfaceSmoothing, SpikesAreCutAndCornersAndFixedVerticesStay) {
   EXPECT_EQ(x, box.vertices);
 
   // In the middle of a face, four squares high.
-  const auto in_middle = [](const Vector3d& p) {
-    return (p - Vector3d(0, 0, 1)).norm() < 0.1 / kSquares;
-  };
-  const auto spike = std::find_if(x.begin(), x.end(), in_middle);
-  ASSERT_NE(spike, x.end());
+  const auto spike = x.begin() + MiddleOfTop(box);
   *spike += Vector3d(0, 0, 8.0 / kSquares);
   const std::vector<Vector3d> with_spike = x;
   CutSpikes(box.triangles, is_fixed, &x);

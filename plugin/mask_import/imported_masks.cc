@@ -32,34 +32,45 @@ ImportedMasks ReadPictures(
     const std::string& format,
     const std::vector<fs::path>& files,
     const std::function<std::optional<PictureContents>(const fs::path& file)>& read) {
-  std::vector<std::optional<PictureContents>> contents(files.size());
+  return ReadPictureLists(format, files, [read](const fs::path& file) {
+    std::vector<PictureContents> pictures;
+    if (std::optional<PictureContents> one = read(file)) pictures.push_back(std::move(*one));
+    return pictures;
+  });
+}
+
+ImportedMasks ReadPictureLists(
+    const std::string& format,
+    const std::vector<fs::path>& files,
+    const std::function<std::vector<PictureContents>(const fs::path& file)>& read) {
+  std::vector<std::vector<PictureContents>> contents(files.size());
   ForEachFile(static_cast<int64_t>(files.size()), [&](int64_t i) {
     contents[i] = read(files[i]);
-    if (contents[i]) contents[i]->draw = nullptr;  // and with it the pixels
+    for (PictureContents& picture : contents[i]) picture.draw = nullptr;  // and with it the pixels
   });
   ImportedMasks masks;
   masks.format = format;
   NameTable names(&masks.names);
   std::map<std::string, int64_t> left_out;
   for (size_t i = 0; i < files.size(); ++i) {
-    if (!contents[i]) {
-      ++left_out["file of another form"];
-      continue;
-    }
-    ImportedPicture picture{
-        files[i], contents[i]->name, contents[i]->size, {}, contents[i]->strokes, nullptr};
-    for (const PictureContents::Region& region : contents[i]->regions) {
-      picture.regions.push_back({names.IndexOf(region.name), region.track, region.score});
-    }
-    for (const auto& [what, count] : contents[i]->left_out) left_out[what] += count;
-    picture.draw = [file = files[i], read, count = picture.regions.size()](const PhotoSize& size) {
-      const std::optional<PictureContents> again = read(file);
-      if (!again || again->regions.size() != count) {
-        throw UserError(file.string(), ": has changed while it was read; a second run may help.");
+    if (contents[i].empty()) ++left_out["file of another form"];
+    for (size_t k = 0; k < contents[i].size(); ++k) {
+      const PictureContents& content = contents[i][k];
+      ImportedPicture picture{files[i], content.name, content.size, {}, content.strokes, nullptr};
+      for (const PictureContents::Region& region : content.regions) {
+        picture.regions.push_back({names.IndexOf(region.name), region.track, region.score});
       }
-      return again->draw(size);
-    };
-    masks.pictures.push_back(std::move(picture));
+      for (const auto& [what, count] : content.left_out) left_out[what] += count;
+      picture.draw = [file = files[i], k, read, count = picture.regions.size()](
+                         const PhotoSize& size) {
+        const std::vector<PictureContents> again = read(file);
+        if (again.size() <= k || again[k].regions.size() != count) {
+          throw UserError(file.string(), ": has changed while it was read; a second run may help.");
+        }
+        return again[k].draw(size);
+      };
+      masks.pictures.push_back(std::move(picture));
+    }
   }
   for (const auto& [what, count] : left_out) {
     masks.left_out.push_back(Plural(count, what.c_str()));

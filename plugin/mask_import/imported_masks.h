@@ -102,6 +102,13 @@ ImportedMasks ReadPictures(
     const std::vector<std::filesystem::path>& files,
     const std::function<std::optional<PictureContents>(const std::filesystem::path& file)>& read);
 
+// Does the same for a format that may have several pictures in a file. `read` returns none for a
+// file that is not of the format.
+ImportedMasks ReadPictureLists(
+    const std::string& format,
+    const std::vector<std::filesystem::path>& files,
+    const std::function<std::vector<PictureContents>(const std::filesystem::path& file)>& read);
+
 // Paints regions, largest first, so that what lies on top of a larger region stays visible; of
 // equally large ones the last is on top. `ids` [runs] are those of the regions, > 0.
 LabelImage PaintRegions(const PhotoSize& size,

@@ -116,14 +116,12 @@ Draw ReadShape(const fs::path& file, const JsonField& shape) {
   return [points](const PhotoSize& size) { return FillPolygons({points}, size); };
 }
 
-}  // namespace
-
-std::optional<PictureContents> ReadLabelMe(const fs::path& file) {
-  const nlohmann::json json = ReadJsonFile(file);
-  const JsonField root(file, json);
-  if (!root.Has("shapes")) return std::nullopt;
+// Reads the shapes of one photo, which is called `file_name` where it does not say.
+PictureContents ReadPhoto(const fs::path& file,
+                          const JsonField& root,
+                          const std::string& file_name) {
   PictureContents contents;
-  contents.name = root.Has("imagePath") ? root["imagePath"].Text() : file.stem().string();
+  contents.name = root.Has("imagePath") ? root["imagePath"].Text() : file_name;
   contents.size.width = static_cast<int>(root["imageWidth"].Integer(1, kLargestSide));
   contents.size.height = static_cast<int>(root["imageHeight"].Integer(1, kLargestSide));
   const auto draws = std::make_shared<std::vector<std::vector<Draw>>>();
@@ -175,6 +173,26 @@ std::optional<PictureContents> ReadLabelMe(const fs::path& file) {
     return runs;
   };
   return contents;
+}
+
+}  // namespace
+
+std::vector<PictureContents> ReadLabelMe(const fs::path& file) {
+  const nlohmann::json json = ReadJsonFile(file);
+  const JsonField root(file, json);
+  std::vector<PictureContents> photos;
+  if (root.IsList()) {
+    for (size_t i = 0; i < root.Size(); ++i) {
+      if (!root[i].IsObject() || !root[i].Has("shapes")) {
+        root[i].Fail("an object with the \"shapes\" of a photo");
+      }
+      root[i]["imagePath"].Text();  // The file's name is that of no photo.
+      photos.push_back(ReadPhoto(file, root[i], ""));
+    }
+  } else if (root.Has("shapes")) {
+    photos.push_back(ReadPhoto(file, root, file.stem().string()));
+  }
+  return photos;
 }
 
 }  // namespace semfoam

@@ -92,6 +92,7 @@ std::optional<MaskFormat> FormatOfJson(const fs::path& file) {
   Json::sax_parse(text, &keys);
   if (keys.is_list()) {
     if (keys.Has("segmentation")) return MaskFormat::kRegionLists;
+    if (keys.Has("shapes")) return MaskFormat::kLabelMe;
     if (keys.Has("data") && keys.Has("annotations")) return MaskFormat::kLabelStudio;
     return std::nullopt;
   }
@@ -269,7 +270,7 @@ ImportedMasks ReadMasks(const RecognizedMasks& masks) {
       read = ReadPictures("lists of regions by SAM", masks.files, ReadRegionList);
       break;
     case MaskFormat::kLabelMe:
-      read = ReadPictures("LabelMe's shapes", masks.files, ReadLabelMe);
+      read = ReadPictureLists("LabelMe's shapes", masks.files, ReadLabelMe);
       break;
     case MaskFormat::kLabelStudio:
       read = ReadLabelStudio(masks.files);

@@ -218,6 +218,11 @@ void WriteImportedMasks(const fs::path& folder) {
             {"label": "c", "shape_type": "rectangle", "points": [[2, 2], [8, 7]]},
             {"label": "a", "shape_type": "polygon", "points": [[0, 0], [3, 0], [0, 3]]}],
             "imagePath": "0001.png", "imageWidth": 12, "imageHeight": 9})");
+  WriteFile(out / "labelme_list",
+            R"(m[{"shapes": [{"label": "a", "shape_type": "point", "points": [[3, 4.5]]}],
+            "imagePath": "0001.png", "imageWidth": 12, "imageHeight": 9},
+            {"shapes": [{"label": "b", "shape_type": "polygon", "points": [[0, 0], [3, 0], [0, 3]]}],
+            "imagePath": "0002.png", "imageWidth": 12, "imageHeight": 9}])");
   WriteFile(out / "huge_coco",
             R"(c{"categories": [{"id": 1, "name": "a"}], "images": [{"id": 1, "file_name": "a",
             "width": 65535, "height": 65535}], "annotations": [{"image_id": 1, "category_id": 1,

@@ -89,7 +89,7 @@ void Read(char kind, std::string_view input, const MemoryFile& file) {
       Draw(ReadCoco(files));
       break;
     case 'm':
-      Draw(ReadLabelMe(file.path()));
+      for (const PictureContents& photo : ReadLabelMe(file.path())) Draw(photo);
       break;
     case 's':
       Draw(ReadRegionList(file.path()));

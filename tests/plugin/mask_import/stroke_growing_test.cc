@@ -374,6 +374,45 @@ TEST(StrokeImport, GrowsLabelMesStrokes) {
   EXPECT_TRUE(SaysZeroIsUnlabelled(out));
 }
 
+// As the page of report_writer saves them.
+TEST(StrokeImport, ReadsSeveralPhotosOfOneFile) {
+  const TempFolder temp;
+  const ColoredPhoto room = Room();
+  for (const char* name : {"a.png", "b.png"}) room.Write(temp / "photos" / name);
+  const Json a = LabelMe("a.png",
+                         {Shape("wall", "point", Json::array({{80, 10}})),
+                          Shape("book", "point", Json::array({{30, 40}}))}),
+             b = LabelMe("b.png",
+                         {Shape("book", "polygon", {{20, 30}, {50, 30}, {40, 60}}),
+                          Shape("book", "point", Json::array({{35, 40}})),
+                          Shape("ball", "point", Json::array({{110, 70}}))});
+  WriteFile(temp / "marks.json", Json::array({a, b}).dump());
+  WriteFile(temp / "apart/a.json", a.dump());
+  WriteFile(temp / "apart/b.json", b.dump());
+  const std::vector<std::string> names = PhotoNames(temp / "photos");
+  const auto import = [&](const char* from, const char* to) {
+    fs::create_directories(temp / to);
+    return ImportMasks(
+        RecognizeMasks(temp / from, names), temp / "photos", names, SameName::kObjects, temp / to);
+  };
+  const MaskImport together = import("marks.json", "one"), apart = import("apart", "two");
+  EXPECT_EQ(together.num_grown, 2);
+  ASSERT_EQ(together.labels.size(), 3u);
+  for (size_t k = 0; k < 3; ++k) EXPECT_EQ(together.labels[k].name, apart.labels[k].name);
+  for (const char* name : {"a.png", "b.png"}) {
+    EXPECT_EQ(ReadMaskPng(temp / "one" / name).values, ReadMaskPng(temp / "two" / name).values);
+  }
+  const auto refused = [&](const Json& list) {
+    WriteFile(temp / "marks.json", list.dump());
+    return UserErrorOf([&] { import("marks.json", "refused"); });
+  };
+  Json unnamed = b;
+  unnamed.erase("imagePath");
+  EXPECT_THAT(refused(Json::array({a, unnamed})),
+              NamesMistake("marks.json", {"[1]", "\"imagePath\""}, "has no"));
+  EXPECT_THAT(refused(Json::array({a, 7})), NamesMistake("marks.json", {"[1]", "7"}, "shapes"));
+}
+
 TEST(StrokeImport, RefusesDamagedStrokes) {
   const TempFolder temp;
   Room().Write(temp / "photos/a.png");

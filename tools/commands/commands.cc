@@ -21,6 +21,7 @@ constexpr CommandEntry kCommands[] = {
      "writes every object's closed surface: OpenMesh, PLY, OBJ, glTF, USD",
      RunMeshExporter},
     {"model_aligner", "levels, scales and turns a foam and its COLMAP model", RunModelAligner},
+    {"foam_labeler", "labels a trained foam by masks or clicks, without training", RunFoamLabeler},
     {"scene_segmenter",
      "finds the things of a foam trained without masks (experimental)",
      RunSceneSegmenter},

@@ -27,6 +27,7 @@ void RunAutomaticSegmenter(int argc, char** argv);
 void RunFoamAnalyzer(int argc, char** argv);
 void RunFoamConverter(int argc, char** argv);
 void RunFoamEvaluator(int argc, char** argv);
+void RunFoamLabeler(int argc, char** argv);
 void RunFoamMerger(int argc, char** argv);
 void RunFoamRenderer(int argc, char** argv);
 void RunFoamTrainer(int argc, char** argv);

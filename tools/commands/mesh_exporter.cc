@@ -10,6 +10,7 @@
 #include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/label_names.h"
 #include "tools/controllers/mask_importing.h"
+#include "tools/controllers/mask_labels.h"
 #include "tools/controllers/texture_source.h"
 #include "tools/controllers/training_run.h"
 #include "tools/options/block_export_options.h"
@@ -84,16 +85,9 @@ SceneOptions PhotosOf(const WorkspaceChoice& workspace,
   run.scene.input_path = workspace.input_path;
   run.scene.mask_path = workspace.mask_path;
   CompleteFromWorkspace(workspace.workspace_path, &run);
-  const auto option = [&](const char* name) {
-    const auto found = model.options.find(name);
-    return found == model.options.end() ? std::string() : found->second;
-  };
   run.scene.use_masks = !IsWhole(model);
-  run.scene.mask_consistency =
-      ParseEnum(kMaskConsistencyNames, option("mask_consistency")).value_or(MaskConsistency::kAuto);
-  // Both shape the sample of the tracks that masks are corrected by. 0 in models without them.
-  ParseNumber(option("test_every"), &run.scene.test_every);
-  ParseNumber(option("random_seed"), &run.scene.random_seed);
+  TakeTrainingOptions(model, &run.scene);
+  run.scene.max_image_size = -1;
   ImportMasksOf(&run.scene, std::filesystem::path(output_path) / "imported_masks");
   return run.scene;
 }

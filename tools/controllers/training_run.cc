@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/training_run.h"
 
-#include "export/scene/names.h"
 #include "foam/device/cpu_device.h"
 #include "foam/edit/label_editing.h"
 #include "foam/train/block_checkpoint.h"
@@ -21,6 +20,7 @@
 #include "plugin/stereo/surface_seeds.h"
 #include "plugin/util/plural.h"
 #include "tools/controllers/effects_report.h"
+#include "tools/controllers/mask_labels.h"
 #include "tools/controllers/rank_decisions.h"
 #include "tools/controllers/scene_loading.h"
 #include "tools/controllers/time_budget.h"
@@ -461,20 +461,6 @@ void ReportTraining(const TrainingSummary& summary, TrainingRun* run) {
   }
 }
 
-// Returns "mug, plant": the names of labels, or their ids, shortened where there are many.
-std::string NamesOf(const std::vector<Label>& labels) {
-  constexpr size_t kMostNames = 8;
-  std::string text;
-  for (size_t i = 0; i < std::min(labels.size(), kMostNames); ++i) {
-    if (i > 0) text += ", ";
-    text += labels[i].name.empty() ? std::to_string(Value(labels[i].id)) : OneLine(labels[i].name);
-  }
-  if (labels.size() > kMostNames) {
-    text += " and " + std::to_string(labels.size() - kMostNames) + " more";
-  }
-  return text;
-}
-
 // Logs how many cells have the colours of their neighbours.
 void ReportHiddenCells(const TrainingSummary& summary) {
   const HiddenCellChanges& changes = summary.hidden_cells;
@@ -494,20 +480,13 @@ void ReportHangingCells(const TrainingSummary& summary) {
 
 // Logs how labels were spread, and which are smaller than cells. `labels` [classes].
 void ReportLabels(const TrainingSummary& summary, const std::vector<Label>& labels) {
-  std::vector<Label> small;
   if (summary.spreading) {
     LOG(INFO) << "Few photos have masks: their labels were spread along the surfaces to all cells; "
               << summary.spreading->changed_cells << " of " << summary.foam.NumSites()
               << " cells changed their label";
-    for (const ClassIndex c : summary.spreading->small_classes) {
-      small.push_back(labels.at(Value(c)));
-    }
-    if (!small.empty()) {
-      LOG(WARNING) << "The cells are too large for the masks: " << NamesOf(small)
-                   << (small.size() == 1 ? " has" : " have") << " fewer than " << kFewCells
-                   << " cells; more sites (final_sites) and rays (num_rays) would be right.";
-    }
+    WarnOfSmallLabels(*summary.spreading, labels);
   } else if (summary.foam.HasSemantics()) {
+    std::vector<Label> small;
     std::vector<bool> has_cells(labels.size(), false);
     for (const ClassIndex c : ClassesOfCells(summary.foam)) has_cells[Value(c)] = true;
     for (size_t k = 0; k < labels.size(); ++k) {

@@ -41,9 +41,9 @@ MaskConsistency MaskOptions::Consistency() const {
 void AddMaskPathOptions(OptionManager* options, MaskOptions* masks) {
   options->AddDefaultOption("mask_path",
                             &masks->mask_path,
-                            "the instance masks: a folder, in a training also masks of any "
-                            "format that mask_importer reads; by default object_mask/, then "
-                            "Annotations/");
+                            "the instance masks: a folder, in a training and for foam_labeler "
+                            "also masks of any format that mask_importer reads; by default "
+                            "object_mask/, then Annotations/");
   options->AddDefaultOption(
       "labels_path",
       &masks->labels_path,

@@ -16,6 +16,7 @@
 #include "tools/controllers/export_surfaces.h"
 #include "tools/controllers/export_volumes.h"
 #include "tools/controllers/labelled_files.h"
+#include "tools/controllers/mask_labels.h"
 #include "tools/controllers/shape_labels.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/masks/rendered_masks.h"
@@ -160,6 +161,22 @@ std::shared_ptr<FoamObject> Insert(const FoamObject& scene,
 std::shared_ptr<FoamObject> LabelledByShape(const FoamObject& foam, double granularity) {
   Model model = foam.model();
   LabelByShape(granularity, foam.Name(), &model);
+  return Edited(std::move(model));
+}
+
+std::shared_ptr<FoamObject> LabelledByMasks(const FoamObject& foam,
+                                            const fs::path& image_path,
+                                            const fs::path& input_path,
+                                            const fs::path& mask_path,
+                                            const std::optional<fs::path>& labels_path) {
+  SceneOptions options;
+  options.image_path = image_path;
+  options.input_path = input_path;
+  options.mask_path = mask_path;
+  options.labels_path = labels_path.value_or("");
+  TakeTrainingOptions(foam.model(), &options);
+  Model model = foam.model();
+  LabelByMasks(foam.Name(), options, {}, fs::temp_directory_path(), &model);
   return Edited(std::move(model));
 }
 
@@ -384,7 +401,20 @@ void AddEdits(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {
            "`semfoam scene_segmenter` does: plane_1, plane_2, ... such as table tops, floors and "
            "walls, then thing_1, thing_2, ..., by what photos show of them, with the ids 1, 2, ... "
            "Labels that are there are replaced. granularity, 0 to 1: how finely to cut. "
-           "Experimental. Runs without the GIL. Raises Error.");
+           "Experimental. Runs without the GIL. Raises Error.")
+      .def("label_by_masks",
+           &LabelledByMasks,
+           py::arg("image_path"),
+           py::arg("input_path"),
+           py::arg("mask_path"),
+           py::arg("labels_path") = py::none(),
+           py::call_guard<py::gil_scoped_release>(),
+           "Returns the foam with the labels of masks of some of its photos, as `semfoam "
+           "foam_labeler` does, without training again. image_path and input_path: the photos and "
+           "the COLMAP model that it was trained on; mask_path: masks in any format that "
+           "mask_importer reads, clicks too; labels_path: their names (None: labels.json beside "
+           "the masks). Labels that are there are replaced; masks of held-out photos are not used. "
+           "Runs without the GIL. Raises Error.");
 }
 
 void AddFiles(py::class_<FoamObject, std::shared_ptr<FoamObject>>* foam) {

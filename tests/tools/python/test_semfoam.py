@@ -428,6 +428,26 @@ def test_labels_by_shape(foam, tmp_path):
         foam.label_by_shape(2)
 
 
+def test_labels_by_masks(foam, tmp_path):
+    masks = tmp_path / "few masks"
+    masks.mkdir()
+    for photo in ("0009", "0044"):
+        shutil.copy(TABLETOP / f"object_mask/{photo}.png", masks)
+    model = (TABLETOP / "images", TABLETOP / "sparse/0")
+    labelled = foam.label_by_masks(*model, masks, labels_path=TABLETOP / "labels.json")
+    assert np.array_equal(labelled.cells.positions, foam.cells.positions)
+    assert {"table", "mug", "plant"} <= set(labelled.labels.values())
+    assert not np.array_equal(labelled.cells.label, foam.cells.label)
+    again = labelled.label_by_masks(*model, masks, labels_path=TABLETOP / "labels.json")
+    assert np.array_equal(again.cells.label, labelled.cells.label)
+    # That photo is held out.
+    shutil.rmtree(masks)
+    masks.mkdir()
+    shutil.copy(TABLETOP / "object_mask/0008.png", masks)
+    with pytest.raises(semfoam.Error, match="cannot be labelled"):
+        foam.label_by_masks(*model, masks)
+
+
 def test_errors_are_one_sentence(foam, tmp_path):
     photo = foam.photos[0]
     with pytest.raises(semfoam.Error, match="no.foam: "):

@@ -132,6 +132,13 @@ class Foam:
         translation: npt.ArrayLike = ...,
     ) -> Foam: ...
     def label_by_shape(self, granularity: float = 0.5) -> Foam: ...
+    def label_by_masks(
+        self,
+        image_path: _Path,
+        input_path: _Path,
+        mask_path: _Path,
+        labels_path: _Path | None = None,
+    ) -> Foam: ...
     def label_transfer(
         self,
         input_path: _Path,

@@ -21,6 +21,25 @@ interface Merge {
 // Members of an edits file.
 type FileEdit = Record<string, string>;
 
+// Returns a point well inside an outline: the middle of its widest row at half of its height.
+function pointInside(outline: [number, number][]): [number, number] {
+  const ys = outline.map(([, y]) => y);
+  // Beside the middle by what no corner is likely to have.
+  const y = (Math.min(...ys) + Math.max(...ys)) / 2 + 0.0137;
+  const crossings = outline.flatMap(([x0, y0], k) => {
+    const [x1, y1] = outline[(k + 1) % outline.length];
+    return y0 > y === y1 > y ? [] : [x0 + ((y - y0) / (y1 - y0)) * (x1 - x0)];
+  }).sort((a, b) => a - b);
+  let widest = 0, x = outline[0][0];
+  for (let k = 0; k + 1 < crossings.length; k += 2) {
+    const width = crossings[k + 1] - crossings[k];
+    if (width <= widest) continue;
+    widest = width;
+    x = crossings[k] + width / 2;
+  }
+  return [x, y];
+}
+
 export class Edits {
   // Called when edits changed.
   changed: () => void = () => {};
@@ -96,11 +115,12 @@ export class Edits {
     });
     const marks = this.marks.map((mark) => {
       const { camera, points } = mark, { name } = this.report.cameras[camera];
+      const shown = points.length === 1 ? `what this point of ${name}` : `what this outline in ${name}`;
       const known = labels.findIndex((label, k) => label.id !== 0 && roots[k] === k && this.nameOf(k) === mark.label);
       const place = [name, ...points.flat().map((value) => Math.floor(value))].join(",");
       return {
         edit: { assign: known >= 0 ? id(known) : mark.label, [points.length === 1 ? "pick" : "outline"]: place },
-        text: `make ${points.length === 1 ? "what this point of" : "what this outline in"} ${name} shows ${mark.label}`,
+        text: `make ${shown} shows ${mark.label}`,
         undo: remove(this.marks, mark),
       };
     });
@@ -115,6 +135,30 @@ export class Edits {
   // The edits as a file of label_editor.
   file(): string {
     return JSON.stringify({ edits: this.list().map((one) => one.edit) }, null, 1) + "\n";
+  }
+
+  // The marks, as shapes of LabelMe: a list of photos, for foam_labeler and mask_importer. An outline
+  // has a point in it, which says that nothing is known of what is around it.
+  marksFile(): string {
+    const photos = this.report.cameras.map((camera, k) => ({ camera, marks: this.marks.filter((mark) => mark.camera === k) }));
+    const shape = (label: string, shape_type: string, points: [number, number][]) => ({
+      label,
+      points: points.map(([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10]),
+      group_id: null,
+      shape_type,
+      flags: {},
+    });
+    return JSON.stringify(photos.filter(({ marks }) => marks.length > 0).map(({ camera, marks }) => ({
+      version: "5.0.1",
+      flags: {},
+      shapes: marks.flatMap(({ label, points }) => points.length === 1
+        ? [shape(label, "point", points)]
+        : [shape(label, "polygon", points), shape(label, "point", [pointInside(points)])]),
+      imagePath: camera.name,
+      imageData: null,
+      imageHeight: camera.height,
+      imageWidth: camera.width,
+    })), null, 1) + "\n";
   }
 
   // The names alone, by the masks' own ids, as all commands read them.
@@ -134,6 +178,10 @@ export class Edits {
   show(): void {
     const section = byId("edits"), all = this.list();
     section.hidden = all.length === 0;
+    // Of a foam without labels nothing can be edited.
+    const hasLabels = this.report.objects.length > 0;
+    for (const part of section.querySelectorAll<HTMLElement>(".editing")) part.hidden = !hasLabels;
+    for (const part of section.querySelectorAll<HTMLElement>(".marking")) part.hidden = this.marks.length === 0;
     section.querySelector("ul")!.replaceChildren(...all.map(({ text, undo }) => {
       const button = make("button", { type: "button", textContent: "undo" });
       button.addEventListener("click", () => {
@@ -144,9 +192,13 @@ export class Edits {
     }));
   }
 
-  addButton(): void {
-    const button = make("button", { type: "button", textContent: "Save edits.json" });
-    button.addEventListener("click", () => save("edits.json", this.file()));
-    byId("edits").querySelector(".actions")!.append(button);
+  addButtons(): void {
+    const add = (use: string, name: string, text: () => string) => {
+      const button = make("button", { type: "button", textContent: `Save ${name}`, className: use });
+      button.addEventListener("click", () => save(name, text()));
+      byId("edits").querySelector(".actions")!.append(button);
+    };
+    add("editing", "edits.json", () => this.file());
+    add("marking", "marks.json", () => this.marksFile());
   }
 }

@@ -101,7 +101,7 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   const toggleKeys = () => (keys.hidden = !keys.hidden);
   const marker = new Marker(report, viewer, edits);
   const toggleMarks = () => {
-    if (report.cameras.length === 0 || report.objects.length === 0) return;
+    if (report.cameras.length === 0) return;
     marker.toggle();
     if (marker.isOn) setFade(1);
     update();
@@ -110,7 +110,7 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   const cameras = toggle("Cameras", () => viewer.setShowsCameras(!viewer.showsCameras));
   const points = toggle("Points", () => viewer.setShowsPoints(!viewer.showsPoints));
   const marks = toggle("Mark", toggleMarks);
-  marks.title = "Mark a piece of an object on a photo";
+  marks.title = "Mark things on photos, to give them a label";
   const measurer = toggle("Measure", toggleMeasure);
   const slicer = toggle("Slice", () => viewer.setSlice((viewer.slice + 1) % 3, viewer.sliceAt));
   const slice = range("cut", 0, 1, 0.5, (value) => viewer.setSlice(viewer.slice, value));
@@ -136,7 +136,7 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   if (report.cameras.length > 0) tools.append(cameras);
   if (report.overlays.points) tools.append(points);
   tools.append(measurer, slicer, slice.label);
-  if (report.cameras.length > 0 && report.objects.length > 0) tools.append(marks);
+  if (report.cameras.length > 0) tools.append(marks);
   if (report.objects.length > 1) tools.append(apart.label);
   tools.append(fade.label, all, toggle("Keys", toggleKeys));
   keys.append(
@@ -283,7 +283,7 @@ async function start(): Promise<void> {
     byId("tools").hidden = true;
   }
   const edits = new Edits(report, viewer);
-  edits.addButton();
+  edits.addButtons();
   const table = new ObjectTable(report, viewer, edits);
   page.edits = edits;
   page.viewer = viewer ?? undefined;

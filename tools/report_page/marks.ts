@@ -26,7 +26,7 @@ export class Marker {
     this.name.addEventListener("focus", () =>
       list.replaceChildren(...report.objects.map((object) => make("option", { value: edits.nameOf(object.label) }))));
     this.bar = make("p", { id: "marking", className: "note", hidden: true },
-      "Type a label, then click a piece of an object in the photo, or draw around it: ", this.name, list);
+      "Type a label, then click a thing in the photo, or draw around it: ", this.name, list);
     byId("measure").before(this.bar);
     this.svg.addEventListener("pointerdown", (event) => {
       if (!this.name.value.trim()) return this.name.focus();

@@ -447,6 +447,49 @@ TEST_F(ReportPageTest, SavesEditsAsLabelEditorReadsThem) {
   ExpectQuiet(browser);
 }
 
+TEST_F(ReportPageTest, MarksLabelAFoamWithoutLabels) {
+  Browser browser;
+  const TempFolder output;
+  fs::create_directories(output / "plain");
+  WriteModel(output / "plain/scene.foam", WithoutSemantics(ReadModel(Trained())));
+  Open(&browser, Report(output / "plain/scene.foam"));
+  EXPECT_EQ(browser.Evaluate("document.getElementById('edits').hidden"), true);
+  // An outline whose middle row is in two parts, and points on two photos; 0 is held out.
+  browser.Evaluate(
+      "document.getElementById('viewer').dispatchEvent(new KeyboardEvent('keydown', {key: 'n'}));"
+      "semfoam.edits.mark({label: 'far', camera: 1, points: "
+      "[[20, 5], [300, 5], [300, 60], [200, 60], [200, 20], [60, 20], [60, 60], [20, 60]]});"
+      "semfoam.edits.mark({label: 'near, by', camera: 1, points: [[160.5, 200.5]]});"
+      "semfoam.edits.mark({label: 'near, by', camera: 2, points: [[160.5, 200.5]]})");
+  EXPECT_EQ(browser.Evaluate("document.getElementById('marking').hidden"), false);
+  EXPECT_EQ(browser.Evaluate("[...document.querySelectorAll('#edits button')]"
+                             ".filter((b) => !b.hidden && b.textContent.startsWith('Save'))"
+                             ".map((b) => b.textContent)"),
+            json::array({"Save marks.json"}));
+  const json marks = json::parse(browser.Evaluate("semfoam.edits.marksFile()").get<std::string>());
+  ASSERT_EQ(marks.size(), 2u);
+  // The point in the outline is in the wider part.
+  const json inside = marks[0]["shapes"][1]["points"][0];
+  EXPECT_NEAR(inside[0].get<double>(), 250, 0.1);
+  WriteFile(output / "marks.json", marks.dump());
+  const Outcome outcome = RunSemfoam({"foam_labeler",
+                                      "--foam_path",
+                                      (output / "plain/scene.foam").string(),
+                                      "--workspace_path",
+                                      kTabletop.string(),
+                                      "--mask_path",
+                                      (output / "marks.json").string(),
+                                      "--output_path",
+                                      (output / "labelled").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::vector<std::string> names;
+  for (const Label& label : ReadModel(output / "labelled/scene.foam").labels) {
+    names.push_back(label.name);
+  }
+  EXPECT_THAT(names, testing::UnorderedElementsAre("far", "near, by"));
+  ExpectQuiet(browser);
+}
+
 TEST_F(ReportPageTest, MeasuresInTheUnitsOfTheModel) {
   Browser browser;
   Open(&browser, Report(Trained()));

@@ -26,6 +26,14 @@ constexpr float kSeenContribution = 0.01f;
 // Votes, in pixels, that count as much as all neighbours of a cell. Cells at the edges of things
 // have a few wrong ones.
 constexpr float kEvenVotes = 16;
+// What a cell's colour tells of its class counts this much, where all its neighbours count 1:
+// little beside a mask, more the farther all masks are.
+constexpr float kColorPrior = 0.001f;
+// Density, over that of colours that are evenly spread, at which colours of a class tell half as
+// much as they could: a colour that is like none that masks show tells nothing.
+constexpr float kLeastColorDensity = 1;
+// Bins of colours in each dimension.
+constexpr int kColorBins = 16;
 // Cells that a thread takes at a time.
 constexpr int64_t kBlock = 1024;
 // Logits by which a cell of one class alone wins: exp(-8) is 3e-4.
@@ -92,6 +100,83 @@ std::vector<ClassIndex> KeepVotedClasses(const std::vector<LabelVote>& votes,
                 &foam->identity[greatest->cell * size_t{kIdentityDim}]);
   }
   return small;
+}
+
+// The densities of the colours of each class, over that of evenly spread colours.
+class ColorDensities {
+ public:
+  ColorDensities(const CellStatistics& statistics,
+                 const std::vector<LabelVote>& votes,
+                 size_t num_classes)
+      : bins_(num_classes, std::vector<float>(kNumBins, 0.f)) {
+    std::vector<float> sums(num_classes, 0.f);
+    for (const LabelVote& vote : votes) {
+      const size_t k = Value(vote.class_index);
+      bins_[k][BinOf(statistics.mean_color[vote.cell])] += vote.weight;
+      sums[k] += vote.weight;
+    }
+    for (size_t k = 0; k < num_classes; ++k) {
+      if (sums[k] == 0) continue;
+      for (float& bin : bins_[k]) bin *= kNumBins / sums[k];
+      for (const int stride : {1, kColorBins, kColorBins * kColorBins}) Smooth(stride, &bins_[k]);
+    }
+  }
+
+  float Density(size_t class_index, const Eigen::Vector3f& color) const {
+    return bins_[class_index][BinOf(color)];
+  }
+
+ private:
+  static constexpr int kNumBins = kColorBins * kColorBins * kColorBins;
+
+  static int BinOf(const Eigen::Vector3f& color) {
+    int bin = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float place = std::clamp(color[c] * kColorBins, 0.f, kColorBins - 1.f);
+      bin = bin * kColorBins + static_cast<int>(place);
+    }
+    return bin;
+  }
+
+  // By 1/4, 1/2, 1/4 along one dimension.
+  static void Smooth(int stride, std::vector<float>* bins) {
+    const std::vector<float> before = *bins;
+    for (int i = 0; i < kNumBins; ++i) {
+      const int place = i / stride % kColorBins;
+      const float lower = before[place > 0 ? i - stride : i];
+      const float upper = before[place + 1 < kColorBins ? i + stride : i];
+      (*bins)[i] = 0.25f * (lower + 2 * before[i] + upper);
+    }
+  }
+
+  // [classes][bins]
+  std::vector<std::vector<float>> bins_;
+};
+
+// Holds seen cells a little to the classes that their colours tell, by the colours of the cells
+// that masks show. `hold` and `target` are as of ExtendHarmonically.
+void AddColorPrior(const CellStatistics& statistics,
+                   const std::vector<LabelVote>& votes,
+                   const std::vector<Vector>& codes,
+                   std::vector<float>* hold,
+                   std::vector<Vector>* target) {
+  const ColorDensities densities(statistics, votes, codes.size());
+  ParallelForBlocks(std::ssize(*hold), kBlock, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      if (!(statistics.contribution[i] > kSeenContribution)) continue;
+      Vector mean = Vector::Zero();
+      float sum = 0;
+      for (size_t k = 0; k < codes.size(); ++k) {
+        const float density = densities.Density(k, statistics.mean_color[i]);
+        mean += density * codes[k];
+        sum += density;
+      }
+      const float prior = kColorPrior * sum / (sum + kLeastColorDensity);
+      if (!(prior > 0)) continue;
+      (*target)[i] = ((*hold)[i] * (*target)[i] + prior * mean / sum) / ((*hold)[i] + prior);
+      (*hold)[i] += prior;
+    }
+  });
 }
 
 }  // namespace
@@ -188,6 +273,7 @@ SpreadingResult SpreadLabels(const Delaunay& delaunay,
     if (hold[i] > 0) target[i] /= hold[i];
     hold[i] /= kEvenVotes;
   }
+  AddColorPrior(statistics, votes, codes, &hold, &target);
   const std::vector<Vector> identities = ExtendHarmonically<kIdentityDim>(
       MakeConductanceGraph(delaunay, statistics, *foam), hold, target);
   for (int64_t i = 0; i < n; ++i) {

@@ -165,6 +165,31 @@ TEST(LabelSpreading, ColourEdgesStopLabels) {
   EXPECT_EQ(wrong, 0);
 }
 
+// Grey, a red strip that a mask shows as the second class, grey again, red again: no mask shows the
+// last two. What is farther from any vote than colours can be told apart has the class of its
+// colour.
+TEST(LabelSpreading, ColoursTellWhereNoMaskIs) {
+  Slab slab(/*red_from=*/12, /*num_classes=*/2);
+  std::vector<LabelVote> votes;
+  for (int i = 0; i < Slab::kNumCells; ++i) {
+    const int x = i % Slab::kX;
+    if (x >= 4 && x < 8) slab.statistics.mean_color[i] = {0.8f, 0.3f, 0.3f};
+    if (x < 8) votes.push_back({uint32_t(i), ClassIndex{x < 4 ? 0 : 1}, 100});
+  }
+  SpreadLabels(slab.delaunay, slab.statistics, votes, &slab.foam);
+  int right = 0, all = 0;
+  for (int i = 0; i < Slab::kNumCells; ++i) {
+    const int x = i % Slab::kX;
+    if (x < 8) {
+      EXPECT_EQ(slab.ClassOf(i), x < 4 ? 0 : 1) << x;
+    } else {
+      ++all;
+      right += slab.ClassOf(i) == (x < 12 ? 0 : 1) ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(right, all);
+}
+
 TEST(LabelSpreading, WithoutEdgesLabelsMeetInTheMiddle) {
   Slab slab(/*red_from=*/Slab::kX, /*num_classes=*/2);
   const SpreadingResult result = SpreadLabels(

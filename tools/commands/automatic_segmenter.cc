@@ -106,7 +106,9 @@ void RunAutomaticSegmenter(int argc, char** argv) {
   };
   SegmentScene(segmenter);
   if (has_no_labels) {
-    LOG(INFO) << "Planes and things can be found without masks, by their shape: "
+    LOG(INFO) << "Objects can be had without masks: click on them in the report (N), save "
+                 "marks.json, and label the foam by it with foam_labeler; or have planes and "
+                 "things found by their shape: "
               << SegmenterCommand(segmenter.output_path);
   }
 }

@@ -13,6 +13,7 @@ export class Marker {
   private readonly svg: SVGSVGElement;
   private readonly name: HTMLInputElement;
   private readonly bar: HTMLElement;
+  private readonly unused: HTMLElement;
   private path: [number, number][] = [];
 
   constructor(private report: Report, private viewer: Viewer, private edits: Edits) {
@@ -24,9 +25,12 @@ export class Marker {
     this.name.setAttribute("list", "names");
     this.name.setAttribute("aria-label", "Label of the next mark");
     this.name.addEventListener("focus", () =>
-      list.replaceChildren(...report.objects.map((object) => make("option", { value: edits.nameOf(object.label) }))));
+      list.replaceChildren(...this.names().map((value) => make("option", { value }))));
+    this.unused = make("span", {
+      textContent: " This photo was held out of the training: foam_labeler leaves its marks out.",
+    });
     this.bar = make("p", { id: "marking", className: "note", hidden: true },
-      "Type a label, then click a thing in the photo, or draw around it: ", this.name, list);
+      "Type a label, then click a thing in the photo, or draw around it: ", this.name, list, this.unused);
     byId("measure").before(this.bar);
     this.svg.addEventListener("pointerdown", (event) => {
       if (!this.name.value.trim()) return this.name.focus();
@@ -42,6 +46,12 @@ export class Marker {
     });
     this.svg.addEventListener("pointerup", () => this.finish());
     this.svg.addEventListener("pointercancel", () => (this.path = []));
+  }
+
+  // Of the labels that there are, and of those of earlier marks.
+  private names(): string[] {
+    const { report, edits } = this;
+    return [...new Set([...report.objects.map((object) => edits.nameOf(object.label)), ...edits.marks.map((mark) => mark.label)])];
   }
 
   private at(event: PointerEvent): [number, number] {
@@ -76,6 +86,7 @@ export class Marker {
   // Shows the marks over the photo, which lies at `box` of the canvas; nothing: there is no photo.
   show(box: { x: number; y: number; width: number; height: number } | null): void {
     this.bar.hidden = !this.isOn;
+    this.unused.hidden = !this.report.cameras[this.viewer.camera]?.held_out;
     this.svg.style.display = box ? "" : "none";
     this.svg.style.pointerEvents = this.isOn ? "auto" : "none";
     if (!box) return;
@@ -90,13 +101,18 @@ export class Marker {
     if (!camera) return;
     const scale = this.scale();
     const outlines = this.edits.marks.filter((mark) => mark.camera === this.viewer.camera)
-      .map((mark) => mark.points.map(([x, y]): [number, number] => [x / scale, y / scale]));
-    if (this.path.length > 0) outlines.push(this.path);
-    this.svg.replaceChildren(...outlines.map((points) => {
+      .map(({ label, points }) => ({ label, points: points.map(([x, y]): [number, number] => [x / scale, y / scale]) }));
+    if (this.path.length > 0) outlines.push({ label: this.name.value.trim(), points: this.path });
+    const names = this.names();
+    this.svg.replaceChildren(...outlines.map(({ label, points }) => {
       const shape = document.createElementNS(kSpace, points.length === 1 ? "circle" : "polygon");
+      // Hues a golden angle apart differ, however many there are.
+      const hue = `${(40 + 137.5 * Math.max(0, names.indexOf(label))) % 360} 100% 55%`;
       const attributes: Record<string, string | number> = points.length === 1
         ? { cx: points[0][0], cy: points[0][1], r: 6 }
         : { points: points.map((point) => point.map((v) => v.toFixed(1)).join(",")).join(" ") };
+      shape.style.stroke = `hsl(${hue})`;
+      shape.style.fill = `hsl(${hue} / 0.22)`;
       for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, String(value));
       return shape;
     }));

@@ -89,7 +89,8 @@ void RunFoamLabeler(int argc, char** argv) {
   run.scene.mask_path = masks.mask_path;
   run.scene.labels_path = masks.labels_path;
   run.scene.label_zero = masks.Zero();
-  if (options.IsGiven("Masks.consistency")) run.scene.mask_consistency = masks.Consistency();
+  // Of these masks, not of those that it was trained on.
+  run.scene.mask_consistency = masks.Consistency();
   LabelByMasks(foam_path, run.scene, options.device(), output_path, &model);
   PrintLabels(model);
   WriteModel(target, model);

@@ -175,6 +175,7 @@ std::shared_ptr<FoamObject> LabelledByMasks(const FoamObject& foam,
   options.mask_path = mask_path;
   options.labels_path = labels_path.value_or("");
   TakeTrainingOptions(foam.model(), &options);
+  options.mask_consistency = MaskConsistency::kAuto;  // Of these masks, not of the training's.
   Model model = foam.model();
   LabelByMasks(foam.Name(), options, {}, fs::temp_directory_path(), &model);
   return Edited(std::move(model));

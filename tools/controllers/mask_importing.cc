@@ -30,8 +30,11 @@ void ImportMasksOf(SceneOptions* scene, const std::filesystem::path& folder) {
   for (const std::string& line : DescribeImport(import)) LOG(INFO) << line;
   for (const std::string& warning : import.warnings) LOG(WARNING) << warning;
   scene->mask_path = folder;
-  if (import.are_independent && scene->mask_consistency == MaskConsistency::kAuto) {
+  if (scene->mask_consistency != MaskConsistency::kAuto) return;
+  if (import.are_independent) {
     scene->mask_consistency = MaskConsistency::kIndependent;
+  } else if (import.num_grown == import.num_masks) {
+    scene->mask_consistency = MaskConsistency::kOff;
   }
 }
 

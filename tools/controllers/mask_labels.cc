@@ -107,7 +107,7 @@ SpreadingResult LabelByMasks(const fs::path& foam_path,
   ImportMasksOf(&run.scene, scratch.path() / "masks");
   TrainingScene scene = LoadScene(run, run.scene);
   LogWarnings(scene);
-  LOG(INFO) << scene.MaskReport();
+  LogMasks(scene, run.scene.mask_consistency);
   LogHeldOutMasks(scene);
   RequireVotingMask(scene, foam_path);
   TakePoses(*model, foam_path, &scene);

@@ -377,14 +377,8 @@ TrainingScene LoadAndReport(const TrainingRun& run, ScenePlan plan, const ImageM
   if (run.when_labels_are_known) run.when_labels_are_known(scene.Labels());
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
-  LOG(INFO) << scene.MaskReport();
   for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
-  if (scene.NumClasses() > 0 && run.scene.mask_consistency != MaskConsistency::kOff) {
-    LOG(INFO) << scene.Consistency().Line();
-  }
-  if (scene.NumClasses() > 0 && scene.Labels()[0].id == kNoObject) {
-    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
-  }
+  LogMasks(scene, run.scene.mask_consistency);
   if (scene.NumClasses() == 0) LOG(INFO) << "Without labels: training colour only.";
   return scene;
 }
@@ -685,6 +679,15 @@ TrainingScene LoadScene(const TrainingRun& run, const SceneOptions& scene) {
 void LogWarnings(const TrainingScene& scene) {
   for (const std::string& warning : scene.Plan().warnings) LOG(WARNING) << warning;
   for (const std::string& warning : scene.Warnings()) LOG(WARNING) << warning;
+}
+
+void LogMasks(const TrainingScene& scene, MaskConsistency consistency) {
+  LOG(INFO) << scene.MaskReport();
+  if (scene.NumClasses() == 0) return;
+  if (consistency != MaskConsistency::kOff) LOG(INFO) << scene.Consistency().Line();
+  if (scene.Labels()[0].id == kNoObject) {
+    LOG(INFO) << "Id 0 of the masks is learned as a class of its own, the background.";
+  }
 }
 
 Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {

@@ -134,6 +134,10 @@ SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
 // Logs the warnings about a dataset: those of its plan and its own.
 void LogWarnings(const TrainingScene& scene);
 
+// Logs what masks a scene has, what their correction by the tracks, if asked for, has changed, and
+// whether id 0 is a class.
+void LogMasks(const TrainingScene& scene, MaskConsistency consistency);
+
 // Loads the photos and masks, probes the effects, logs the findings and the plan, trains, and
 // writes scene.foam, effects.json and training_log.csv into `folder`, and checkpoints during the
 // training. With CheckpointOptions::resume, continues where an earlier process was stopped, also

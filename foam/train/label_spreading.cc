@@ -28,10 +28,14 @@ constexpr float kSeenContribution = 0.01f;
 constexpr float kEvenVotes = 16;
 // What a cell's colour tells of its class counts this much, where all its neighbours count 1:
 // little beside a mask, more the farther all masks are.
-constexpr float kColorPrior = 0.001f;
-// Density, over that of colours that are evenly spread, at which colours of a class tell half as
-// much as they could: a colour that is like none that masks show tells nothing.
-constexpr float kLeastColorDensity = 1;
+constexpr float kColorHold = 0.01f;
+// Density, over that of colours that are evenly spread, that every class has for any colour. Shade,
+// and parts of a thing that no mask shows, have colours that are not among those of its class.
+constexpr float kLeastColorDensity = 30;
+// Times that colours are weighed with what the spread labels make likely, and labels spread anew.
+constexpr int kColorRounds = 2;
+// Least share of a class in a cell, far from its votes, that its colours can raise.
+constexpr float kLeastShare = 1e-6f;
 // Bins of colours in each dimension.
 constexpr int kColorBins = 16;
 // Cells that a thread takes at a time.
@@ -117,10 +121,14 @@ class ColorDensities {
     }
     for (size_t k = 0; k < num_classes; ++k) {
       if (sums[k] == 0) continue;
+      classes_.push_back(k);
       for (float& bin : bins_[k]) bin *= kNumBins / sums[k];
       for (const int stride : {1, kColorBins, kColorBins * kColorBins}) Smooth(stride, &bins_[k]);
     }
   }
+
+  // Those with votes.
+  const std::vector<size_t>& Classes() const { return classes_; }
 
   float Density(size_t class_index, const Eigen::Vector3f& color) const {
     return bins_[class_index][BinOf(color)];
@@ -149,32 +157,59 @@ class ColorDensities {
     }
   }
 
+  std::vector<size_t> classes_;
   // [classes][bins]
   std::vector<std::vector<float>> bins_;
 };
 
-// Holds seen cells a little to the classes that their colours tell, by the colours of the cells
-// that masks show. `hold` and `target` are as of ExtendHarmonically.
-void AddColorPrior(const CellStatistics& statistics,
-                   const std::vector<LabelVote>& votes,
-                   const std::vector<Vector>& codes,
-                   std::vector<float>* hold,
-                   std::vector<Vector>* target) {
-  const ColorDensities densities(statistics, votes, codes.size());
+// Computes the shares of the classes in an identity, which is a mixture of their codes: by matching
+// pursuit, as codes of many classes are not orthogonal; where they are, these are the products with
+// the codes. None is less than kLeastShare.
+void FindShares(const std::vector<Vector>& codes, Vector identity, std::vector<float>* shares) {
+  shares->assign(codes.size(), kLeastShare);
+  for (int step = 0; step < kIdentityDim; ++step) {
+    size_t largest = 0;
+    float product = 0;
+    for (size_t k = 0; k < codes.size(); ++k) {
+      const float of_class = identity.dot(codes[k]);
+      if (of_class <= product) continue;
+      product = of_class;
+      largest = k;
+    }
+    if (product <= kLeastShare) return;
+    (*shares)[largest] += product;
+    identity -= product * codes[largest];
+  }
+}
+
+// Holds seen cells a little to the classes that are likely there by the labels as they are spread,
+// `identities`, and by their colours. The shares of the former count by their square roots: they
+// fall off fast along a surface, and would outweigh any colour. `hold` and `target` are as of
+// ExtendHarmonically.
+void AddColorEvidence(const CellStatistics& statistics,
+                      const ColorDensities& densities,
+                      const std::vector<Vector>& codes,
+                      const std::vector<Vector>& identities,
+                      std::vector<float>* hold,
+                      std::vector<Vector>* target) {
   ParallelForBlocks(std::ssize(*hold), kBlock, [&](int64_t begin, int64_t end) {
+    std::vector<float> shares;
     for (int64_t i = begin; i < end; ++i) {
       if (!(statistics.contribution[i] > kSeenContribution)) continue;
+      FindShares(codes, identities[i], &shares);
       Vector mean = Vector::Zero();
       float sum = 0;
-      for (size_t k = 0; k < codes.size(); ++k) {
-        const float density = densities.Density(k, statistics.mean_color[i]);
-        mean += density * codes[k];
-        sum += density;
+      for (const size_t k : densities.Classes()) {
+        const float likelihood =
+            densities.Density(k, statistics.mean_color[i]) + kLeastColorDensity;
+        const float weight = std::sqrt(shares[k]) * likelihood;
+        mean += weight * codes[k];
+        sum += weight;
       }
-      const float prior = kColorPrior * sum / (sum + kLeastColorDensity);
-      if (!(prior > 0)) continue;
-      (*target)[i] = ((*hold)[i] * (*target)[i] + prior * mean / sum) / ((*hold)[i] + prior);
-      (*hold)[i] += prior;
+      if (!(sum > 0)) continue;
+      const float firmness = (*hold)[i] + kColorHold;
+      (*target)[i] = ((*hold)[i] * (*target)[i] + kColorHold * mean / sum) / firmness;
+      (*hold)[i] = firmness;
     }
   });
 }
@@ -273,9 +308,15 @@ SpreadingResult SpreadLabels(const Delaunay& delaunay,
     if (hold[i] > 0) target[i] /= hold[i];
     hold[i] /= kEvenVotes;
   }
-  AddColorPrior(statistics, votes, codes, &hold, &target);
-  const std::vector<Vector> identities = ExtendHarmonically<kIdentityDim>(
-      MakeConductanceGraph(delaunay, statistics, *foam), hold, target);
+  const ColorDensities densities(statistics, votes, codes.size());
+  const ConductanceGraph graph = MakeConductanceGraph(delaunay, statistics, *foam);
+  std::vector<Vector> identities = ExtendHarmonically<kIdentityDim>(graph, hold, target);
+  for (int round = 0; round < kColorRounds; ++round) {
+    std::vector<float> color_hold = hold;
+    std::vector<Vector> color_target = target;
+    AddColorEvidence(statistics, densities, codes, identities, &color_hold, &color_target);
+    identities = ExtendHarmonically<kIdentityDim>(graph, color_hold, color_target);
+  }
   for (int64_t i = 0; i < n; ++i) {
     std::copy_n(identities[i].data(), kIdentityDim, &foam->identity[i * kIdentityDim]);
   }

@@ -23,8 +23,10 @@ namespace semfoam {
 // walker segmentation: Grady, "Random Walks for Image Segmentation", 2006). An edge conducts by its
 // face's area over its length where both of its cells are matter, less where their colours differ,
 // and next to nothing through air. A cell that masks show is held to its votes in proportion to
-// their weight, and every cell a little to what its colour tells: the densities that the classes'
-// votes have there ("Multilabel random walker image segmentation using prior models", 2005).
+// their weight. Then, twice, every cell is held a little to the classes that are likely by the
+// labels so spread and by its colour, whose likelihoods are the densities of the classes' colours
+// where masks show them ("Multilabel random walker image segmentation using prior models", 2005,
+// with the spread labels as the prior), and labels are spread anew.
 
 // Returns whether less than half of the views that are not held out, but one at least, have labels.
 bool FewViewsHaveLabels(const TrainingViews& views);

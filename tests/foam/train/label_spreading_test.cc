@@ -190,6 +190,42 @@ TEST(LabelSpreading, ColoursTellWhereNoMaskIs) {
   EXPECT_EQ(right, all);
 }
 
+// Both ends, which masks show, are grey and red, and all between is of a colour that no mask shows,
+// nearer to grey: it tells nothing, so labels meet in the middle.
+TEST(LabelSpreading, UnknownColoursTellNothing) {
+  Slab slab(/*red_from=*/20, /*num_classes=*/2);
+  std::vector<LabelVote> votes;
+  for (int i = 0; i < Slab::kNumCells; ++i) {
+    const int x = i % Slab::kX;
+    if (x >= 4 && x < 20) slab.statistics.mean_color[i] = {0.1f, 0.1f, 0.1f};
+    if (x < 4 || x >= 20) votes.push_back({uint32_t(i), ClassIndex{x < 4 ? 0 : 1}, 100});
+  }
+  SpreadLabels(slab.delaunay, slab.statistics, votes, &slab.foam);
+  int second = 0;
+  for (int i = 0; i < Slab::kNumCells; ++i) second += slab.ClassOf(i);
+  EXPECT_NEAR(second, Slab::kNumCells / 2, Slab::kNumCells / 8);
+}
+
+// Where masks show the first class, every other row of it is grey, the rest is red as all of the
+// second class is. Red cells on the far side of the first are nearer to it, and stay with it,
+// though red is more of the second class's colours.
+TEST(LabelSpreading, SharedColoursStayWithTheNearerLabel) {
+  // Codes of more classes than an identity has numbers are not orthogonal.
+  for (const int num_classes : {2, 3 * kIdentityDim}) {
+    Slab slab(/*red_from=*/0, num_classes);
+    std::vector<LabelVote> votes;
+    for (int i = 0; i < Slab::kNumCells; ++i) {
+      const int x = i % Slab::kX, y = i / Slab::kX % Slab::kY;
+      if (x >= 10 && x < 16 && y % 2 == 0) slab.statistics.mean_color[i] = {0.5f, 0.5f, 0.5f};
+      if (x >= 10) votes.push_back({uint32_t(i), ClassIndex{x < 16 ? 0 : num_classes - 1}, 100});
+    }
+    SpreadLabels(slab.delaunay, slab.statistics, votes, &slab.foam);
+    for (int i = 0; i < Slab::kNumCells; ++i) {
+      EXPECT_EQ(slab.ClassOf(i), i % Slab::kX < 16 ? 0 : num_classes - 1) << num_classes;
+    }
+  }
+}
+
 TEST(LabelSpreading, WithoutEdgesLabelsMeetInTheMiddle) {
   Slab slab(/*red_from=*/Slab::kX, /*num_classes=*/2);
   const SpreadingResult result = SpreadLabels(

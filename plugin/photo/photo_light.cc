@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 namespace semfoam {
 namespace {
 

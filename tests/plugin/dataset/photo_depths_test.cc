@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace semfoam {

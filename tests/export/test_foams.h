@@ -73,7 +73,8 @@ inline std::vector<Eigen::Vector3f> GridSites(int size,
       for (int z = 0; z < size; ++z) {
         Eigen::Vector3f site =
             Eigen::Vector3f(x, y, z) - Eigen::Vector3f::Constant(0.5f * (size - 1));
-        if (jitter > 0) site += Eigen::Vector3f(move(random), move(random), move(random));
+        // One after the other: compilers differ in the order of a call's arguments.
+        for (int a = 2; jitter > 0 && a >= 0; --a) site[a] += move(random);
         sites.push_back(spacing * site);
       }
     }

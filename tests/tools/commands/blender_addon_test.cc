@@ -63,8 +63,8 @@ void ExpectObject(const json& thing, const json& entry, const fs::path& result) 
   EXPECT_LT((VectorOf(thing["extent"][1]) - box.max()).cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_EQ(thing["collection"], "Objects");
   EXPECT_FALSE(thing["hidden"]);
-  EXPECT_EQ(thing["materials"], json({entry["name"]}));
-  EXPECT_EQ(thing["labels"], json({entry["id"]}));
+  EXPECT_EQ(thing["materials"], json::array({entry["name"]}));
+  EXPECT_EQ(thing["labels"], json::array({entry["id"]}));
   EXPECT_TRUE(thing["slots_fit"]);
   EXPECT_EQ(thing["attributes"]["label"], "FACE");
   EXPECT_EQ(thing["attributes"]["photo_color"], "POINT");
@@ -92,7 +92,7 @@ void ExpectCameras(const json& things, const std::vector<PhotoRecord>& photos) {
     ASSERT_TRUE(things.contains(photo.name));
     const json& camera = things[photo.name];
     EXPECT_EQ(camera["type"], "CAMERA");
-    EXPECT_EQ(camera["backgrounds"], json({{320, 240}}));
+    EXPECT_EQ(camera["backgrounds"], json::array({{320, 240}}));
     EXPECT_NEAR(camera["lens"], 36 * photo.camera_params[0] / photo.width, 1e-4);
     const Eigen::Matrix3d turn = photo.cam_from_world_rotation.inverse().toRotationMatrix();
     EXPECT_LT((PlaceOf(camera) + turn * photo.cam_from_world_translation).norm(), 1e-5);

@@ -38,7 +38,9 @@ MaskConsistency ConsistencyOf(const json& photos, MaskConsistency asked) {
 }
 
 const json kClicks = {Shape("upper", "point", {{160, 30}}), Shape("lower", "point", {{160, 220}})};
-const json kArea = {Shape("lower", "polygon", {{0, 120}, {320, 120}, {320, 240}, {0, 240}})};
+// Of a list of one JSON value, clang makes that value.
+const json kArea =
+    json::array({Shape("lower", "polygon", {{0, 120}, {320, 120}, {320, 240}, {0, 240}})});
 
 TEST(ImportMasksOf, LeavesNamesToWhoMarkedThings) {
   const json clicks = {Photo("0008.jpg", kClicks), Photo("0044.jpg", kClicks)};

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace semfoam {
@@ -27,6 +28,12 @@ class BlockContrast {
   // Measures each block: the root of the variance of the display values over the pixels that
   // `counts` returns true for (empty: all), mean over the channels; 0 without such pixels.
   explicit BlockContrast(const Image8& photo, const std::function<bool(int x, int y)>& counts = {});
+  // Takes the Values() of a photo of this width.
+  BlockContrast(int width, std::vector<uint8_t> values)
+      : across_(static_cast<int>(Blocks(width))), contrast_(std::move(values)) {}
+
+  // Returns the contrast of all blocks, row by row.
+  const std::vector<uint8_t>& Values() const { return contrast_; }
 
   // Returns the contrast of the block with this pixel, 0..255 in units of 1 / kUnits.
   uint8_t At(int x, int y) const {

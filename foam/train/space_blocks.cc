@@ -69,6 +69,30 @@ double Spread(const std::vector<Eigen::Vector3f>& sites,
   return double(cuts.back()) - cuts.front();
 }
 
+// The axes, those first along which the weights spread farther, and how far.
+struct SpreadAxes {
+  std::array<int, 3> axes = {0, 1, 2};
+  std::array<double, 3> spread{};  // by axis, not by place in `axes`
+};
+
+// Sorts `all` along some axis.
+SpreadAxes SortAxes(const std::vector<Eigen::Vector3f>& sites,
+                    const std::vector<double>& weights,
+                    std::vector<uint32_t>* all) {
+  SpreadAxes sorted;
+  for (int a = 0; a < 3; ++a) sorted.spread[a] = Spread(sites, weights, a, all);
+  std::stable_sort(sorted.axes.begin(), sorted.axes.end(), [&](int a, int b) {
+    return sorted.spread[a] > sorted.spread[b];
+  });
+  return sorted;
+}
+
+std::vector<uint32_t> AllOf(const std::vector<Eigen::Vector3f>& sites) {
+  std::vector<uint32_t> all(sites.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
 // Sets the face between two boxes.
 BlockBox Between(BlockBox box, int axis, const std::vector<float>& cuts, size_t k) {
   if (k > 0) box.low[axis] = cuts[k - 1];
@@ -206,13 +230,8 @@ std::vector<BlockBox> SplitSpace(const std::vector<Eigen::Vector3f>& sites,
                                  int rows) {
   CHECK_EQ(sites.size(), weights.size());
   CHECK(columns >= 1 && rows >= 1);
-  std::vector<uint32_t> all(sites.size());
-  std::iota(all.begin(), all.end(), 0);
-  std::array<int, 3> axes = {0, 1, 2};
-  std::array<double, 3> spread{};
-  for (int a = 0; a < 3; ++a) spread[a] = Spread(sites, weights, a, &all);
-  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return spread[a] > spread[b]; });
-
+  std::vector<uint32_t> all = AllOf(sites);
+  const std::array<int, 3> axes = SortAxes(sites, weights, &all).axes;
   std::vector<BlockBox> boxes;
   const std::vector<float> slabs = Cuts(sites, weights, axes[0], columns, &all);
   for (int column = 0; column < columns; ++column) {
@@ -225,6 +244,14 @@ std::vector<BlockBox> SplitSpace(const std::vector<Eigen::Vector3f>& sites,
     for (int row = 0; row < rows; ++row) boxes.push_back(Between(slab, axes[1], cuts, row));
   }
   return boxes;
+}
+
+std::array<double, 2> SpreadOfSites(const std::vector<Eigen::Vector3f>& sites,
+                                    const std::vector<double>& weights) {
+  CHECK_EQ(sites.size(), weights.size());
+  std::vector<uint32_t> all = AllOf(sites);
+  const SpreadAxes sorted = SortAxes(sites, weights, &all);
+  return {sorted.spread[sorted.axes[0]], sorted.spread[sorted.axes[1]]};
 }
 
 float HaloWidth(const std::vector<float>& radii, const DensificationStatistics& statistics) {

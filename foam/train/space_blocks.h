@@ -7,6 +7,7 @@
 #include "foam/train/drawn_squares.h"
 #include "foam/view/view_renderer.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -48,6 +49,11 @@ std::vector<BlockBox> SplitSpace(const std::vector<Eigen::Vector3f>& sites,
                                  const std::vector<double>& weights,
                                  int columns,
                                  int rows);
+
+// Returns how far the weights spread along the two axes that SplitSpace cuts, the larger first: the
+// distances in which the middle eight tenths of them lie.
+std::array<double, 2> SpreadOfSites(const std::vector<Eigen::Vector3f>& sites,
+                                    const std::vector<double>& weights);
 
 // Returns the width of the halo around a block: sites there are trained with the block and belong
 // to its neighbours. Some layers of the cells that `statistics` have seen.

@@ -13,6 +13,8 @@
 #include <type_traits>
 #include <vector>
 
+#include <glog/logging.h>
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -73,12 +75,43 @@ uint64_t ChecksumOfFile(const fs::path& path) {
   return checksum;
 }
 
-// Empty paths count as such.
-std::string ChecksumOfFiles(const std::vector<fs::path>& files) {
+// The files of the masks: first those of the photos.
+std::vector<fs::path> FilesOfMasks(const ScenePlan& plan) {
+  std::vector<fs::path> files = plan.masks.masks;
+  files.push_back(plan.labels_file);
+  const auto is_given = [](const fs::path& file) { return !file.empty(); };
+  if (std::any_of(plan.ignore_files.begin(), plan.ignore_files.end(), is_given)) {
+    files.insert(files.end(), plan.ignore_files.begin(), plan.ignore_files.end());
+  }
+  if (!plan.features_file.empty()) {
+    files.push_back(plan.features_file);
+    for (const auto& [name, mask] : ReadRegionFeatures(plan.features_file)) {
+      if (!mask.embeddings.empty()) files.push_back(plan.mask_folder / mask.embeddings);
+    }
+  }
+  return files;
+}
+
+// Returns the checksum of each file; those of photos that are not drawn are taken from `known`.
+std::vector<uint64_t> ReadChecksums(const ScenePlan& plan,
+                                    const std::vector<fs::path>& files,
+                                    const std::vector<uint64_t>* known) {
   std::vector<uint64_t> values(files.size(), 0);
+  const bool is_known = known != nullptr && known->size() == files.size();
   ForEachFile(static_cast<int64_t>(files.size()), [&](int64_t i) {
-    if (!files[i].empty()) values[i] = ChecksumOfFile(files[i]);
+    const bool is_drawn = i >= std::ssize(plan.photos) || plan.IsDrawn(i);
+    if (is_known && !is_drawn) {
+      values[i] = (*known)[i];
+    } else if (!files[i].empty()) {
+      values[i] = ChecksumOfFile(files[i]);
+    }
   });
+  return values;
+}
+
+// Empty paths count as such.
+std::string Summary(const std::vector<fs::path>& files, const std::vector<uint64_t>& values) {
+  CHECK_EQ(files.size(), values.size());
   Checksum checksum;
   for (size_t i = 0; i < files.size(); ++i) {
     checksum.Add(files[i].empty());
@@ -130,23 +163,16 @@ std::string ChecksumOfModel(const ScenePlan& plan) {
 
 }  // namespace
 
-SceneChecksums ChecksumsOf(const ScenePlan& plan) {
-  std::vector<fs::path> masks = plan.masks.masks;
-  masks.push_back(plan.labels_file);
-  const auto is_given = [](const fs::path& file) { return !file.empty(); };
-  if (std::any_of(plan.ignore_files.begin(), plan.ignore_files.end(), is_given)) {
-    masks.insert(masks.end(), plan.ignore_files.begin(), plan.ignore_files.end());
-  }
-  if (!plan.features_file.empty()) {
-    masks.push_back(plan.features_file);
-    for (const auto& [name, mask] : ReadRegionFeatures(plan.features_file)) {
-      if (!mask.embeddings.empty()) masks.push_back(plan.mask_folder / mask.embeddings);
-    }
-  }
+FileChecksums ChecksumsOfFiles(const ScenePlan& plan, const FileChecksums* known) {
+  return {ReadChecksums(plan, plan.files, known != nullptr ? &known->photos : nullptr),
+          ReadChecksums(plan, FilesOfMasks(plan), known != nullptr ? &known->masks : nullptr)};
+}
+
+SceneChecksums ChecksumsOf(const ScenePlan& plan, const FileChecksums& files) {
   return {ChecksumOfModel(plan),
           ChecksumOfCloud(plan),
-          ChecksumOfFiles(plan.files),
-          ChecksumOfFiles(masks)};
+          Summary(plan.files, files.photos),
+          Summary(FilesOfMasks(plan), files.masks)};
 }
 
 }  // namespace semfoam

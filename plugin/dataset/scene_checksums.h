@@ -3,7 +3,9 @@
 
 #include "plugin/dataset/scene_plan.h"
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace semfoam {
 
@@ -21,7 +23,19 @@ struct SceneChecksums {
   std::string masks;
 };
 
-// Reads all files, in parallel. Throws UserError naming one that cannot be read.
-SceneChecksums ChecksumsOf(const ScenePlan& plan);
+// Checksums of the files alone, each 0 where there is none.
+struct FileChecksums {
+  // [photos]
+  std::vector<uint64_t> photos;
+  // Of their masks [photos], then of the other files of the masks.
+  std::vector<uint64_t> masks;
+};
+
+// Reads all files, in parallel; of photos that are not drawn (ScenePlan::IsDrawn), and their masks,
+// takes the checksums from `known`, unless it is null or of other files. Throws UserError naming a
+// file that cannot be read.
+FileChecksums ChecksumsOfFiles(const ScenePlan& plan, const FileChecksums* known = nullptr);
+
+SceneChecksums ChecksumsOf(const ScenePlan& plan, const FileChecksums& files);
 
 }  // namespace semfoam

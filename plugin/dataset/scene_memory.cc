@@ -73,6 +73,7 @@ SceneMemory MemoryOf(const ScenePlan& plan) {
   }
   memory.held = memory.always;
   for (size_t i = 0; i < plan.photos.size(); ++i) {
+    if (!plan.IsDrawn(i)) continue;
     const ViewBytes view = BytesOf(plan, i);
     memory.held += view.held + view.classes;
     memory.loading = std::max(memory.loading, LoadingBytes(view));

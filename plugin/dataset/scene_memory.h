@@ -9,7 +9,8 @@ namespace semfoam {
 
 // Plans the memory that the photos and masks of a scene take, in bytes, at the most.
 struct SceneMemory {
-  // All photos, masks, contrasts and ray tables, if they are held.
+  // All photos that are drawn (ScenePlan::IsDrawn), their masks, contrasts and ray tables, if they
+  // are held.
   uint64_t held = 0;
   // Of these, what is held in any case: the contrasts and the tables.
   uint64_t always = 0;

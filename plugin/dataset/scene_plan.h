@@ -27,6 +27,9 @@ struct ScenePlan {
   // [photos] Files and their sizes.
   std::vector<std::filesystem::path> files;
   std::vector<PhotoSize> file_sizes;
+  // [photos] 0: no pixel of the photo is drawn, as in the training of a block far from it. Empty:
+  // all are.
+  std::vector<uint8_t> is_drawn;
   // [photos] PhotoHeader::decoding_bytes and MaskHeader::decoding_bytes; 0 without a mask.
   std::vector<uint64_t> photo_decoding;
   std::vector<uint64_t> mask_decoding;
@@ -74,6 +77,8 @@ struct ScenePlan {
   double distortion = 0;
   // Sentences for the user: scene_warnings.h, NoMasksWarning.
   std::vector<std::string> warnings;
+
+  bool IsDrawn(size_t photo) const { return is_drawn.empty() || is_drawn[photo] != 0; }
 };
 
 // Reads the model and the photos' headers, pairs the masks, and chooses the normalised frame.

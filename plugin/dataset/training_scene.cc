@@ -53,6 +53,7 @@ void TrainingScene::AddSeeds(std::vector<SeedPoint> dense) {
 
 void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   DecodedMasks masks = DecodeAll(load);
+  if (load.keeps_findings) kept_samples_ = masks.samples;
   if (plan_.mask_folder.empty()) return;
   mask_classes_ = NumberMasks(mask_contents_, plan_.masks, plan_.mask_folder, plan_.label_zero);
   if (plan_.masks_are_given && !NoIdsSentence().empty()) throw UserError(NoIdsSentence());
@@ -60,13 +61,13 @@ void TrainingScene::LoadPhotosAndMasks(const LoadOptions& load) {
   if (!plan_.seed_tracks.empty()) CorrectMaskClasses(std::move(masks.samples));
   if (!holds_pixels_) return;
   ForEachFile(NumViews(), most_open_views_, [&](int64_t i) {
-    if (plan_.masks.masks[i].empty()) return;
+    if (plan_.masks.masks[i].empty() || masks.indices[i].Empty()) return;
     views_[i].classes = ClassesOfMask(static_cast<int>(i), std::move(masks.indices[i]));
   });
 }
 
 // Decodes every file once before anything is trained, whether its pixels stay or not, so that
-// damage is reported at once.
+// damage is reported at once; but for what is known of photos that are not drawn.
 TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   const int num_views = NumViews();
   const std::vector<std::vector<SurveyPlace>> places = SurveyPlacesOf(plan_);
@@ -78,30 +79,42 @@ TrainingScene::DecodedMasks TrainingScene::DecodeAll(const LoadOptions& load) {
   DecodedMasks masks;
   masks.indices.resize(num_views);
   masks.samples.resize(num_views);
+  const auto is_decoded = [&](int64_t i) { return load.known == nullptr || plan_.IsDrawn(i); };
+  int num_decoded = 0;
+  for (int i = 0; i < num_views; ++i) num_decoded += is_decoded(i) ? 1 : 0;
   std::mutex report_mutex;
   int num_done = 0;
   ForEachFile(num_views, most_open_views_, [&](int64_t i) {
-    Image8 photo = DecodePhoto(static_cast<int>(i));
     const PhotoSize size = {Width(static_cast<int>(i)), Height(static_cast<int>(i))};
     if (!plan_.ignore_files[i].empty()) {
       views_[i].ignored = ReadIgnoredPixels(plan_.ignore_files[i], size, plan_.ignore_inverted);
     }
+    if (!is_decoded(i)) {
+      const PhotoFindings& known = load.known->photos[i];
+      surveys_[i] = known.survey;
+      views_[i].contrast = known.contrast;
+      mask_contents_[i] = known.mask;
+      masks.samples[i] = known.samples;
+      return;
+    }
+    Image8 photo = DecodePhoto(static_cast<int>(i));
     surveys_[i] = SurveyPhoto(photo, places[i]);
     views_[i].contrast =
         BlockContrast(photo, [&](int x, int y) { return !views_[i].ignored.Contains(x, y); });
-    if (holds_pixels_) views_[i].photo = std::move(photo);
+    const bool is_held = HoldsPixelsOf(static_cast<int>(i));
+    if (is_held) views_[i].photo = std::move(photo);
     photo = Image8();
     if (!plan_.masks.masks[i].empty()) {
       DecodedMask mask = DecodeMask(plan_.masks.masks[i], size);
       mask_contents_[i] = std::move(mask.contents);
       if (is_judged) masks.samples[i] = LookAtMask(mask.indices, plan_.photos[i], seed_places[i]);
-      if (holds_pixels_) masks.indices[i] = std::move(mask.indices);
+      if (is_held) masks.indices[i] = std::move(mask.indices);
     } else {
       masks.samples[i].index_at.assign(seed_places[i].size(), IdImage::kNone);
     }
     if (!load.report) return;
     const std::lock_guard lock(report_mutex);
-    load.report(++num_done, num_views);
+    load.report(++num_done, num_decoded);
   });
   return masks;
 }
@@ -164,8 +177,9 @@ PixelValue TrainingScene::ValueAt(const Image8& photo,
 std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
   class Decoded final : public ViewPixels {
    public:
-    Decoded(const TrainingScene& scene, int view) : scene_(scene), view_(scene.views_[view]) {
-      if (scene.holds_pixels_) return;
+    Decoded(const TrainingScene& scene, int view)
+        : scene_(scene), view_(scene.views_[view]), is_held_(scene.HoldsPixelsOf(view)) {
+      if (is_held_) return;
       const fs::path& mask_file = scene.plan_.masks.masks[view];
       for (const fs::path& file : {scene.plan_.files[view], mask_file}) {
         if (file.empty() || fs::is_regular_file(file)) continue;
@@ -185,21 +199,35 @@ std::unique_ptr<ViewPixels> TrainingScene::OpenView(int view) const {
       photo_ = scene.DecodePhoto(view);
     }
     PixelValue At(int x, int y) const override {
-      return scene_.holds_pixels_ ? scene_.ValueAt(view_.photo, view_.classes, x, y)
-                                  : scene_.ValueAt(photo_, classes_, x, y);
+      return is_held_ ? scene_.ValueAt(view_.photo, view_.classes, x, y)
+                      : scene_.ValueAt(photo_, classes_, x, y);
     }
 
    private:
     const TrainingScene& scene_;
     const View& view_;
+    bool is_held_;
     Image8 photo_;
     ClassImage classes_;
   };
   return std::make_unique<Decoded>(*this, view);
 }
 
+SceneFindings TrainingScene::TakeFindings() {
+  CHECK_EQ(kept_samples_.size(), views_.size());
+  SceneFindings findings;
+  for (int view = 0; view < NumViews(); ++view) {
+    findings.photos.push_back({surveys_[view],
+                               views_[view].contrast,
+                               mask_contents_[view],
+                               std::move(kept_samples_[view])});
+  }
+  kept_samples_ = {};
+  return findings;
+}
+
 const Image8& TrainingScene::Photo(int view) const {
-  CHECK(holds_pixels_);
+  CHECK(HoldsPhoto(view));
   return views_[view].photo;
 }
 

@@ -8,6 +8,7 @@
 #include "foam/model/model.h"
 #include "plugin/colmap/camera_rays.h"
 #include "plugin/dataset/photo_depths.h"
+#include "plugin/dataset/scene_findings.h"
 #include "plugin/dataset/scene_plan.h"
 #include "plugin/mask/class_image.h"
 #include "plugin/mask/ignored_pixels.h"
@@ -38,17 +39,25 @@ struct LoadOptions {
   int64_t cache_bytes = std::numeric_limits<int64_t>::max();
   // Maximum number of photos and masks decoded at a time; 0 = one per thread.
   int most_at_once = 0;
-  // Called with the number of decoded photos and of all photos; from any thread, one at a time.
+  // Called with the number of decoded photos and of all that are to be decoded; from any thread,
+  // one at a time.
   std::function<void(int done, int total)> report;
+  // What is known of the photos: those that are not drawn (ScenePlan::IsDrawn) are then not
+  // decoded. Null: nothing is known.
+  const SceneFindings* known = nullptr;
+  // Whether to keep what TakeFindings returns.
+  bool keeps_findings = false;
 };
 
-// The photos, their cameras and their labels. Views are sorted by name. In memory: 3 bytes a pixel
-// for the photo, 1 or 2 for its classes, where all of them fit into LoadOptions::cache_bytes (else
-// HoldsPixels is false, and a photo and its mask are decoded at each request); and 12 for each
-// distorted camera's table of rays (ray_tables.h; cameras without a table compute each ray).
+// The photos, their cameras and their labels. Views are sorted by name. In memory, of photos that
+// are drawn (ScenePlan::IsDrawn): 3 bytes a pixel for the photo, 1 or 2 for its classes, where all
+// of them fit into LoadOptions::cache_bytes (else HoldsPixels is false, and a photo and its mask
+// are decoded at each request); and 12 for each distorted camera's table of rays (ray_tables.h;
+// cameras without a table compute each ray).
 class TrainingScene final : public TrainingViews {
  public:
-  // Decodes every photo and mask completely, in parallel, and names the labels
+  // Decodes every photo and mask (but those of which LoadOptions::known tells) completely, in
+  // parallel, and names the labels
   // (NameCorrectedLabels), and gives them the features of their regions (MeanLabelFeatures). Throws
   // UserError naming the first, by name, that is damaged, and whatever DecodeMask, NumberMasks,
   // CorrectMasks, NameLabels, ReadRegionFeatures and ReadRegionEmbeddings throw. Also throws where
@@ -116,8 +125,13 @@ class TrainingScene final : public TrainingViews {
   const std::vector<Label>& Labels() const { return labels_; }
   int NumClasses() const { return static_cast<int>(labels_.size()); }
 
-  // CHECKs HoldsPixels().
+  // Whether Photo() has the photo; not those that are not drawn.
+  bool HoldsPhoto(int view) const { return !views_[view].photo.data.empty(); }
+  // CHECKs HoldsPhoto(view).
   const Image8& Photo(int view) const;
+  // Returns what was looked up in the photos, without checksums; once, with
+  // LoadOptions::keeps_findings.
+  SceneFindings TakeFindings();
   // Returns the survey at the places of ScenePlan::tracks in this view, in their order.
   const PhotoSurvey& Survey(int view) const { return surveys_[view]; }
   // Whether nothing is learned from this pixel (SceneOptions::ignore_path): it has no ray.
@@ -153,9 +167,9 @@ class TrainingScene final : public TrainingViews {
     std::shared_ptr<const PixelRays> rays;
   };
 
-  // The contents of all decoded masks, before their ids are numbered as classes.
+  // The contents of all masks, before their ids are numbered as classes.
   struct DecodedMasks {
-    // [views] DecodedMask::indices; empty where pixels are not held.
+    // [views] DecodedMask::indices; empty where pixels are not held or not decoded.
     std::vector<IdImage> indices;
     // [views] Ids of each mask at the observed pixels of the seeds' tracks; empty unless masks are
     // corrected by the tracks.
@@ -164,6 +178,8 @@ class TrainingScene final : public TrainingViews {
 
   void LoadPhotosAndMasks(const LoadOptions& load);
   DecodedMasks DecodeAll(const LoadOptions& load);
+  // Returns whether the view's pixels are in memory after loading.
+  bool HoldsPixelsOf(int view) const { return holds_pixels_ && plan_.IsDrawn(view); }
   // Corrects the masks by the tracks; takes them from the plan.
   void CorrectMaskClasses(std::vector<IdSamples> samples);
   // Gives the labels the mean features of their regions in the masks of photos that are not held
@@ -186,6 +202,8 @@ class TrainingScene final : public TrainingViews {
   int64_t cache_bytes_ = 0;
   int most_open_views_ = 1;
   std::vector<MaskContents> mask_contents_;
+  // [views] Empty unless LoadOptions::keeps_findings.
+  std::vector<IdSamples> kept_samples_;
   MaskClasses mask_classes_;
   std::shared_ptr<const MaskRewriter> mask_rewriter_;
   // Empty: none.

@@ -12,19 +12,20 @@
 // Trainings in blocks by the program itself.
 namespace semfoam {
 
-// scene_splitter on the tabletop: a run that is short and worth nothing.
+// scene_splitter on the tabletop or a copy of it: a run that is short and worth nothing.
+// `blocks`: of --blocks; empty: not given.
 inline std::vector<std::string> Splitter(const std::filesystem::path& output,
                                          const std::string& blocks,
-                                         const std::vector<std::string>& more = {}) {
+                                         const std::vector<std::string>& more = {},
+                                         const std::filesystem::path& workspace = kTabletop) {
   std::vector<std::string> arguments = {"scene_splitter",
                                         "--workspace_path",
-                                        kTabletop.string(),
+                                        workspace.string(),
                                         "--output_path",
                                         output.string(),
-                                        "--blocks",
-                                        blocks,
                                         "--test_every",
                                         "8"};
+  if (!blocks.empty()) arguments.insert(arguments.end(), {"--blocks", blocks});
   arguments.insert(arguments.end(), more.begin(), more.end());
   return TinyTraining(arguments);
 }

@@ -37,11 +37,12 @@ constexpr char kSplit[] = "split.ckpt";
 constexpr char kStart[] = "start.ckpt";
 constexpr char kResult[] = "block.ckpt";
 constexpr char kRun[] = "run.foam";
+constexpr char kFindings[] = "photos.ckpt";
 // Among the options of the model in kRun.
 constexpr char kSplitOption[] = "split";
 
 // Most blocks along one axis.
-constexpr int kMostBlocksAcross = 32;
+constexpr int kMostBlocksAcross = 64;
 
 std::string NameOfBlock(size_t number, size_t count) {
   char name[16];
@@ -200,62 +201,132 @@ struct SplitPlan {
   BlocksRecord record;
 };
 
-// Plans columns x rows blocks, without their rays.
-BlocksRecord PlanBoxes(
-    const Foam& foam, const std::vector<double>& expected, int columns, int rows, float halo) {
-  BlocksRecord record;
-  record.halo = halo;
-  const std::vector<BlockBox> boxes = SplitSpace(foam.positions, expected, columns, rows);
-  for (const BlockBox& box : boxes) {
-    BlockRecord block;
-    block.name = NameOfBlock(record.blocks.size(), boxes.size());
-    block.box = box;
-    const BlockBox padded = box.Padded(halo);
-    double own = 0, trained = 0;
-    for (size_t i = 0; i < foam.NumSites(); ++i) {
-      if (box.Contains(foam.positions[i])) own += expected[i];
-      trained += padded.Contains(foam.positions[i]) ? expected[i] : 1;
-    }
-    block.own_sites = std::llround(own);
-    block.sites = std::llround(trained);
-    record.blocks.push_back(std::move(block));
-  }
-  return record;
-}
+// Plans blocks of a foam.
+class BlockPlanner {
+ public:
+  BlockPlanner(const Foam& foam,
+               const ViewRenderer& renderer,
+               const TrainingScene& scene,
+               std::vector<double> expected,
+               float halo)
+      : foam_(foam),
+        renderer_(renderer),
+        scene_(scene),
+        expected_(std::move(expected)),
+        halo_(halo) {}
 
-int64_t MostSites(const BlocksRecord& record) {
-  int64_t most = 0;
-  for (const BlockRecord& block : record.blocks) most = std::max(most, block.sites);
-  return most;
-}
+  // Plans columns x rows blocks, with names, boxes and sites.
+  SplitPlan Plan(int columns, int rows) const { return WithRays(Boxes(columns, rows)); }
 
-// Returns the boxes of the options, or the fewest that keep to max_sites.
-BlocksRecord ChooseBoxes(const SplitOptions& options,
-                         const Foam& foam,
-                         const std::vector<double>& expected,
-                         float halo) {
-  if (options.max_sites == 0) {
-    return PlanBoxes(foam, expected, options.columns, options.rows, halo);
-  }
-  int64_t fewest = std::numeric_limits<int64_t>::max();
-  for (int columns = 1; columns <= kMostBlocksAcross; ++columns) {
-    for (const int rows : {std::max(1, columns - 1), columns}) {
-      BlocksRecord record = PlanBoxes(foam, expected, columns, rows, halo);
-      if (MostSites(record) <= options.max_sites) return record;
-      fewest = std::min(fewest, MostSites(record));
+  // Plans as many blocks as it takes for none to have more than `max_sites` in its training; up to
+  // a quarter more than that, as each try chooses the rays of all blocks. Throws UserError where no
+  // number of blocks keeps to it.
+  SplitPlan PlanForSites(int64_t max_sites) const {
+    const auto [widest, second] = SpreadOfSites(foam_.positions, expected_);
+    const double aspect = second > 0 ? widest / second : 1;
+    int64_t fewest = std::numeric_limits<int64_t>::max();
+    int columns = 0, rows = 0;
+    // Where every block sees nearly all of the scene, smaller blocks have no fewer sites.
+    constexpr int kMostVainTries = 3;
+    constexpr double kLeastGain = 0.98;
+    for (int num_blocks = 1, vain_tries = 0; vain_tries < kMostVainTries;) {
+      // Blocks about as wide as they are long, as far as whole numbers allow.
+      const double across = std::round(std::sqrt(num_blocks * aspect));
+      columns = static_cast<int>(std::clamp(across, 1.0, double(kMostBlocksAcross)));
+      columns = std::min(columns, num_blocks);
+      rows = std::min((num_blocks + columns - 1) / columns, kMostBlocksAcross);
+      Candidate boxes = Boxes(columns, rows);
+      if (boxes.MostSites() <= max_sites) {
+        SplitPlan plan = WithRays(std::move(boxes));
+        const int64_t most = MostSites(plan.record);
+        if (most <= max_sites) return plan;
+        vain_tries = double(most) < kLeastGain * double(fewest) ? 0 : vain_tries + 1;
+        fewest = std::min(fewest, most);
+      }
+      if (columns == kMostBlocksAcross && rows == kMostBlocksAcross) break;
+      num_blocks = std::max(columns * rows, num_blocks + (num_blocks + 3) / 4);
     }
+    throw FieldError("max_sites",
+                     " is ",
+                     max_sites,
+                     ", and with up to ",
+                     columns,
+                     "x",
+                     rows,
+                     " blocks, each with the sites that it sees around it, the largest block has ",
+                     fewest,
+                     "; that many, or more, would be right.");
   }
-  throw FieldError("max_sites",
-                   " is ",
-                   options.max_sites,
-                   ", and with up to ",
-                   kMostBlocksAcross,
-                   "x",
-                   kMostBlocksAcross,
-                   " blocks, each with the sites that it sees around it, the largest block has ",
-                   fewest,
-                   "; that many, or more, would be right.");
-}
+
+ private:
+  // Boxes before their rays are known.
+  struct Candidate {
+    BlocksRecord record;
+    // [blocks] Sites expected in the padded box; number of those now in it.
+    std::vector<double> expected;
+    std::vector<int64_t> num_now;
+
+    int64_t MostSites() const {
+      return std::llround(*std::max_element(expected.begin(), expected.end()));
+    }
+  };
+
+  static int64_t MostSites(const BlocksRecord& record) {
+    int64_t most = 0;
+    for (const BlockRecord& block : record.blocks) most = std::max(most, block.sites);
+    return most;
+  }
+
+  Candidate Boxes(int columns, int rows) const {
+    Candidate candidate;
+    candidate.record.halo = halo_;
+    const std::vector<BlockBox> boxes = SplitSpace(foam_.positions, expected_, columns, rows);
+    for (const BlockBox& box : boxes) {
+      BlockRecord block;
+      block.name = NameOfBlock(candidate.record.blocks.size(), boxes.size());
+      block.box = box;
+      const BlockBox padded = box.Padded(halo_);
+      double own = 0, in_padded = 0;
+      int64_t num_now = 0;
+      for (size_t i = 0; i < foam_.NumSites(); ++i) {
+        if (box.Contains(foam_.positions[i])) own += expected_[i];
+        if (!padded.Contains(foam_.positions[i])) continue;
+        in_padded += expected_[i];
+        ++num_now;
+      }
+      block.own_sites = std::llround(own);
+      candidate.expected.push_back(in_padded);
+      candidate.num_now.push_back(num_now);
+      candidate.record.blocks.push_back(std::move(block));
+    }
+    return candidate;
+  }
+
+  // Chooses the rays of the boxes. Of the sites around a padded box, those stay that they meet.
+  SplitPlan WithRays(Candidate candidate) const {
+    SplitPlan plan;
+    std::vector<BlockBox> boxes;
+    for (const BlockRecord& block : candidate.record.blocks) boxes.push_back(block.box);
+    plan.rays = ChooseRays(scene_, renderer_, boxes, halo_);
+    plan.record = std::move(candidate.record);
+    for (size_t b = 0; b < plan.rays.size(); ++b) {
+      BlockRecord& block = plan.record.blocks[b];
+      for (const int view : plan.rays[b].views) block.photos.push_back(scene_.Photos()[view].name);
+      block.ray_share = plan.rays[b].share;
+      const auto num_start = static_cast<int64_t>(
+          NumStartSites(foam_.positions, block.box.Padded(halo_), plan.rays[b].is_met));
+      block.sites = std::llround(candidate.expected[b]) + num_start - candidate.num_now[b];
+    }
+    return plan;
+  }
+
+  const Foam& foam_;
+  const ViewRenderer& renderer_;
+  const TrainingScene& scene_;
+  // [sites] ExpectedSites.
+  std::vector<double> expected_;
+  float halo_;
+};
 
 // Returns what identifies a split: the same for the same run and blocks.
 std::string IdentityOfSplit(const Checkpoint& split, const BlocksRecord& record) {
@@ -288,26 +359,16 @@ SplitPlan PlanSplit(const SplitOptions& options,
   const ViewRenderer renderer(foam, run.device);
   const float halo =
       HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
-  SplitPlan plan;
-  plan.record =
-      ChooseBoxes(options, foam, ExpectedSites(statistics, run.training.final_sites), halo);
+  const BlockPlanner planner(
+      foam, renderer, scene, ExpectedSites(statistics, run.training.final_sites), halo);
+  SplitPlan plan = options.max_sites > 0 ? planner.PlanForSites(options.max_sites)
+                                         : planner.Plan(options.columns, options.rows);
   plan.record.split_iteration = IterationOf(split);
   plan.record.merge_iteration = std::max(merge_iteration, plan.record.split_iteration);
   plan.record.num_iterations = TrainingSchedule(run.training).num_iterations();
   plan.record.split = IdentityOfSplit(split, plan.record);
-
-  std::vector<BlockBox> boxes;
-  for (const BlockRecord& block : plan.record.blocks) boxes.push_back(block.box);
-  plan.rays = ChooseRays(scene, renderer, boxes, halo);
   const double seconds_per_iteration = seconds / double(plan.record.split_iteration);
-  for (size_t b = 0; b < plan.rays.size(); ++b) {
-    BlockRecord& block = plan.record.blocks[b];
-    const BlockRays& rays = plan.rays[b];
-    for (const int view : rays.views) block.photos.push_back(scene.Photos()[view].name);
-    block.ray_share = rays.share;
-    // Planned with all sites around it; those that no ray meets are left out.
-    block.sites -= static_cast<int64_t>(
-        foam.NumSites() - NumStartSites(foam.positions, block.box.Padded(halo), rays.is_met));
+  for (BlockRecord& block : plan.record.blocks) {
     const auto iterations = double(plan.record.merge_iteration - plan.record.split_iteration);
     block.seconds = iterations * seconds_per_iteration * block.ray_share;
     block.memory_bytes = PlanMemory(OptionsOfBlock(run.training, block.sites),
@@ -417,6 +478,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
     }
     throw TrainingStopped();
   };
+  run->findings_path = path / kFindings;
   BlocksRecord record;
   run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
     const Checkpoint split(path / kSplit);
@@ -457,6 +519,13 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
   const BlocksRecord record = ReadBlocksRecord(path.parent_path());
   const BlockRecord& block = FindBlock(record, path);
   run->block_sites = block.sites;
+  run->block_photos = block.photos;
+  run->known_findings = path.parent_path() / kFindings;
+  if (!fs::exists(run->known_findings)) {
+    throw UserError(run->known_findings.string(),
+                    ": there is no such file, because the split is of an older version of the "
+                    "program; a split by this version would be right.");
+  }
   run->begin_from = [&] { return path / kStart; };
   const auto write_result = [&](const CheckpointContents& contents) {
     const OwnedContents result = BlockResult(contents, block.box, record.split_iteration);

@@ -14,7 +14,8 @@
 
 // Trains a foam in blocks of space, one after the other or on several machines:
 //
-//   SplitRun    trains the beginning of a run, and cuts it into blocks     B/split.ckpt
+//   SplitRun    trains the beginning of a run, and cuts it into blocks     B/split.ckpt,
+//               and keeps what it looked up in the photos                  B/photos.ckpt
 //   TrainBlock  goes on with one of them, most of the run                  B/07/block.ckpt
 //   MergeBlocks joins the blocks and trains the end of the run             OUT/scene.foam
 //
@@ -85,7 +86,8 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
 bool IsTrained(const std::filesystem::path& block_path);
 
 // Trains the block in `folder`, with the options of the run that was split, and writes block.ckpt.
-// Throws as TrainAndWrite does.
+// Reads the pixels of its own photos alone; what is to be known of the others, the split has looked
+// up. Throws as TrainAndWrite does.
 void TrainBlock(TrainingFolder* folder, TrainingRun* run);
 
 // Throws UserError where a block below `blocks_path` is not trained, incomplete, or of another

@@ -74,7 +74,10 @@ ImageMemory PlanImageMemory(double image_cache_gb,
   return memory;
 }
 
-TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
+TrainingScene LoadScene(ScenePlan plan,
+                        const ImageMemory& memory,
+                        const SceneFindings* known,
+                        bool keeps_findings) {
   const MemoryTask task("photos and masks are decoded",
                         "a smaller image_cache_gb, max_image_size or num_threads");
   ProgressLine line;
@@ -82,6 +85,8 @@ TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory) {
   LoadOptions load;
   load.cache_bytes = memory.cache_bytes;
   load.most_at_once = memory.most_at_once;
+  load.known = known;
+  load.keeps_findings = keeps_findings;
   load.report = [&](int done, int total) {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     line.Show(CountProgress("checking photos", done, total, seconds.count()));

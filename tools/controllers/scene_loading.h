@@ -43,7 +43,11 @@ ImageMemory PlanImageMemory(double image_cache_gb,
                             bool draws_any_number,
                             int64_t available);
 
-// Loads a planned scene, with a progress line on stderr.
-TrainingScene LoadScene(ScenePlan plan, const ImageMemory& memory);
+// Loads a planned scene, with a progress line on stderr. `known` and `keeps_findings` are those of
+// LoadOptions.
+TrainingScene LoadScene(ScenePlan plan,
+                        const ImageMemory& memory,
+                        const SceneFindings* known = nullptr,
+                        bool keeps_findings = false);
 
 }  // namespace semfoam

@@ -62,7 +62,7 @@ Image8 PhotoAt(const TrainingScene& scene, const std::vector<ViewPixel>& pixels,
   Image8 image{width, static_cast<int>(pixels.size()) / width, {}};
   image.data.reserve(3 * pixels.size());
   const int view = pixels.front().view;
-  if (scene.HoldsPixels()) {
+  if (scene.HoldsPhoto(view)) {
     const Image8& photo = scene.Photo(view);
     for (const ViewPixel& pixel : pixels) {
       const uint8_t* color = &photo.data[3 * (size_t{1} * pixel.y * photo.width + pixel.x)];

@@ -151,7 +151,9 @@ void DescribeSky(const SurfaceSeeds& found, Effect* effect) {
 
 // Returns the options and the checksums of the inputs that determine the result, by which a
 // checkpoint is recognised.
-CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
+CheckpointTexts IdentityOf(const TrainingRun& run,
+                           const ScenePlan& plan,
+                           const FileChecksums& files) {
   CheckpointTexts identity;
   auto& values = identity["options"];
   for (const auto& [name, value] : TrainingTexts(run)) values["FoamTraining." + name] = value;
@@ -173,7 +175,7 @@ CheckpointTexts IdentityOf(const TrainingRun& run, const ScenePlan& plan) {
   values["random_seed"] = FormatValue(run.training.random_seed);
   values["test_every"] = FormatValue(run.scene.test_every);
   for (const auto& [name, value] : run.more_identity) values[name] = value;
-  const SceneChecksums checksums = ChecksumsOf(plan);
+  const SceneChecksums checksums = ChecksumsOf(plan, files);
   identity["inputs"] = {{"masks", checksums.masks},
                         {"model", checksums.model},
                         {"photos", checksums.photos},
@@ -344,6 +346,12 @@ int64_t MemoryToPlan(const TrainingRun& run, int num_classes) {
          ExchangeBytes(run.training, num_classes, ranks == nullptr ? 1 : ranks->num_ranks());
 }
 
+int64_t NumDrawn(const ScenePlan& plan) {
+  int64_t num_drawn = 0;
+  for (size_t i = 0; i < plan.photos.size(); ++i) num_drawn += plan.IsDrawn(i) ? 1 : 0;
+  return num_drawn;
+}
+
 // Divides the available memory between photos and foam, and logs the plan. Throws UserError where
 // it does not suffice. The number of labels is not known yet: kUsualClasses with masks.
 ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
@@ -356,24 +364,48 @@ ImageMemory PlanRunMemory(const TrainingRun& run, const ScenePlan& plan) {
                                              MemoryOfSweep(run, plan),
                                              run.time_budget > 0,
                                              available);
-  LOG(INFO) << "Memory for " << plan.files.size() << " photos: "
+  LOG(INFO) << "Memory for " << NumDrawn(plan) << " photos: "
             << PlanMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes).Report()
             << ", " << FormatBytes(available) << " available";
   RequireMemory(OptionsToPlan(run), usual_classes, num_seeds, images.bytes, available);
   return images;
 }
 
-// Loads the photos and masks, and logs what was found in them.
-TrainingScene LoadAndReport(const TrainingRun& run, ScenePlan plan, const ImageMemory& images) {
+// Returns what is known of the photos of a run that trains one block, and leaves those from which
+// it draws nothing out of the plan's drawn ones. Returns nothing for other runs, and where the file
+// is of other photos: then all are read, and the checksums tell what has changed.
+std::optional<SceneFindings> FindKnown(const TrainingRun& run, ScenePlan* plan) {
+  if (run.known_findings.empty()) return std::nullopt;
+  std::optional<SceneFindings> known = ReadSceneFindings(run.known_findings, *plan);
+  if (!known) return std::nullopt;
+  const std::set<std::string> drawn(run.block_photos.begin(), run.block_photos.end());
+  for (const PhotoRecord& photo : plan->photos) plan->is_drawn.push_back(drawn.count(photo.name));
+  return known;
+}
+
+// Loads the photos and masks, and logs what was found in them. Writes it into the run's
+// findings_path, with the checksums of the files.
+TrainingScene LoadAndReport(const TrainingRun& run,
+                            ScenePlan plan,
+                            const ImageMemory& images,
+                            const SceneFindings* known,
+                            const FileChecksums& checksums) {
   const auto all_bytes = static_cast<int64_t>(MemoryOf(plan).held);
+  const int64_t num_drawn = NumDrawn(plan);
   if (images.holds_all) {
-    LOG(INFO) << "Loading " << plan.files.size() << " photos (" << FormatBytes(all_bytes) << ")";
+    LOG(INFO) << "Loading " << num_drawn << " photos (" << FormatBytes(all_bytes) << ")";
   } else {
-    LOG(INFO) << "Of " << plan.files.size() << " photos (" << FormatBytes(all_bytes)
+    LOG(INFO) << "Of " << num_drawn << " photos (" << FormatBytes(all_bytes)
               << ") only the pixels that are drawn are kept, in up to "
               << FormatBytes(images.cache_bytes) << " (image_cache_gb)";
   }
-  TrainingScene scene = LoadScene(std::move(plan), images);
+  const bool keeps_findings = !run.findings_path.empty();
+  TrainingScene scene = LoadScene(std::move(plan), images, known, keeps_findings);
+  if (keeps_findings) {
+    SceneFindings findings = scene.TakeFindings();
+    findings.checksums = checksums;
+    WriteSceneFindings(run.findings_path, findings);
+  }
   if (run.when_labels_are_known) run.when_labels_are_known(scene.Labels());
   LOG(INFO) << scene.PhotoReport() << "; decoded and checked in "
             << Seconds(scene.SecondsDecoding());
@@ -702,8 +734,10 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     RequireReplaceablePreviews(PreviewFolder(*folder));
   }
   ScenePlan plan = PlanRun(*run);
+  std::optional<SceneFindings> known = FindKnown(*run, &plan);
   const ImageMemory images = PlanRunMemory(*run, plan);
-  const CheckpointTexts identity = IdentityOf(*run, plan);
+  const FileChecksums checksums = ChecksumsOfFiles(plan, known ? &known->checksums : nullptr);
+  const CheckpointTexts identity = IdentityOf(*run, plan, checksums);
   RequireOneRun(ranks, identity);
   folder->SetIdentity(identity);
   if (FromFirstRank(ranks, IsFirstRank(ranks) && folder->IsTrained())) {
@@ -714,7 +748,9 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
     checkpoint = folder->CheckpointAt(run->begin_from(), run->device.kind());
   }
 
-  TrainingScene scene = LoadAndReport(*run, std::move(plan), images);
+  TrainingScene scene =
+      LoadAndReport(*run, std::move(plan), images, known ? &*known : nullptr, checksums);
+  known.reset();
   PlanMemoryOfLabels(*run, scene, images);
 
   PoseRefiner poses(&scene, run->effects.poses);

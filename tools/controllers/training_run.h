@@ -66,6 +66,12 @@ struct TrainingRun {
   std::optional<SolidGround> block_ground;
   // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
   int64_t block_sites = 0;
+  // Names of the photos of which a run that trains one block draws pixels, and the file of what is
+  // known of all photos (ReadSceneFindings), so that the others need not be read; empty: all are.
+  std::vector<std::string> block_photos;
+  std::filesystem::path known_findings;
+  // File for what is looked up in the photos (WriteSceneFindings); empty: none.
+  std::filesystem::path findings_path;
   // Parts of a checkpoint's identity besides options and inputs.
   std::map<std::string, std::string> more_identity;
   // Called, unless empty, as TrainingHooks::between_iterations, before checkpoints are written. May

@@ -13,44 +13,35 @@
 #include <string>
 #include <vector>
 
+#include "tests/street.h"
 #include <Eigen/Core>
 
 namespace semfoam {
 
-// The foam of a street, as large as it is asked for: a road, a wall along all of it, and a house
-// every two units on its other side. Seven in ten sites lie within a thin layer on either side of
-// these surfaces, the others in the air, as in trained foams. The street is 2 wide and 1 high; it
-// grows longer with `num_sites`, so that the cells stay as small as they are. SH degree 3, no
-// statistics; labels 1 road, 2 wall, 3 house.
+// The foam of a street (tests/street.h), as large as it is asked for. Seven in ten sites lie within
+// a thin layer on either side of the surfaces, the others in the air, as in trained foams. The
+// street grows longer with `num_sites`, so that the cells stay as small as they are. SH degree 3,
+// no statistics; labels 1 road, 2 wall, 3 house.
 inline Model StreetFoam(int num_sites, uint64_t seed, int sites_per_length = 20000) {
   const float length = static_cast<float>(num_sites) / static_cast<float>(sites_per_length);
   std::mt19937_64 random(seed);
   // The standard's distributions differ between libraries.
   const auto uniform = [&] { return static_cast<float>(random() >> 40) * 0x1p-24f; };
-  constexpr int kRoad = 0, kWall = 1, kHouse = 2, kAir = -1;
   constexpr float kLayer = 0.04f;
-  const auto class_of = [&](const Eigen::Vector3f& p) {
-    if (p.z() < 0) return kRoad;
-    if (p.y() > 0.9f && p.z() < 0.5f) return kWall;
-    const float along = p.x() - 2 * std::floor(p.x() / 2);
-    const bool is_house = along > 0.4f && along < 1.6f && p.y() < -0.4f && p.z() < 0.7f;
-    return is_house ? kHouse : kAir;
-  };
   std::vector<Eigen::Vector3f> sites;
   while (static_cast<int>(sites.size()) < num_sites) {
     Eigen::Vector3f p(length * uniform(), 2 * uniform() - 1, 1.2f * uniform() - 0.2f);
     if (uniform() < 0.7f) {
       const float off = kLayer * (2 * uniform() - 1);
-      const float along = p.x() - 2 * std::floor(p.x() / 2);
       const float choice = uniform();
       if (choice < 0.5f) {
         p.z() = off;
       } else if (choice < 0.7f) {
-        p.y() = 0.9f + off;
-        p.z() = 0.5f * uniform();
-      } else if (along > 0.4f && along < 1.6f) {
-        p.y() = -0.4f + off;
-        p.z() = 0.7f * uniform();
+        p.y() = kWallFront + off;
+        p.z() = kWallHeight * uniform();
+      } else if (IsBesideHouse(p.x())) {
+        p.y() = kHouseFront + off;
+        p.z() = kHouseHeight * uniform();
       } else {
         continue;
       }
@@ -75,13 +66,15 @@ inline Model StreetFoam(int num_sites, uint64_t seed, int sites_per_length = 200
   }
   for (const uint32_t site : order) {
     const Eigen::Vector3f& p = sites[site];
-    const int k = class_of(p);
+    const StreetPart part = StreetPartAt(p);
     foam.positions.push_back(scale * (p - Eigen::Vector3f(0.5f * length, 0, 0)));
-    foam.raw_density.push_back(k == kAir ? -10.f : static_cast<float>(RawDensity(1e4 / scale)));
+    foam.raw_density.push_back(
+        part == StreetPart::kAir ? -10.f : static_cast<float>(RawDensity(1e4 / scale)));
     for (int c = 0; c < foam.ShStride(); ++c) {
       foam.sh.push_back(c < 3 ? std::sin(3 * p[c]) : 0.f);
     }
-    for (int d = 0; d < kIdentityDim; ++d) foam.identity.push_back(d == std::max(k, 0) ? 3.f : 0.f);
+    for (int d = 0; d < kIdentityDim; ++d)
+      foam.identity.push_back(d == std::max(static_cast<int>(part), 0) ? 3.f : 0.f);
   }
   return model;
 }

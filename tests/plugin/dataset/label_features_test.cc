@@ -157,7 +157,7 @@ TEST_F(SceneFeatures, ThatAreWrongAreRefused) {
 }
 
 TEST_F(SceneFeatures, ArePartOfTheInput) {
-  const auto checksum = [&] { return ChecksumsOf(PlanScene(workspace_.Options())).masks; };
+  const auto checksum = [&] { return AllChecksumsOf(PlanScene(workspace_.Options())).masks; };
   const std::string without = checksum();
   WriteFile(File(), R"({"masks": {"a.png": {"regions": [{"id": 10}], "embeddings": "a.npy"}}})");
   WriteFile(Masks() / "a.npy", NpyBytes("<f4", "1, 2", BytesOf<float>({1, 2})));

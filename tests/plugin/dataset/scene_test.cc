@@ -186,14 +186,14 @@ TEST(Scene, PixelsWithoutARayAreSaidToBe) {
 TEST(Scene, IgnoredPixelsHaveNoRay) {
   const SmallWorkspace workspace;
   SceneOptions options = workspace.Options();
-  const std::string without = ChecksumsOf(PlanScene(options)).masks;
+  const std::string without = AllChecksumsOf(PlanScene(options)).masks;
   options.ignore_path = workspace.temp / "ignored";
   // Of a.png and sub/c.png: the left half is black.
   std::vector<uint8_t> samples;
   for (int i = 0; i < 8 * 6; ++i) samples.push_back(i % 8 < 4 ? 0 : 255);
   WritePng(options.ignore_path / "a_mask.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, samples);
   WritePng(options.ignore_path / "sub/c.png.png", 8, 6, 8, PNG_COLOR_TYPE_GRAY, samples);
-  const std::string with = ChecksumsOf(PlanScene(options)).masks;
+  const std::string with = AllChecksumsOf(PlanScene(options)).masks;
   EXPECT_NE(with, without);
   for (const bool inverted : {false, true}) {
     options.ignore_inverted = inverted;
@@ -367,7 +367,7 @@ TEST(Scene, SeedsOfADenseCloud) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
       "float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   SceneOptions options = workspace.Options();
-  const SceneChecksums without = ChecksumsOf(PlanScene(options));
+  const SceneChecksums without = AllChecksumsOf(PlanScene(options));
   options.seed_path = workspace.temp / "fused.ply";
   WriteFile(options.seed_path, header + "0.5 0.25 -0.25 51 0 0\n1e6 0 0 0 0 0\nnan 0 0 0 0 0\n");
   ScenePlan plan = PlanScene(options);
@@ -375,7 +375,7 @@ TEST(Scene, SeedsOfADenseCloud) {
   EXPECT_EQ(plan.seed_cloud.num_points, 3);
   EXPECT_EQ(plan.seed_cloud.num_far, 1);
   EXPECT_EQ(plan.seed_cloud.num_not_finite, 1);
-  const SceneChecksums checksums = ChecksumsOf(plan);
+  const SceneChecksums checksums = AllChecksumsOf(plan);
   EXPECT_EQ(checksums.model, without.model);
   EXPECT_NE(checksums.seed_cloud, without.seed_cloud);
 
@@ -389,7 +389,7 @@ TEST(Scene, SeedsOfADenseCloud) {
   EXPECT_LT((back - Eigen::Vector3d(0.5, 0.25, -0.25)).norm(), 1e-6);
 
   WriteFile(options.seed_path, header + "0.5 0.25 -0.26 51 0 0\n1e6 0 0 0 0 0\nnan 0 0 0 0 0\n");
-  EXPECT_NE(ChecksumsOf(PlanScene(options)).seed_cloud, checksums.seed_cloud);
+  EXPECT_NE(AllChecksumsOf(PlanScene(options)).seed_cloud, checksums.seed_cloud);
 }
 
 // Tracks in photos that are smaller than COLMAP saw them, and in none that is held out.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plugin/colmap/colmap_model.h"
+#include "plugin/dataset/scene_checksums.h"
 #include "plugin/dataset/scene_options.h"
 
 #include <cstdint>
@@ -13,6 +14,11 @@
 #include "tests/plugin/test_util.h"
 
 namespace semfoam {
+
+// The checksums of a scene all of whose files are read.
+inline SceneChecksums AllChecksumsOf(const ScenePlan& plan) {
+  return ChecksumsOf(plan, ChecksumsOfFiles(plan));
+}
 
 // A workspace of three 8 x 6 photos by two cameras, whose pixels tell their place, with masks.
 class SmallWorkspace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // scene_splitter, foam_trainer --block_path and foam_merger.
+#include "foam/train/block_checkpoint.h"
+
 #include <algorithm>
 #include <csignal>
 
@@ -8,6 +10,7 @@
 #include "tests/tools/stopped_training.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace semfoam {
 namespace {
@@ -111,6 +114,27 @@ TEST_F(Blocks, KilledBlockGoesOnToTheSameBytes) {
   EXPECT_TRUE(ReadFile(*folder_ / "merged of killed/scene.foam") == foam_) << "other bytes";
 }
 
+// The sites around a block count as far as its rays meet them.
+TEST_F(Blocks, AreAsManyAsMaxSitesTakes) {
+  const auto most_sites = [](const fs::path& blocks) {
+    int64_t most = 0;
+    const auto json = nlohmann::json::parse(ReadFile(blocks / "blocks.json"));
+    for (const auto& block : json["blocks"]) most = std::max(most, block["sites"].get<int64_t>());
+    return most;
+  };
+  const int64_t of_four = most_sites(Split());
+  const fs::path blocks = *folder_ / "by sites", refused = *folder_ / "by too few sites";
+  const Outcome split = RunSemfoam(Splitter(blocks, "", {"--max_sites", std::to_string(of_four)}));
+  ASSERT_EQ(split.exit_code, 0) << split.err;
+  EXPECT_LE(most_sites(blocks), of_four);
+  EXPECT_GE(JobsOf(blocks).size(), 2u);
+  EXPECT_LE(JobsOf(blocks).size(), 5u);
+  const Outcome too_few = RunSemfoam(Splitter(refused, "", {"--max_sites", "100"}));
+  EXPECT_EQ(too_few.exit_code, 1);
+  EXPECT_THAT(too_few.err, HasSubstr("--max_sites is 100, and with up to"));
+  EXPECT_FALSE(fs::exists(refused / "blocks.json"));
+}
+
 // As if the splitter had been killed right after it wrote blocks.json.
 TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
   const fs::path blocks = CopyOfTrained("without jobs");
@@ -127,6 +151,37 @@ TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
   for (const char* file : {"run_parallel.sh", "run_slurm.sh"}) {
     EXPECT_EQ(ReadFile(blocks / file), ReadFile(Split() / file)) << file;
   }
+}
+
+// A held-out photo belongs to no block; it is damaged behind its header.
+TEST_F(Blocks, ReadTheirOwnPhotosAlone) {
+  const fs::path workspace = *folder_ / "workspace", blocks = *folder_ / "of a copy";
+  fs::copy(kTabletop, workspace, fs::copy_options::recursive);
+  const Outcome split = RunSemfoam(Splitter(blocks, "2x2", {}, workspace));
+  ASSERT_EQ(split.exit_code, 0) << split.err;
+  const auto json = nlohmann::json::parse(ReadFile(blocks / "blocks.json"));
+  const std::string held_out = "0000.jpg", own = json["blocks"][1]["photos"][0];
+  for (const auto& block : json["blocks"]) {
+    for (const std::string photo : block["photos"]) EXPECT_NE(photo, held_out);
+  }
+  const std::string bytes = ReadFile(workspace / "images" / held_out);
+  WriteFile(workspace / "images" / held_out, bytes.substr(0, bytes.size() / 2));
+  TrainBlock(blocks, "01");
+  const Foam foam = FoamOfBlock(Checkpoint(blocks / "01/block.ckpt"));
+  const Foam expected = FoamOfBlock(Checkpoint(Trained() / "01/block.ckpt"));
+  EXPECT_EQ(foam.positions, expected.positions);
+  EXPECT_EQ(foam.sh, expected.sh);
+  EXPECT_EQ(foam.identity, expected.identity);
+
+  fs::remove(blocks / "01/block.ckpt");
+  WriteFile(workspace / "images" / own, bytes);
+  const auto train = [&] {
+    return RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()});
+  };
+  ExpectRefused(train(), {"start.ckpt", {}, "photos"});
+  fs::remove(blocks / "photos.ckpt");
+  ExpectRefused(train(), {"photos.ckpt", {}, "older version"});
+  EXPECT_FALSE(fs::exists(blocks / "01/block.ckpt"));
 }
 
 TEST_F(Blocks, MergeRefusesWhatIsMissingCutForeignOrOlder) {

@@ -343,6 +343,12 @@ std::vector<Eigen::Vector3f> SitesOfBlock(const Checkpoint& block) {
   return positions;
 }
 
+std::set<std::string> ArraysOfSites() { return {"ancestor", "positions"}; }
+
+std::set<std::string> ArraysOfFoam() {
+  return {"ancestor", "positions", "raw_density", "sh", "identity"};
+}
+
 Foam FoamOfBlock(const Checkpoint& block) {
   StateReader state("state", block);
   size_t num_sites = 0;

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 // Splits the checkpoint of a training into those of blocks, and joins the blocks' results to a
@@ -86,5 +88,8 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
 // where the checkpoint does not hold them.
 std::vector<Eigen::Vector3f> SitesOfBlock(const Checkpoint& block);
 Foam FoamOfBlock(const Checkpoint& block);
+// Return the names of the arrays that these read: a twentieth, and a tenth, of the result's bytes.
+std::set<std::string> ArraysOfSites();
+std::set<std::string> ArraysOfFoam();
 
 }  // namespace semfoam

@@ -3,6 +3,7 @@
 
 #include "foam/util/checksummed_file.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -40,7 +41,9 @@ void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents
   file.Commit();
 }
 
-Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
+Checkpoint::Checkpoint(const std::filesystem::path& path,
+                       const std::function<bool(const std::string& name)>& keeps)
+    : path_(path) {
   ChecksummedReader file(path, "a checkpoint", kFormat);
   if (!file.HasMagic()) ThrowNoCheckpoint();
   if (file.version() != kCheckpointVersion) {
@@ -58,7 +61,9 @@ Checkpoint::Checkpoint(const std::filesystem::path& path) : path_(path) {
       ChecksummedFormat::kPreambleBytes + ChecksummedFormat::kChecksumBytes + kFooterBytes) {
     ThrowNoCheckpoint();
   }
-  for (const auto& [name, count] : ReadHeader(&file)) ReadArray(name, count, &file);
+  for (const auto& [name, count] : ReadHeader(&file)) {
+    ReadArray(name, count, !keeps || keeps(name), &file);
+  }
   char end_magic[sizeof(kEndMagic)];
   uint64_t file_bytes = 0;
   if (!file.Read(end_magic, sizeof(end_magic)) || !file.Read(&file_bytes, sizeof(file_bytes)) ||
@@ -100,14 +105,27 @@ Checkpoint::ArrayTable Checkpoint::ReadHeader(ChecksummedReader* file) {
   return table;
 }
 
-void Checkpoint::ReadArray(const std::string& name, uint64_t count, ChecksummedReader* file) {
-  const auto [entry, is_new] = arrays_.emplace(name, Bytes{});
-  if (!is_new) ThrowDamaged("it has two arrays '" + name + "'");
-  Bytes& bytes = entry->second;
-  bytes.data.reset(new std::byte[count]);
-  bytes.size = count;
-  if (!file->Read(bytes.data.get(), count)) {
+void Checkpoint::ReadArray(const std::string& name,
+                           uint64_t count,
+                           bool keeps,
+                           ChecksummedReader* file) {
+  const auto read = [&](std::byte* bytes, uint64_t size) {
+    if (file->Read(bytes, size)) return;
     ThrowDamaged("the file ends within its array '" + name + "'");
+  };
+  if (keeps) {
+    const auto [entry, is_new] = arrays_.emplace(name, Bytes{});
+    if (!is_new) ThrowDamaged("it has two arrays '" + name + "'");
+    Bytes& bytes = entry->second;
+    bytes.data.reset(new std::byte[count]);
+    bytes.size = count;
+    read(bytes.data.get(), count);
+  } else {
+    constexpr uint64_t kPiece = 1 << 20;
+    std::vector<std::byte> piece(std::min(count, kPiece));
+    for (uint64_t left = count; left > 0; left -= std::min(left, kPiece)) {
+      read(piece.data(), std::min(left, kPiece));
+    }
   }
   if (!file->ChecksumMatches()) ThrowDamaged("its array '" + name + "' has another checksum");
 }

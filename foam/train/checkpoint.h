@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -60,8 +61,10 @@ class Checkpoint {
   // UserError where its contents are unknown: the file is missing, cannot be read (permission, a
   // failing disk), or has another version of the format, older or newer, judged by the version
   // number alone. Both name the file in one sentence. Every length in the file is checked against
-  // the file's size before it is used.
-  explicit Checkpoint(const std::filesystem::path& path);
+  // the file's size before it is used. Arrays whose names `keeps` does not want are verified, too,
+  // and then not there; empty: all are.
+  explicit Checkpoint(const std::filesystem::path& path,
+                      const std::function<bool(const std::string& name)>& keeps = {});
 
   const std::filesystem::path& path() const { return path_; }
 
@@ -89,7 +92,7 @@ class Checkpoint {
   // Reads the header into texts_, and returns the table of arrays that follow it. Checks their
   // lengths against the file's.
   ArrayTable ReadHeader(ChecksummedReader* file);
-  void ReadArray(const std::string& name, uint64_t count, ChecksummedReader* file);
+  void ReadArray(const std::string& name, uint64_t count, bool keeps, ChecksummedReader* file);
   [[noreturn]] void ThrowNoCheckpoint() const;
 
   std::filesystem::path path_;

@@ -270,8 +270,8 @@ class StreetCapture {
     for (int photo = 0; photo < num_photos_; ++photo) {
       CounterRandom random(seed_, 7, static_cast<uint64_t>(photo));
       for (int k = 0; k < kPointsPerPhoto; ++k) {
-        const Eigen::Vector3d direction =
-            Direction(photo, width_ * random.Uniform(), height_ * random.Uniform());
+        const double x = width_ * random.Uniform(), y = height_ * random.Uniform();
+        const Eigen::Vector3d direction = Direction(photo, x, y);
         const Hit hit = Cast(Center(photo), direction);
         if (hit.distance > 4) continue;
         AddPoint(hit, Color(hit, direction), photo, random, &model);

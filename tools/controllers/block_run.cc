@@ -19,6 +19,8 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -143,10 +145,13 @@ void RequireOfBlock(const Checkpoint& checkpoint,
       " of this one; training this block would be right.");
 }
 
-// Reads the result of a block. Throws UserError where it is missing, incomplete or another's.
-std::unique_ptr<const Checkpoint> ReadResult(const fs::path& blocks_path,
-                                             const BlocksRecord& record,
-                                             const BlockRecord& block) {
+// Reads the result of a block, or the arrays of it that are named. Throws UserError where it is
+// missing, incomplete or another's.
+std::unique_ptr<const Checkpoint> ReadResult(
+    const fs::path& blocks_path,
+    const BlocksRecord& record,
+    const BlockRecord& block,
+    const std::optional<std::set<std::string>>& arrays = std::nullopt) {
   const fs::path path = blocks_path / block.name / kResult;
   if (!fs::exists(path)) {
     throw UserError(path.string(),
@@ -154,7 +159,8 @@ std::unique_ptr<const Checkpoint> ReadResult(const fs::path& blocks_path,
                     block.name,
                     " is not trained; its line of jobs.txt would write it.");
   }
-  auto result = std::make_unique<const Checkpoint>(path);
+  auto result = std::make_unique<const Checkpoint>(
+      path, [&](const std::string& name) { return !arrays || arrays->count(name) > 0; });
   RequireOfBlock(*result, record, block);
   return result;
 }
@@ -558,7 +564,10 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
 
 void RequireTrained(const fs::path& blocks_path) {
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
-  for (const BlockRecord& block : record.blocks) ReadResult(blocks_path, record, block);
+  const std::set<std::string> no_arrays;
+  for (const BlockRecord& block : record.blocks) {
+    ReadResult(blocks_path, record, block, no_arrays);
+  }
 }
 
 fs::path RunPath(const fs::path& blocks_path) { return blocks_path / kRun; }
@@ -571,11 +580,11 @@ FoamBlocks OpenBlocks(const fs::path& blocks_path) {
   blocks.halo = record.halo;
   blocks.num_blocks = record.blocks.size();
   blocks.read_positions = [blocks_path, record](size_t block) {
-    return SitesOfBlock(*ReadResult(blocks_path, record, record.blocks[block]));
+    return SitesOfBlock(*ReadResult(blocks_path, record, record.blocks[block], ArraysOfSites()));
   };
   const int num_classes = blocks.run.foam.num_classes;
   blocks.read_foam = [blocks_path, record, num_classes](size_t block) {
-    const auto result = ReadResult(blocks_path, record, record.blocks[block]);
+    const auto result = ReadResult(blocks_path, record, record.blocks[block], ArraysOfFoam());
     Foam foam = FoamOfBlock(*result);
     if (foam.num_classes != num_classes) {
       result->ThrowDamaged("its number of classes is not that of its run");

@@ -30,7 +30,7 @@ inline Model StreetFoam(int num_sites, uint64_t seed, int sites_per_length = 200
   constexpr float kLayer = 0.04f;
   std::vector<Eigen::Vector3f> sites;
   while (static_cast<int>(sites.size()) < num_sites) {
-    Eigen::Vector3f p(length * uniform(), 2 * uniform() - 1, 1.2f * uniform() - 0.2f);
+    Eigen::Vector3f p{length * uniform(), 2 * uniform() - 1, 1.2f * uniform() - 0.2f};
     if (uniform() < 0.7f) {
       const float off = kLayer * (2 * uniform() - 1);
       const float choice = uniform();

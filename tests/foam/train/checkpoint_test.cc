@@ -104,6 +104,23 @@ TEST_F(CheckpointTest, ReadsWhatItWrote) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(again), {}), file_) << "other bytes";
 }
 
+// Arrays of several pieces, too, are verified where they are not kept.
+TEST_F(CheckpointTest, KeepsTheArraysThatAreWanted) {
+  const std::vector<char> large(3'000'000, 'x');
+  contents_.arrays.push_back({"large", std::as_bytes(std::span(large))});
+  WriteCheckpoint(path_, contents_);
+  const auto wants_bytes = [](const std::string& name) { return name == "bytes"; };
+  const Checkpoint checkpoint(path_, wants_bytes);
+  EXPECT_EQ(checkpoint.Texts("options"), contents_.texts.at("options"));
+  EXPECT_EQ(std::memcmp(checkpoint.Array("bytes").data(), bytes_.data(), 4), 0);
+  for (const char* name : {"floats", "nothing", "large"}) EXPECT_FALSE(checkpoint.HasArray(name));
+  std::ifstream in(path_, std::ios::binary);
+  std::string bytes = {std::istreambuf_iterator<char>(in), {}};
+  bytes[bytes.size() - 1'500'000] = 'y';
+  Overwrite(bytes);
+  EXPECT_THROW(Checkpoint(path_, wants_bytes), DamagedCheckpoint);
+}
+
 // A disk that is full after every byte that there is: the older file stays, and nothing else.
 TEST_F(CheckpointTest, WriteThatFailsAtAnyByteKeepsTheOlderFile) {
   std::string others = "z9yx";

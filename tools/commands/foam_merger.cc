@@ -28,6 +28,7 @@ void RunFoamMerger(int argc, char** argv) {
   if (!options.Parse(argc, argv)) return;
   RequireTrained(blocks_path);
   TrainingRun run = ReadBlockRun(blocks_path);
+  RequireKnownSweep(blocks_path, run);
 
   TrainingFolder folder(output_path, checkpoints, ResumeCommand(options));
   if (folder.IsFinished()) {

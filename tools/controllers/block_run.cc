@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <span>
@@ -40,6 +41,7 @@ constexpr char kStart[] = "start.ckpt";
 constexpr char kResult[] = "block.ckpt";
 constexpr char kRun[] = "run.foam";
 constexpr char kFindings[] = "photos.ckpt";
+constexpr char kSweep[] = "sweep.ckpt";
 // Among the options of the model in kRun.
 constexpr char kSplitOption[] = "split";
 
@@ -165,6 +167,14 @@ std::unique_ptr<const Checkpoint> ReadResult(
   return result;
 }
 
+// Returns the path of a file that a split writes. Throws UserError where there is none.
+fs::path KnownBySplit(const fs::path& path) {
+  if (fs::exists(path)) return path;
+  throw UserError(path.string(),
+                  ": there is no such file, because the split is of an older version of the "
+                  "program; a split by this version would be right.");
+}
+
 // Writes what the foams of all blocks have in common.
 void WriteRun(const fs::path& path,
               const TrainingScene& scene,
@@ -231,11 +241,15 @@ class BlockPlanner {
     const auto [widest, second] = SpreadOfSites(foam_.positions, expected_);
     const double aspect = second > 0 ? widest / second : 1;
     int64_t fewest = std::numeric_limits<int64_t>::max();
-    int columns = 0, rows = 0;
+    const double total = std::accumulate(expected_.begin(), expected_.end(), 0.0);
+    const double least = std::ceil(total / static_cast<double>(max_sites));
+    int num_blocks =
+        static_cast<int>(std::min(least, double(kMostBlocksAcross) * kMostBlocksAcross));
+    int columns = 0, rows = 0, vain_tries = 0;
     // Where every block sees nearly all of the scene, smaller blocks have no fewer sites.
     constexpr int kMostVainTries = 3;
     constexpr double kLeastGain = 0.98;
-    for (int num_blocks = 1, vain_tries = 0; vain_tries < kMostVainTries;) {
+    while (vain_tries < kMostVainTries) {
       // Blocks about as wide as they are long, as far as whole numbers allow.
       const double across = std::round(std::sqrt(num_blocks * aspect));
       columns = static_cast<int>(std::clamp(across, 1.0, double(kMostBlocksAcross)));
@@ -248,20 +262,23 @@ class BlockPlanner {
         if (most <= max_sites) return plan;
         vain_tries = double(most) < kLeastGain * double(fewest) ? 0 : vain_tries + 1;
         fewest = std::min(fewest, most);
+      } else {
+        fewest = std::min(fewest, boxes.MostSites());
       }
       if (columns == kMostBlocksAcross && rows == kMostBlocksAcross) break;
       num_blocks = std::max(columns * rows, num_blocks + (num_blocks + 3) / 4);
     }
-    throw FieldError("max_sites",
-                     " is ",
-                     max_sites,
-                     ", and with up to ",
-                     columns,
-                     "x",
-                     rows,
-                     " blocks, each with the sites that it sees around it, the largest block has ",
-                     fewest,
-                     "; that many, or more, would be right.");
+    throw FieldError(
+        "max_sites",
+        " is ",
+        max_sites,
+        ", and with up to ",
+        columns,
+        "x",
+        rows,
+        " blocks, each with the sites that it sees around it, the largest block has at least ",
+        fewest,
+        "; more than that would be right.");
   }
 
  private:
@@ -485,6 +502,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
     throw TrainingStopped();
   };
   run->findings_path = path / kFindings;
+  run->sweep_path = path / kSweep;
   BlocksRecord record;
   run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
     const Checkpoint split(path / kSplit);
@@ -526,12 +544,8 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
   const BlockRecord& block = FindBlock(record, path);
   run->block_sites = block.sites;
   run->block_photos = block.photos;
-  run->known_findings = path.parent_path() / kFindings;
-  if (!fs::exists(run->known_findings)) {
-    throw UserError(run->known_findings.string(),
-                    ": there is no such file, because the split is of an older version of the "
-                    "program; a split by this version would be right.");
-  }
+  run->known_findings = KnownBySplit(path.parent_path() / kFindings);
+  if (Sweeps(*run)) run->known_sweep = KnownBySplit(path.parent_path() / kSweep);
   run->begin_from = [&] { return path / kStart; };
   const auto write_result = [&](const CheckpointContents& contents) {
     const OwnedContents result = BlockResult(contents, block.box, record.split_iteration);
@@ -594,11 +608,16 @@ FoamBlocks OpenBlocks(const fs::path& blocks_path) {
   return blocks;
 }
 
+void RequireKnownSweep(const fs::path& blocks_path, const TrainingRun& run) {
+  if (Sweeps(run)) KnownBySplit(blocks_path / kSweep);
+}
+
 Model MergeBlocks(const fs::path& blocks_path, TrainingFolder* folder, TrainingRun* run) {
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
   const ScratchFolder scratch(folder->path());
   const fs::path joined_path = scratch.path() / "joined.ckpt";
   run->more_identity["blocks"] = record.split;
+  if (Sweeps(*run)) run->known_sweep = KnownBySplit(blocks_path / kSweep);
   run->begin_from = [&] {
     const Checkpoint split(blocks_path / kSplit);
     std::vector<std::unique_ptr<const Checkpoint>> blocks;

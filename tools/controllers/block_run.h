@@ -16,6 +16,7 @@
 //
 //   SplitRun    trains the beginning of a run, and cuts it into blocks     B/split.ckpt,
 //               and keeps what it looked up in the photos                  B/photos.ckpt
+//               and what its plane sweep found                             B/sweep.ckpt
 //   TrainBlock  goes on with one of them, most of the run                  B/07/block.ckpt
 //   MergeBlocks joins the blocks and trains the end of the run             OUT/scene.foam
 //
@@ -103,8 +104,12 @@ std::filesystem::path RunPath(const std::filesystem::path& blocks_path);
 // does, and where the file of RunPath is missing, damaged or of another split.
 FoamBlocks OpenBlocks(const std::filesystem::path& blocks_path);
 
+// Throws UserError where the split has not kept what its plane sweep found, which the merge of
+// `run` needs.
+void RequireKnownSweep(const std::filesystem::path& blocks_path, const TrainingRun& run);
+
 // Joins the blocks below `blocks_path`, trains the end of the run, and writes what TrainAndWrite
-// writes. Throws as RequireTrained, before anything is written, and as TrainAndWrite.
+// writes. Throws as RequireTrained and RequireKnownSweep, and as TrainAndWrite.
 Model MergeBlocks(const std::filesystem::path& blocks_path,
                   TrainingFolder* folder,
                   TrainingRun* run);

@@ -18,6 +18,7 @@
 #include "plugin/photometric/pose_refinement.h"
 #include "plugin/photometric/view_adaptation.h"
 #include "plugin/stereo/surface_seeds.h"
+#include "plugin/stereo/surface_seeds_file.h"
 #include "plugin/util/plural.h"
 #include "tools/controllers/effects_report.h"
 #include "tools/controllers/mask_labels.h"
@@ -307,9 +308,16 @@ int SweptPhotosWithin(double time_budget) {
   return static_cast<int>(std::min(time_budget, 1e6) / 2);
 }
 
+int64_t NumDrawn(const ScenePlan& plan) {
+  int64_t num_drawn = 0;
+  for (size_t i = 0; i < plan.photos.size(); ++i) num_drawn += plan.IsDrawn(i) ? 1 : 0;
+  return num_drawn;
+}
+
 SweepMemory MemoryOfSweep(const TrainingRun& run, const ScenePlan& plan) {
   if (!Sweeps(run)) return {};
-  const int64_t num_photos = std::min<int64_t>(plan.photos.size(), run.sweep_photos);
+  const int64_t num_photos = std::min<int64_t>(NumDrawn(plan), run.sweep_photos);
+  if (!run.known_sweep.empty()) return {0, static_cast<int64_t>(PhotoDepthBytes(num_photos))};
   return {static_cast<int64_t>(SurfaceSeedBytes(num_photos)),
           static_cast<int64_t>(PhotoDepthBytes(num_photos))};
 }
@@ -344,12 +352,6 @@ int64_t MemoryToPlan(const TrainingRun& run, int num_classes) {
   const RankGroup* const ranks = run.ranks;
   return AvailableMemory() -
          ExchangeBytes(run.training, num_classes, ranks == nullptr ? 1 : ranks->num_ranks());
-}
-
-int64_t NumDrawn(const ScenePlan& plan) {
-  int64_t num_drawn = 0;
-  for (size_t i = 0; i < plan.photos.size(); ++i) num_drawn += plan.IsDrawn(i) ? 1 : 0;
-  return num_drawn;
 }
 
 // Divides the available memory between photos and foam, and logs the plan. Throws UserError where
@@ -686,13 +688,23 @@ SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene) {
   findings.sky.by_option = !run.effects.sky;
   findings.sky.evidence = "not looked for";
   findings.sky.cost = Plural(kMostSkySeeds, "cell") + " more at most";
-  if (!run.block_seeds.empty()) scene->SetGround(run.block_ground);
-  if (!Sweeps(run) || !run.block_seeds.empty()) return findings;
-  SurfaceSeeds found = FindSurfaceSeeds(*scene, run.sweep_photos, run.effects.sky);
-  findings.report = found.Report();
+  const bool is_of_block = !run.block_seeds.empty();
+  if (is_of_block) scene->SetGround(run.block_ground);
+  if (!Sweeps(run)) return findings;
+  SurfaceSeeds found = run.known_sweep.empty()
+                           ? FindSurfaceSeeds(*scene, run.sweep_photos, run.effects.sky)
+                           : ReadSurfaceSeeds(run.known_sweep, scene->NumViews());
+  if (!run.sweep_path.empty()) WriteSurfaceSeeds(run.sweep_path, found);
   if (run.effects.sky) DescribeSky(found, &findings.sky);
-  scene->SetGround(found.solid_ground);
-  scene->AddSeeds(std::move(found.points));
+  if (is_of_block) {
+    for (size_t view = 0; view < found.depths.size(); ++view) {
+      if (!scene->Plan().IsDrawn(view)) found.depths[view] = {};
+    }
+  } else {
+    findings.report = found.Report();
+    scene->SetGround(found.solid_ground);
+    scene->AddSeeds(std::move(found.points));
+  }
   if (run.training.distance_weight > 0) scene->SetDepths(std::move(found.depths));
   return findings;
 }

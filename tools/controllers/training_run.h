@@ -72,6 +72,11 @@ struct TrainingRun {
   std::filesystem::path known_findings;
   // File for what is looked up in the photos (WriteSceneFindings); empty: none.
   std::filesystem::path findings_path;
+  // File of what the plane sweep of the run has found, of which this run is a part
+  // (ReadSurfaceSeeds), so that it does not sweep; empty: it does. And the file to write that into;
+  // empty: none.
+  std::filesystem::path known_sweep;
+  std::filesystem::path sweep_path;
   // Parts of a checkpoint's identity besides options and inputs.
   std::map<std::string, std::string> more_identity;
   // Called, unless empty, as TrainingHooks::between_iterations, before checkpoints are written. May
@@ -132,9 +137,10 @@ struct SweepFindings {
   Effect sky;
 };
 
-// Adds the surface points of a plane sweep (FindSurfaceSeeds) to the seeds of `scene`, whose lights
-// must have been set before, and sets its depths. Does nothing unless run Sweeps, and where one
-// block is trained.
+// Adds the surface points of a plane sweep (FindSurfaceSeeds), or of a known one, to the seeds of
+// `scene`, whose lights must have been set before, and sets its depths. Does nothing unless run
+// Sweeps. Where one block is trained, sets the ground of the run and the depths of the photos that
+// are drawn alone.
 SweepFindings AddSurfaceSeeds(const TrainingRun& run, TrainingScene* scene);
 
 // Logs the warnings about a dataset: those of its plan and its own.

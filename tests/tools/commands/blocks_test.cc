@@ -81,20 +81,25 @@ TEST_F(Blocks, JobsRunInAnyOrderAndAgainToTheSameBytes) {
   EXPECT_TRUE(ReadFile(*folder_ / "merged again/scene.foam") == foam_) << "other bytes";
 }
 
+// Seeds, distances and sky of the sweep are those that the split has found.
 TEST_F(Blocks, UntrainedMakeTheFoamOfOneTraining) {
   const fs::path blocks = *folder_ / "untrained", one = *folder_ / "one";
-  const Outcome split =
-      RunSemfoam(Splitter(blocks, "2x1", {"--coarse_share", "0.5", "--polish_share", "0.5"}));
+  const std::string sweep = "--FoamTraining.sweep_photos";
+  const Outcome split = RunSemfoam(
+      Splitter(blocks, "2x1", {"--coarse_share", "0.5", "--polish_share", "0.5", sweep, "8"}));
   ASSERT_EQ(split.exit_code, 0) << split.err;
   for (const std::string name : {"00", "01"}) TrainBlock(blocks, name);
   const Outcome merged = Merge(blocks, *folder_ / "of untrained");
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   const Outcome trained =
-      RunSemfoam(TinyTraining(TrainerOn(kTabletop, one, {"--test_every", "8"})));
+      RunSemfoam(TinyTraining(TrainerOn(kTabletop, one, {"--test_every", "8", sweep, "8"})));
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   for (const char* file : {"scene.foam", "labels.json", "effects.json"}) {
     EXPECT_TRUE(ReadFile(*folder_ / "of untrained" / file) == ReadFile(one / file)) << file;
   }
+  EXPECT_THAT(merged.err, HasSubstr("Plane sweep: "));
+  fs::remove(blocks / "sweep.ckpt");
+  ExpectMergeRefused(blocks, {"sweep.ckpt", {}, "older version"});
 }
 
 TEST_F(Blocks, KilledBlockGoesOnToTheSameBytes) {
@@ -156,7 +161,7 @@ TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
 // A held-out photo belongs to no block; it is damaged behind its header.
 TEST_F(Blocks, ReadTheirOwnPhotosAlone) {
   const fs::path workspace = *folder_ / "workspace", blocks = *folder_ / "of a copy";
-  fs::copy(kTabletop, workspace, fs::copy_options::recursive);
+  CopyTabletop(workspace);
   const Outcome split = RunSemfoam(Splitter(blocks, "2x2", {}, workspace));
   ASSERT_EQ(split.exit_code, 0) << split.err;
   const auto json = nlohmann::json::parse(ReadFile(blocks / "blocks.json"));

@@ -156,6 +156,10 @@ std::vector<SeedPoint> ThinDenseSeeds(std::vector<SeedPoint> seeds,
   return seeds;
 }
 
+float RawDensityOfSeed() { return static_cast<float>(RawDensity(kSeedDensity)); }
+
+float ShOfSeedColor(float value) { return (value - 0.5f) / static_cast<float>(kShDc); }
+
 Foam InitialFoam(const std::vector<SeedPoint>& seeds,
                  const std::vector<Eigen::Vector3d>& camera_centers,
                  const InitializationOptions& options) {
@@ -174,7 +178,7 @@ Foam InitialFoam(const std::vector<SeedPoint>& seeds,
     foam.positions.push_back(site.position);
     foam.raw_density.push_back(static_cast<float>(RawDensity(site.density)));
     for (int c = 0; c < 3; ++c) {
-      foam.sh[k * foam.ShStride() + c] = (site.color[c] - 0.5f) / static_cast<float>(kShDc);
+      foam.sh[k * foam.ShStride() + c] = ShOfSeedColor(site.color[c]);
     }
   }
   if (foam.HasSemantics()) InitializeSemantics(options.seed, &foam);

@@ -40,6 +40,11 @@ struct InitializationOptions {
 std::vector<SeedPoint> ThinDenseSeeds(std::vector<SeedPoint> seeds,
                                       const InitializationOptions& options);
 
+// The raw density with which a site at a point begins, and the SH coefficient of degree 0 of a
+// display value.
+float RawDensityOfSeed();
+float ShOfSeedColor(float value);
+
 // Returns a foam with a site at every seed, in its colour, and empty sites around these, in Hilbert
 // order. `camera_centers` as `seeds` in the normalised frame. Works without points too. Points and
 // random places beyond kFarRadius are left out, but for sky (IsSkySite). Points of a dense

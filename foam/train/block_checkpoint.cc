@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/train/block_checkpoint.h"
 
+#include "foam/optim/initialization.h"
+#include "foam/train/block_sites.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/util/number_text.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -44,8 +47,13 @@ constexpr const char* kCounts[] = {"rays",
                                    "triangulated_sites"};
 constexpr const char* kSeconds[] = {"seconds", "seconds_triangulating"};
 
+// Numbers of the state: how many densifications there were, and the iteration since which the cells
+// are watched for the next one.
+constexpr char kDensifications[] = "densifications";
+constexpr char kWatchedSince[] = "watched_since";
+
 // Numbers of the state that say how far the schedule has come, the same for all blocks.
-constexpr const char* kProgress[] = {"iteration", "densifications", "frozen"};
+constexpr const char* kProgress[] = {"iteration", kDensifications, "frozen"};
 
 // The iteration of the last triangulation, of which blocks that found theirs stale have one of
 // their own.
@@ -120,16 +128,55 @@ void AddRows(const CheckpointContents::Array& array,
   owned->contents.arrays.push_back({array.name, rows});
 }
 
-// Returns the sites with which a block begins.
-std::vector<size_t> SitesOfStart(std::span<const Eigen::Vector3f> positions,
-                                 const BlockBox& padded,
-                                 const std::vector<uint8_t>& is_met) {
-  CHECK_EQ(positions.size(), is_met.size());
-  std::vector<size_t> sites;
-  for (size_t i = 0; i < positions.size(); ++i) {
-    if (is_met[i] || padded.Contains(positions[i])) sites.push_back(i);
+// Edits these rows of an array with `num_rows` rows: calls set(i, row) for the i-th of them.
+template <typename T, typename Set>
+void EditRows(const std::string& name,
+              size_t num_rows,
+              const std::vector<size_t>& rows,
+              const Set& set,
+              OwnedContents* owned) {
+  const auto values = ValuesOf<T>(owned->contents, name);
+  std::vector<T> edited(values.begin(), values.end());
+  const size_t stride = edited.size() / num_rows;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    set(i, std::span<T>(edited).subspan(rows[i] * stride, stride));
   }
-  return sites;
+  SetArray(name, edited, owned);
+}
+
+// Makes the new sites of a start such as those at the points with which a run begins. Of the rows
+// of their origins they keep the identity.
+void PlaceNewSites(const StartSites& sites, OwnedContents* start) {
+  const size_t num_sites = sites.origin.size();
+  // Among the sites, and among those that have moments.
+  std::vector<size_t> rows, moment_rows;
+  size_t num_moments = 0;
+  for (size_t k = 0; k < num_sites; ++k) {
+    if (sites.is_new[k]) {
+      rows.push_back(k);
+      moment_rows.push_back(num_moments);
+    }
+    if (!sites.is_frozen[k]) ++num_moments;
+  }
+  if (rows.empty()) return;
+  for (const char* name : {"positions", "triangulated_positions", "plane_positions"}) {
+    const auto place = [&](size_t i, std::span<Eigen::Vector3f> row) {
+      row[0] = sites.points[i].position;
+    };
+    EditRows<Eigen::Vector3f>(name, num_sites, rows, place, start);
+  }
+  const auto color = [&](size_t i, std::span<float> row) {
+    std::fill(row.begin(), row.end(), 0.f);
+    for (int c = 0; c < 3; ++c) row[c] = ShOfSeedColor(sites.points[i].color[c]);
+  };
+  EditRows<float>("sh", num_sites, rows, color, start);
+  const auto make_opaque = [](size_t, std::span<float> row) { row[0] = std::max(row[0], RawDensityOfSeed()); };
+  EditRows<float>("raw_density", num_sites, rows, make_opaque, start);
+  const auto clear = [](size_t, auto row) { std::fill(row.begin(), row.end(), 0); };
+  EditRows<float>("color_gradient", num_sites, rows, clear, start);
+  EditRows<float>("first_moments", num_moments, moment_rows, clear, start);
+  EditRows<float>("second_moments", num_moments, moment_rows, clear, start);
+  EditRows<uint32_t>("steps", num_moments, moment_rows, clear, start);
 }
 
 // Returns the places of a block's sites in its file, in the order of JoinBlocks.
@@ -240,53 +287,86 @@ void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options) {
   options->Serialize(&reader);
 }
 
-size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
-                     const BlockBox& padded,
-                     const std::vector<uint8_t>& is_met) {
-  return SitesOfStart(positions, padded, is_met).size();
+TrainingOptions OptionsOfCoarse(const TrainingOptions& options, int coarse_sites, double share) {
+  TrainingOptions coarse = options;
+  coarse.final_sites = coarse_sites;
+  constexpr double kDensified = 0.75;
+  coarse.densify_until = std::min(options.densify_until, kDensified * share);
+  coarse.densify_from = std::min(options.densify_from, coarse.densify_until);
+  const double duration = options.densify_until - options.densify_from;
+  if (duration > 0) {
+    const double part = (coarse.densify_until - coarse.densify_from) / duration;
+    coarse.densify_events =
+        std::max(1, static_cast<int>(std::lround(part * options.densify_events)));
+  }
+  coarse.fixed_sh_degree = true;
+  coarse.sh_degree_interval = std::min(options.sh_degree_interval, share / (options.sh_degree + 1));
+  return coarse;
+}
+
+TrainingOptions WithDensificationBetween(TrainingOptions options, double begin, double end) {
+  CHECK_EQ(options.late_rays, 0);
+  CHECK_LE(begin, end);
+  const double duration = std::min(options.densify_until - options.densify_from, (end - begin) / 2);
+  // New sites are watched before the first one.
+  const double interval = duration / std::max(1, options.densify_events);
+  options.fixed_sh_degree = true;
+  options.densify_from = begin + interval;
+  options.densify_until = begin + duration;
+  return options;
 }
 
 OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block) {
   const CheckpointContents all = split.Contents();
   const auto positions = ValuesOf<Eigen::Vector3f>(all, "positions");
   const BlockBox padded = block.box.Padded(block.halo);
-  const std::vector<size_t> sites = SitesOfStart(positions, padded, block.rays.is_met);
-
+  StartSites sites = ChooseStartSites(positions, padded, block.rays.is_met);
+  if (block.refines) {
+    const int64_t trained = block.options.final_sites - static_cast<int64_t>(sites.NumFrozen());
+    AddSitesAtSeeds(block.seeds, positions, padded, trained * 65 / 100, &sites);
+  }
+  const std::vector<uint8_t>& is_frozen = sites.is_frozen;
+  const size_t num_sites = sites.origin.size();
+  const std::vector<size_t> rows(sites.origin.begin(), sites.origin.end());
   std::vector<size_t> trained;
-  std::vector<uint8_t> is_frozen;
-  for (const size_t site : sites) {
-    is_frozen.push_back(!padded.Contains(positions[site]));
-    if (!is_frozen.back()) trained.push_back(site);
+  for (size_t k = 0; k < num_sites; ++k) {
+    if (!is_frozen[k]) trained.push_back(rows[k]);
   }
 
   OwnedContents start;
   start.contents.texts = all.texts;
   for (const CheckpointContents::Array& array : all.arrays) {
     if (IsAmong(kSiteArrays, array.name)) {
-      AddRows(array, positions.size(), sites, &start);
+      AddRows(array, positions.size(), rows, &start);
     } else if (IsAmong(kMomentArrays, array.name)) {
       AddRows(array, positions.size(), trained, &start);
     } else {
       start.contents.arrays.push_back(array);
     }
   }
-  const std::vector<uint32_t> ancestor(sites.begin(), sites.end());
-  const auto errors = ValuesOf<float>(start.contents, "squared_error");
-  const auto contributions = ValuesOf<float>(start.contents, "contribution");
-  std::vector<float> squared_error(errors.begin(), errors.end());
-  std::vector<float> contribution(contributions.begin(), contributions.end());
-  for (size_t k = 0; k < sites.size(); ++k) {
-    if (!is_frozen[k]) continue;
-    squared_error[k] = 0;
-    contribution[k] = 1;
+  PlaceNewSites(sites, &start);
+  DensificationStatistics statistics;
+  statistics.Reset(num_sites, is_frozen);
+  auto& state = start.contents.texts["state"];
+  if (block.refines) {
+    state[kDensifications] = "0";
+    state[kWatchedSince] = state.at("iteration");
+  } else {
+    const auto errors = ValuesOf<float>(start.contents, "squared_error");
+    const auto contributions = ValuesOf<float>(start.contents, "contribution");
+    for (size_t k = 0; k < num_sites; ++k) {
+      if (is_frozen[k]) continue;
+      statistics.squared_error[k] = errors[k];
+      statistics.contribution[k] = contributions[k];
+    }
   }
   SetArray("is_frozen", is_frozen, &start);
-  SetArray("ancestor", ancestor, &start);
-  SetArray("squared_error", squared_error, &start);
-  SetArray("contribution", contribution, &start);
+  SetArray("ancestor", sites.origin, &start);
+  SetArray("squared_error", statistics.squared_error, &start);
+  SetArray("contribution", statistics.contribution, &start);
   // The cells of the cameras are found anew.
   SetArray("start_cells", std::vector<uint32_t>(views.NumViews(), 0), &start);
-  start.contents.texts["state"]["sites"] = FormatNumber(sites.size());
+  state["sites"] = FormatNumber(num_sites);
   CheckpointContents own;
   StateWriter squares("state", &own), options("training_options", &own);
   block.rays.squares.Serialize(views, &squares);

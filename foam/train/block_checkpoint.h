@@ -50,23 +50,33 @@ struct BlockTraining {
   std::vector<SeedPoint> seeds;
   // The options of the run, but for the numbers of the block's sites.
   TrainingOptions options;
+  // Whether the foam that was split is coarser than that of the run: then the block begins with
+  // sites of its own at the seeds besides, and its densification begins anew.
+  bool refines = false;
 };
 
 // Returns the options of a block of a run with `options`: its densification ends with `block_sites`
 // sites, and the classifier, which is common to all blocks, stays.
 TrainingOptions OptionsOfBlock(const TrainingOptions& options, int64_t block_sites);
 
+// Returns the options of the beginning of a run, of which `share` is trained before it is split
+// into blocks that refine: densification ends with `coarse_sites` sites, and early enough for their
+// errors to tell where the blocks' sites belong.
+TrainingOptions OptionsOfCoarse(const TrainingOptions& options, int coarse_sites, double share);
+
+// Returns the options of a block that refines a coarse foam: its densification begins anew at
+// `begin` and takes as long as that of the run, or half of the time until `end`, whichever is less.
+// Both are fractions of the run. TrainingOptions::late_rays must be 0.
+TrainingOptions WithDensificationBetween(TrainingOptions options, double begin, double end);
+
 // Replaces the values of `options` by those of the checkpoint.
 void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options);
 
 // Returns the checkpoint from which a block begins. Borrows arrays of `split`. Sites outside of
-// block and halo are frozen, and those of them that no ray of the block meets are left out.
+// block and halo are frozen, and those of them that no ray of the block meets are left out. A block
+// that refines has sites at seeds in block and halo until half of the sites that it may train are
+// there, each after the one nearest to it, whose identity and ancestor it has.
 OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block);
-
-// Returns the number of sites with which a block begins.
-size_t NumStartSites(const std::vector<Eigen::Vector3f>& positions,
-                     const BlockBox& padded,
-                     const std::vector<uint8_t>& is_met);
 
 // Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.
 std::vector<SeedPoint> SeedsOf(const Checkpoint& start);

@@ -26,7 +26,7 @@ class ChecksummedReader;
 // "bytes"}, ...], "texts": {group: {name: text}}}; an XXH64 of all that; then the bytes of each
 // array, each followed by their XXH64; at the end 8 bytes "SEMFEND\n" and the u64 length of the
 // whole file.
-inline constexpr uint32_t kCheckpointVersion = 7;
+inline constexpr uint32_t kCheckpointVersion = 8;
 
 // Texts by name, in groups. Numbers are stored as texts too (foam/util/number_text.h), because JSON
 // has no NaN and infinity.

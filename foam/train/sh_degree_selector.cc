@@ -11,8 +11,6 @@
 namespace semfoam {
 namespace {
 
-// The fraction of the run between two degrees.
-constexpr double kRaise = 0.1;
 // By how much the squared error must be greater without a degree that pays.
 constexpr double kWorthwhile = 0.01;
 
@@ -33,7 +31,8 @@ ShDegreeSelector::ShDegreeSelector(const TrainingOptions& options,
 
 void ShDegreeSelector::Update(int64_t iteration) {
   const int degree = state_->foam.sh_degree;
-  if (is_settled_ || schedule_.RunFraction(iteration) < kRaise * (degree + 1)) return;
+  const double interval = options_.sh_degree_interval;
+  if (is_settled_ || schedule_.RunFraction(iteration) < interval * (degree + 1)) return;
   if (degree > 0 && pixels_->HasProbes() && !HighestDegreePays()) {
     Settle(degree - 1);
   } else if (degree < options_.sh_degree) {
@@ -48,11 +47,12 @@ ProbeUse ShDegreeSelector::ProbeUseAt(int64_t iteration) const {
   const int64_t early = schedule_.early_iterations();
   const bool unknown = options_.seconds > 0 && iteration > early;
   const int64_t known = unknown ? early : iteration;
-  // Degree d can be found not to pay from d times kRaise on, and the last is settled after it has
+  // Degree d can be found not to pay from d + 1 intervals on, and the last is settled after it has
   // been tried; each iteration takes one of these steps at the most.
   const int degrees = options_.sh_degree;
-  if (schedule_.RunFraction(known - degrees) >= kRaise * (degrees + 1)) return ProbeUse::kTrainedOn;
-  if (!unknown && schedule_.RunFraction(iteration) < 2 * kRaise) return ProbeUse::kSetApart;
+  const double interval = options_.sh_degree_interval;
+  if (schedule_.RunFraction(known - degrees) >= interval * (degrees + 1)) return ProbeUse::kTrainedOn;
+  if (!unknown && schedule_.RunFraction(iteration) < 2 * interval) return ProbeUse::kSetApart;
   return ProbeUse::kUnknown;
 }
 

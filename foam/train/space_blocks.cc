@@ -219,8 +219,10 @@ std::vector<double> ExpectedSites(const DensificationStatistics& statistics, int
   std::vector<double> expected(error.size(), 1);
   const double growth = double(final_sites) - double(error.size());
   const double sum = std::accumulate(error.begin(), error.end(), 0.0);
-  if (growth <= 0 || !(sum > 0)) return expected;
-  for (size_t i = 0; i < error.size(); ++i) expected[i] += growth * error[i] / sum;
+  if (growth <= 0) return expected;
+  for (size_t i = 0; i < error.size(); ++i) {
+    expected[i] += growth * (sum > 0 ? error[i] / sum : 1 / double(error.size()));
+  }
   return expected;
 }
 

@@ -38,7 +38,7 @@ struct BlockBox {
 };
 
 // Returns the number of sites that each site is expected to become, [N]: densification spreads the
-// sites up to `final_sites` by the squared errors.
+// sites up to `final_sites` by the squared errors, or evenly where there are none yet.
 std::vector<double> ExpectedSites(const DensificationStatistics& statistics, int64_t final_sites);
 
 // Cuts space into columns x rows boxes of about the same sum of `weights` [N]: into `columns` slabs

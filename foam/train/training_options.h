@@ -29,6 +29,8 @@ struct TrainingOptions {
   int sh_degree = 2;
   // Whether to raise the degree up to `sh_degree` without that test.
   bool fixed_sh_degree = false;
+  // Time between two degrees, > 0: degree d is tried at d times that.
+  double sh_degree_interval = 0.1;
 
   // Transmittance at which rays stop, > 0 and < 1.
   double transmittance_cutoff = kTransmittanceCutoff;
@@ -95,6 +97,7 @@ struct TrainingOptions {
     archive->Number("final_sites", &final_sites);
     archive->Number("sh_degree", &sh_degree);
     archive->Number("fixed_sh_degree", &fixed_sh_degree);
+    archive->Number("sh_degree_interval", &sh_degree_interval);
     archive->Number("transmittance_cutoff", &transmittance_cutoff);
     archive->Number("opacity_weight", &opacity_weight);
     archive->Number("quantile_weight", &quantile_weight);

@@ -4,6 +4,8 @@
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
 #include "foam/train/block_checkpoint.h"
+#include "foam/train/block_sites.h"
+#include "foam/train/checkpoint_state.h"
 #include "foam/train/memory_plan.h"
 #include "foam/train/training_schedule.h"
 #include "foam/util/checksummed_file.h"
@@ -336,8 +338,8 @@ class BlockPlanner {
       BlockRecord& block = plan.record.blocks[b];
       for (const int view : plan.rays[b].views) block.photos.push_back(scene_.Photos()[view].name);
       block.ray_share = plan.rays[b].share;
-      const auto num_start = static_cast<int64_t>(
-          NumStartSites(foam_.positions, block.box.Padded(halo_), plan.rays[b].is_met));
+      const auto num_start = std::ssize(
+          ChooseStartSites(foam_.positions, block.box.Padded(halo_), plan.rays[b].is_met).origin);
       block.sites = std::llround(candidate.expected[b]) + num_start - candidate.num_now[b];
     }
     return plan;
@@ -380,8 +382,12 @@ SplitPlan PlanSplit(const SplitOptions& options,
   const Foam foam = FoamOf(split);
   const DensificationStatistics statistics = StatisticsOf(split);
   const ViewRenderer renderer(foam, run.device);
-  const float halo =
+  float halo =
       HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
+  // Of more sites on the same surfaces, layers of cells are thinner.
+  if (run.coarse_sites > 0) {
+    halo *= static_cast<float>(std::sqrt(double(foam.NumSites()) / run.training.final_sites));
+  }
   const BlockPlanner planner(
       foam, renderer, scene, ExpectedSites(statistics, run.training.final_sites), halo);
   SplitPlan plan = options.max_sites > 0 ? planner.PlanForSites(options.max_sites)
@@ -459,6 +465,16 @@ void RequireValid(const SplitOptions& options) {
                      kMostBlocksAcross,
                      ".");
   }
+  constexpr int64_t kFewestSites = 64;
+  if (options.coarse_sites < 0 ||
+      (options.coarse_sites > 0 && options.coarse_sites < kFewestSites)) {
+    throw FieldError("coarse_sites",
+                     " is ",
+                     options.coarse_sites,
+                     "; it must be 0 or at least ",
+                     kFewestSites,
+                     ".");
+  }
   for (const auto& [name, share] :
        {std::pair("coarse_share", options.coarse_share), {"polish_share", options.polish_share}}) {
     if (share > 0 && share < 1) continue;
@@ -470,7 +486,7 @@ void RequireValid(const SplitOptions& options) {
   }
 }
 
-void RequireSplittable(const TrainingRun& run) {
+void RequireSplittable(const SplitOptions& options, const TrainingRun& run) {
   if (run.time_budget > 0) {
     throw FieldError("time_budget",
                      " is ",
@@ -480,23 +496,55 @@ void RequireSplittable(const TrainingRun& run) {
   if (run.device.kind() != DeviceKind::kCpu) {
     throw FieldError("device", " is a GPU; blocks are trained on the CPU, so cpu would be right.");
   }
+  if (options.coarse_sites == 0) return;
+  if (options.coarse_sites >= run.training.final_sites) {
+    throw FieldError("coarse_sites",
+                     " is ",
+                     options.coarse_sites,
+                     ", and the run ends with ",
+                     run.training.final_sites,
+                     " sites (final_sites); less than that would be right.");
+  }
+  if (run.training.late_rays > 0) {
+    throw FieldError("late_rays",
+                     " is ",
+                     run.training.late_rays,
+                     "; the blocks of a coarse foam are densified later than densify_until, so 0 "
+                     "would be right.");
+  }
 }
 
 BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, TrainingRun* run) {
   RequireValid(options);
-  RequireSplittable(*run);
+  RequireSplittable(options, *run);
+  if (options.coarse_sites == 0 && options.max_sites > 0 &&
+      options.max_sites < run->training.final_sites) {
+    LOG(INFO) << "The split itself trains up to " << run->training.final_sites
+              << " sites, more than max_sites; coarse_sites " << options.max_sites
+              << " would keep it as small as its blocks";
+  }
   const fs::path path = folder->path();
   const int64_t num_iterations = TrainingSchedule(run->training).num_iterations();
+  const auto fraction = [&](int64_t iteration) {
+    return double(iteration) / double(num_iterations);
+  };
   const auto split_iteration =
       static_cast<int64_t>(std::ceil(options.coarse_share * double(num_iterations)));
   const auto merge_iteration =
       static_cast<int64_t>(std::floor((1 - options.polish_share) * double(num_iterations)));
+  run->coarse_sites = static_cast<int>(options.coarse_sites);
+  run->coarse_share = options.coarse_share;
+  run->more_identity["coarse_sites"] = std::to_string(run->coarse_sites);
   run->between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     if (iteration < split_iteration) return;
     {
       CheckpointContents contents;
       save(&contents);
       if (!CanBeSplit(contents)) return;
+      // The joined blocks go on as the run.
+      contents.texts.erase("training_options");
+      StateWriter whole("training_options", &contents);
+      TrainingOptions(run->training).Serialize(&whole);
       WriteCheckpoint(path / kSplit, contents);
     }
     throw TrainingStopped();
@@ -517,6 +565,12 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       training.rays = std::move(plan.rays[b]);
       training.seeds = seeds;
       training.options = OptionsOfBlock(run->training, block.sites);
+      if (run->coarse_sites > 0) {
+        training.refines = true;
+        training.options = WithDensificationBetween(training.options,
+                                                    fraction(plan.record.split_iteration),
+                                                    fraction(plan.record.merge_iteration));
+      }
       OwnedContents start = BlockStart(split, scene, std::move(training));
       start.contents.texts["block"] = TextsOf(plan.record, block);
       WriteCheckpoint(path / block.name / kStart, start.contents);

@@ -33,6 +33,9 @@ struct SplitOptions {
   // Maximum number of sites of the training of a block, with those around it; 0: by columns and
   // rows.
   int64_t max_sites = 0;
+  // Maximum number of sites of the foam that is split, less than TrainingOptions::final_sites, to
+  // which the blocks add theirs; 0: as many as the schedule of the run gives.
+  int64_t coarse_sites = 0;
   // Shares of the run before the split and after the merge, > 0 and together at most 1.
   double coarse_share = 0.3;
   double polish_share = 0.2;
@@ -75,8 +78,9 @@ BlocksRecord ReadBlocksRecord(const std::filesystem::path& blocks_path);
 // Throws UserError where the options are out of range.
 void RequireValid(const SplitOptions& options);
 
-// Throws UserError where a run cannot be trained in blocks: with a time budget, or on a GPU.
-void RequireSplittable(const TrainingRun& run);
+// Throws UserError where a run cannot be trained in such blocks: with a time budget, on a GPU, or
+// with fewer sites than coarse_sites.
+void RequireSplittable(const SplitOptions& options, const TrainingRun& run);
 
 // Trains the beginning of `run` in `folder` and writes split.ckpt, a folder with start.ckpt for
 // each block, and blocks.json, the last of them. Throws UserError and Interruption as TrainAndWrite

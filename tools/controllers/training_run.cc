@@ -84,13 +84,20 @@ struct OptionTexts {
   }
 };
 
+// Returns the options with which the run trains.
+TrainingOptions TrainedOptions(const TrainingRun& run) {
+  if (run.coarse_sites == 0) return run.training;
+  return OptionsOfCoarse(run.training, run.coarse_sites, run.coarse_share);
+}
+
 // Returns the options of a training by name.
 std::map<std::string, std::string> TrainingTexts(const TrainingRun& run) {
   OptionTexts texts;
   TrainingOptions training = run.training;
   training.Serialize(&texts);
   // These stand elsewhere, or shape nothing.
-  for (const char* name : {"fixed_sh_degree", "random_seed", "seconds"}) texts.values.erase(name);
+  for (const char* name : {"fixed_sh_degree", "random_seed", "seconds", "sh_degree_interval"})
+    texts.values.erase(name);
   texts.values["max_image_size"] = FormatValue(run.scene.max_image_size);
   texts.values["sweep_photos"] = FormatValue(run.sweep_photos);
   texts.values["label_zero"] = TextOf(run.scene.label_zero);
@@ -290,7 +297,7 @@ TrainingSummary Train(const TrainingScene& scene,
     }
     if (next.checkpoint_is_due) write(iteration, save);
   };
-  TrainingOptions training = run.training;
+  TrainingOptions training = TrainedOptions(run);
   if (IsOfBlock(checkpoint.get())) ReadOptions(*checkpoint, &training);
   if (checkpoint != nullptr) {
     StateReader adapted("adaptation", *checkpoint);
@@ -339,7 +346,7 @@ ScenePlan PlanRun(const TrainingRun& run) {
 
 // Returns the options that determine the memory of a run.
 TrainingOptions OptionsToPlan(const TrainingRun& run) {
-  TrainingOptions options = run.training;
+  TrainingOptions options = TrainedOptions(run);
   if (run.block_sites > 0) {
     options.final_sites = static_cast<int>(run.block_sites);
     options.initial_sites = 0;
@@ -464,8 +471,8 @@ CheckpointTexts ChooseSchedule(const TrainingScene& scene,
 void LogTrainingPlan(const TrainingRun& run, const SceneEffects& effects) {
   for (const std::string& line : EffectsTable(effects)) LOG(INFO) << line;
   LOG(INFO) << "Training with " << Millions(run.training.num_rays) << " rays, up to "
-            << run.training.final_sites << " sites, SH degree " << run.training.sh_degree << ", "
-            << run.device.Description();
+            << TrainedOptions(run).final_sites << " sites, SH degree " << run.training.sh_degree
+            << ", " << run.device.Description();
   if (run.ranks != nullptr) {
     LOG(INFO) << "Each of " << run.ranks->num_ranks()
               << (run.ranks->num_ranks() == 1 ? " rank" : " ranks") << " casts a share of the rays";

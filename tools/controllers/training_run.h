@@ -64,6 +64,10 @@ struct TrainingRun {
   std::vector<SeedPoint> block_seeds;
   // What things stand on in the run of which one block is trained (GroundOf).
   std::optional<SolidGround> block_ground;
+  // Number of sites of a run that is to be split into blocks that add the others, and the share of
+  // it that is trained before (OptionsOfCoarse); 0: training.final_sites.
+  int coarse_sites = 0;
+  double coarse_share = 0;
   // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
   int64_t block_sites = 0;
   // Names of the photos of which a run that trains one block draws pixels, and the file of what is

@@ -23,9 +23,15 @@ void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
                             &run->split.max_sites,
                             "as many blocks as it takes for the training of each, with what it "
                             "sees around it, to have no more sites than this; 0 = --blocks");
+  options->AddDefaultOption("coarse_sites",
+                            &run->split.coarse_sites,
+                            "sites of the foam that is split, to which blocks add theirs: less "
+                            "memory for split and blocks, and some quality; 0 = as many as the run "
+                            "has by then, most of final_sites");
   options->AddDefaultOption("coarse_share",
-                            &run->split.coarse_share,
-                            "share of the run that is trained before the split");
+                            &run->coarse_share,
+                            "share of the run that is trained before the split; 0 = 0.3, or 0.1 "
+                            "with --coarse_sites");
   options->AddDefaultOption("polish_share",
                             &run->split.polish_share,
                             "share of the run that is trained after the merge, on all of it");
@@ -47,9 +53,14 @@ void FinishBlockRun(const OptionManager& options, BlockRunOptions* run) {
                     Shortened(run->blocks),
                     "') for option '--blocks' is invalid; it takes two numbers, such as 3x2.");
   }
+  constexpr double kUsualShare = 0.3, kShareOfCoarse = 0.1;
+  split.coarse_share = run->coarse_share;
+  if (split.coarse_share == 0) {
+    split.coarse_share = split.coarse_sites > 0 ? kShareOfCoarse : kUsualShare;
+  }
   RequireValid(split);
   FinishTrainingRun(options, run->workspace_path, &run->training);
-  RequireSplittable(run->training.run);
+  RequireSplittable(split, run->training.run);
 }
 
 std::filesystem::path ProjectPath(const std::filesystem::path& blocks_path) {

@@ -17,11 +17,13 @@ struct BlockRunOptions {
   TrainingRunOptions training;
   // "3x2"; empty: by SplitOptions::max_sites.
   std::string blocks;
+  // 0: by SplitOptions::coarse_sites.
+  double coarse_share = 0;
   SplitOptions split;
 };
 
-// Adds --workspace_path, --image_path, --input_path, --blocks, --max_sites, --coarse_share,
-// --polish_share and the options of AddTrainingRunOptions.
+// Adds --workspace_path, --image_path, --input_path, --blocks, --max_sites, --coarse_sites,
+// --coarse_share, --polish_share and the options of AddTrainingRunOptions.
 void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run);
 
 // Completes `run` after Parse. Throws UserError when an option is out of range.

@@ -39,7 +39,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Fields of TrainingOptions that arguments set, or that are for the library alone.
-const std::set<std::string> kNoOptions = {"fixed_sh_degree", "random_seed", "seconds"};
+const std::set<std::string> kNoOptions = {
+    "fixed_sh_degree", "random_seed", "seconds", "sh_degree_interval"};
 
 // Sets options by name, as Serialize describes them.
 class OptionSetter {

@@ -3,6 +3,7 @@
 // Trainings of blocks of space, and what is joined of them.
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
+#include "foam/optim/initialization.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/checkpoint_state.h"
 #include "foam/train/space_blocks.h"
@@ -202,6 +203,71 @@ TEST_F(BlockTest, FrozenSitesStayAndOthersAreTrained) {
   EXPECT_EQ(after.classifier_weight, before.classifier_weight);
   EXPECT_EQ(after.classifier_bias, before.classifier_bias);
   EXPECT_GT(after.NumSites(), all.size());
+}
+
+TEST_F(BlockTest, CoarseRunsAreDensifiedBeforeTheyAreSplit) {
+  TrainingOptions options = options_;
+  options.densify_from = 0.05;
+  options.densify_until = 0.3;
+  options.densify_events = 10;
+  const TrainingOptions coarse = OptionsOfCoarse(options, 120, 0.1);
+  EXPECT_EQ(coarse.final_sites, 120);
+  EXPECT_LT(coarse.densify_until, 0.1);
+  EXPECT_GE(coarse.densify_until, coarse.densify_from);
+  EXPECT_EQ(coarse.densify_events, 1);
+  EXPECT_LE(coarse.sh_degree_interval * (options.sh_degree + 1), 0.1);
+  EXPECT_EQ(coarse.num_rays, options.num_rays);
+  EXPECT_EQ(coarse.Check(), "");
+  EXPECT_EQ(OptionsOfCoarse(options, 120, 0.24).densify_events, 5);
+
+  const TrainingOptions block = WithDensificationBetween(options, 0.1, 0.8);
+  EXPECT_GT(block.densify_from, 0.1);
+  EXPECT_FLOAT_EQ(block.densify_until, 0.35f);
+  EXPECT_EQ(block.Check(), "");
+  EXPECT_FLOAT_EQ(WithDensificationBetween(options, 0.1, 0.2).densify_until, 0.15f);
+}
+
+TEST_F(BlockTest, RefiningBlockBeginsWithSitesAtSeeds) {
+  BlockTraining training{boxes_[0], halo_, rays_[0], Views().Seeds(400), BlockOptions()};
+  training.options.final_sites = 2000;
+  training.refines = true;
+  WriteCheckpoint(StartOf(0), BlockStart(*split_, Views(), training).contents);
+  const Checkpoint start(StartOf(0));
+  const Foam before = FoamOf(*split_), foam = FoamOf(start);
+  const auto frozen = ArrayOf<uint8_t>(start, "is_frozen");
+  const auto ancestor = ArrayOf<uint32_t>(start, "ancestor");
+  const auto steps = ArrayOf<uint32_t>(start, "steps");
+  const auto first = ArrayOf<float>(start, "first_moments");
+  const auto triangulated = ArrayOf<Eigen::Vector3f>(start, "triangulated_positions");
+  const size_t num_trained = static_cast<size_t>(std::count(frozen.begin(), frozen.end(), 0));
+  ASSERT_EQ(steps.size(), num_trained);
+  const size_t stride = first.size() / num_trained;
+  const BlockBox padded = boxes_[0].Padded(halo_);
+  size_t num_new = 0;
+  for (size_t i = 0, m = 0; i < foam.NumSites(); m += !frozen[i++]) {
+    if (foam.positions[i] == before.positions[ancestor[i]]) continue;
+    ++num_new;
+    EXPECT_FALSE(frozen[i]);
+    EXPECT_TRUE(padded.Contains(foam.positions[i]));
+    EXPECT_EQ(triangulated[i], foam.positions[i]);
+    EXPECT_GE(foam.raw_density[i], before.raw_density[ancestor[i]]);
+    EXPECT_GE(foam.raw_density[i], RawDensityOfSeed());
+    for (int k = 3; k < foam.ShStride(); ++k) EXPECT_EQ(foam.sh[i * foam.ShStride() + k], 0);
+    for (int k = 0; k < kIdentityDim; ++k) {
+      EXPECT_EQ(foam.identity[i * kIdentityDim + k],
+                before.identity[ancestor[i] * kIdentityDim + k]);
+    }
+    EXPECT_EQ(steps[m], 0u);
+    for (size_t k = 0; k < stride; ++k) EXPECT_EQ(first[m * stride + k], 0);
+  }
+  EXPECT_GT(num_new, 50u);
+  const DensificationStatistics statistics = StatisticsOf(start);
+  for (size_t i = 0; i < foam.NumSites(); ++i) {
+    EXPECT_EQ(statistics.squared_error[i], 0);
+    EXPECT_EQ(statistics.contribution[i], frozen[i]);
+  }
+  EXPECT_EQ(start.Texts("state").at("densifications"), "0");
+  EXPECT_EQ(start.Texts("state").at("watched_since"), start.Texts("state").at("iteration"));
 }
 
 class ViewsOnGround final : public SyntheticViews {

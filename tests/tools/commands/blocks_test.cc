@@ -140,6 +140,35 @@ TEST_F(Blocks, AreAsManyAsMaxSitesTakes) {
   EXPECT_FALSE(fs::exists(refused / "blocks.json"));
 }
 
+// Blocks of a coarse foam bring its sites to those of the run, in any order and on any threads.
+TEST_F(Blocks, AddSitesToACoarseFoam) {
+  const fs::path blocks = *folder_ / "coarse", again = *folder_ / "coarse again";
+  const std::vector<std::string> options = {
+      "--coarse_sites", "1000", "--FoamTraining.sweep_photos", "8"};
+  const Outcome split = RunSemfoam(Splitter(blocks, "2x1", options));
+  ASSERT_EQ(split.exit_code, 0) << split.err;
+  EXPECT_THAT(split.err, HasSubstr("up to 1000 sites"));
+  const size_t num_coarse = FoamOf(Checkpoint(blocks / "split.ckpt")).NumSites();
+  EXPECT_LT(num_coarse, 1500u);
+  fs::copy(blocks, again, fs::copy_options::recursive);
+  for (const std::string name : {"00", "01"}) TrainBlock(blocks, name);
+  for (const std::string name : {"01", "00"}) TrainBlock(again, name, {"--num_threads", "1"});
+  size_t num_sites = 0;
+  for (const std::string name : {"00", "01"}) {
+    const Foam foam = FoamOfBlock(Checkpoint(blocks / name / "block.ckpt"));
+    num_sites += foam.NumSites();
+  }
+  EXPECT_GT(num_sites, 3200u);
+  EXPECT_LT(num_sites, 4800u);
+  const Outcome merged = Merge(blocks, *folder_ / "refined");
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  const Outcome merged_again = Merge(again, *folder_ / "refined again");
+  ASSERT_EQ(merged_again.exit_code, 0) << merged_again.err;
+  EXPECT_TRUE(ReadFile(*folder_ / "refined/scene.foam") ==
+              ReadFile(*folder_ / "refined again/scene.foam"))
+      << "other bytes";
+}
+
 // As if the splitter had been killed right after it wrote blocks.json.
 TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
   const fs::path blocks = CopyOfTrained("without jobs");
@@ -238,6 +267,13 @@ TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
   ExpectRefused(RunSemfoam(Splitter(output, "0x2")), {"", {"blocks", "0x2"}, "from 1x1"});
   ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--max_sites", "1000"})),
                 {"", {"blocks", "max_sites"}, "one of them"});
+  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_sites", "5"})),
+                {"", {"coarse_sites", "5"}, "at least 64"});
+  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_sites", "4000"})),
+                {"", {"coarse_sites", "4000", "final_sites"}, "less than that"});
+  ExpectRefused(RunSemfoam(Splitter(
+                    output, "2x2", {"--coarse_sites", "1000", "--FoamTraining.late_rays", "9999"})),
+                {"", {"late_rays", "9999"}, "0 would be right"});
   ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_share", "0.95"})),
                 {"", {"polish_share", "0.2"}, "at most 1"});
   ExpectRefused(RunSemfoam({"scene_splitter",

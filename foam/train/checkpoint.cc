@@ -42,8 +42,9 @@ void WriteCheckpoint(const std::filesystem::path& path, const CheckpointContents
 }
 
 Checkpoint::Checkpoint(const std::filesystem::path& path,
-                       const std::function<bool(const std::string& name)>& keeps)
-    : path_(path) {
+                       const std::function<bool(const std::string& name)>& keeps,
+                       std::string remedy)
+    : path_(path), remedy_(std::move(remedy)) {
   ChecksummedReader file(path, "a checkpoint", kFormat);
   if (!file.HasMagic()) ThrowNoCheckpoint();
   if (file.version() != kCheckpointVersion) {
@@ -160,7 +161,9 @@ void Checkpoint::ThrowDamaged(const std::string& what) const {
   throw DamagedCheckpoint(path_.string(),
                           ": this checkpoint is cut or damaged (",
                           what,
-                          "); an older one, or training from the beginning, would be right.");
+                          "); ",
+                          remedy_,
+                          " would be right.");
 }
 
 }  // namespace semfoam

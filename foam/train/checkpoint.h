@@ -54,6 +54,9 @@ class DamagedCheckpoint : public UserError {
   using UserError::UserError;
 };
 
+// What would be right where a file that a split has written is damaged.
+inline constexpr char kRemedyOfSplit[] = "a new split of the run";
+
 // A checkpoint in memory.
 class Checkpoint {
  public:
@@ -62,9 +65,11 @@ class Checkpoint {
   // failing disk), or has another version of the format, older or newer, judged by the version
   // number alone. Both name the file in one sentence. Every length in the file is checked against
   // the file's size before it is used. Arrays whose names `keeps` does not want are verified, too,
-  // and then not there; empty: all are.
+  // and then not there; empty: all are. `remedy` is what would be right where the file is damaged,
+  // in its error.
   explicit Checkpoint(const std::filesystem::path& path,
-                      const std::function<bool(const std::string& name)>& keeps = {});
+                      const std::function<bool(const std::string& name)>& keeps = {},
+                      std::string remedy = "an older one, or training from the beginning,");
 
   const std::filesystem::path& path() const { return path_; }
 
@@ -96,6 +101,7 @@ class Checkpoint {
   [[noreturn]] void ThrowNoCheckpoint() const;
 
   std::filesystem::path path_;
+  std::string remedy_;
   CheckpointTexts texts_;
   std::map<std::string, Bytes> arrays_;
 };

@@ -164,7 +164,7 @@ void WriteSceneFindings(const std::filesystem::path& path, const SceneFindings& 
 
 std::optional<SceneFindings> ReadSceneFindings(const std::filesystem::path& path,
                                                const ScenePlan& plan) {
-  const Checkpoint file(path);
+  const Checkpoint file(path, /*keeps=*/{}, kRemedyOfSplit);
   StateReader reader(kGroup, file);
   FlatFindings flat;
   flat.Serialize(&reader);

@@ -84,7 +84,7 @@ void WriteSurfaceSeeds(const std::filesystem::path& path, const SurfaceSeeds& fo
 }
 
 SurfaceSeeds ReadSurfaceSeeds(const std::filesystem::path& path, int num_views) {
-  const Checkpoint file(path);
+  const Checkpoint file(path, /*keeps=*/{}, kRemedyOfSplit);
   StateReader reader(kGroup, file);
   FlatSweep flat;
   flat.Serialize(&reader);

@@ -164,7 +164,9 @@ std::unique_ptr<const Checkpoint> ReadResult(
                     " is not trained; its line of jobs.txt would write it.");
   }
   auto result = std::make_unique<const Checkpoint>(
-      path, [&](const std::string& name) { return !arrays || arrays->count(name) > 0; });
+      path,
+      [&](const std::string& name) { return !arrays || arrays->count(name) > 0; },
+      "training this block again");
   RequireOfBlock(*result, record, block);
   return result;
 }
@@ -553,7 +555,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
   run->sweep_path = path / kSweep;
   BlocksRecord record;
   run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
-    const Checkpoint split(path / kSplit);
+    const Checkpoint split(path / kSplit, /*keeps=*/{}, kRemedyOfSplit);
     double seconds = 0;
     ParseNumber(split.Texts("state").at("seconds"), &seconds);
     SplitPlan plan = PlanSplit(options, *run, scene, split, merge_iteration, seconds);
@@ -606,7 +608,7 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
     WriteCheckpoint(path / kResult, result.contents);
   };
   {
-    const Checkpoint start(path / kStart);
+    const Checkpoint start(path / kStart, /*keeps=*/{}, kRemedyOfSplit);
     RequireOfBlock(start, record, block);
     run->block_seeds = SeedsOf(start);
     run->block_ground = GroundOf(start);
@@ -673,7 +675,7 @@ Model MergeBlocks(const fs::path& blocks_path, TrainingFolder* folder, TrainingR
   run->more_identity["blocks"] = record.split;
   if (Sweeps(*run)) run->known_sweep = KnownBySplit(blocks_path / kSweep);
   run->begin_from = [&] {
-    const Checkpoint split(blocks_path / kSplit);
+    const Checkpoint split(blocks_path / kSplit, /*keeps=*/{}, kRemedyOfSplit);
     std::vector<std::unique_ptr<const Checkpoint>> blocks;
     std::vector<const Checkpoint*> pointers;
     for (const BlockRecord& block : record.blocks) {

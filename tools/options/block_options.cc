@@ -5,6 +5,8 @@
 #include "foam/util/input_file.h"
 #include "foam/util/number_text.h"
 
+#include <filesystem>
+
 namespace semfoam {
 
 void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
@@ -69,6 +71,11 @@ std::filesystem::path ProjectPath(const std::filesystem::path& blocks_path) {
 
 TrainingRun ReadBlockRun(const std::filesystem::path& blocks_path) {
   BlockRunOptions run;
+  if (!std::filesystem::exists(ProjectPath(blocks_path))) {
+    throw UserError(blocks_path.string(),
+                    ": is no split of a run, for it has no project.ini; a folder that "
+                    "scene_splitter has written would be right.");
+  }
   OptionManager options("scene_splitter", "");
   AddBlockRunOptions(&options, &run);
   options.ReadProject(ProjectPath(blocks_path).string());

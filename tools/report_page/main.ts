@@ -189,6 +189,7 @@ function addTools(viewer: Viewer, table: ObjectTable, edits: Edits): void {
   viewer.presented = (isFine) => {
     if (page.firstPicture === undefined) {
       page.firstPicture = performance.now();
+      byId("progress").hidden = true;
       // The first picture does not wait for what it does not show.
       setTimeout(() => loadOverlays(viewer, report), 0);
     }
@@ -246,6 +247,9 @@ function loadOverlays(viewer: Viewer, report: Report): void {
   void viewer.loadPictures();
 }
 
+// Waits until the browser has shown what the page holds now: compiling shaders keeps it busy for long.
+const painted = (): Promise<void> => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+
 async function start(): Promise<void> {
   showHead();
   showLists();
@@ -269,14 +273,14 @@ async function start(): Promise<void> {
     });
     byId("foam").remove();
     const foam = readFoam(bytes, report.foam);
+    progress.querySelector("span")!.textContent = "Preparing the first picture";
+    await painted();
     viewer = new Viewer(byId<HTMLCanvasElement>("canvas"), foam, report);
     if (location.hash === "#benchmark") {
       page.benchmark = benchmark(viewer, foam, report);
       byId("viewer").after(make("pre", { id: "benchmark", textContent: JSON.stringify(page.benchmark) }));
     }
     if (location.hash) viewer.follow(location.hash);
-    progress.hidden = true;
-    progress.style.display = "none";
   } catch (error) {
     page.error = error instanceof Error ? error.message : String(error);
     progress.textContent = page.error;

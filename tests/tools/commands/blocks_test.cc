@@ -213,6 +213,9 @@ TEST_F(Blocks, ReadTheirOwnPhotosAlone) {
     return RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()});
   };
   ExpectRefused(train(), {"start.ckpt", {}, "photos"});
+  const std::string known = ReadFile(blocks / "photos.ckpt");
+  WriteFile(blocks / "photos.ckpt", known.substr(0, known.size() / 2));
+  ExpectRefused(train(), {"photos.ckpt", {}, "a new split"});
   fs::remove(blocks / "photos.ckpt");
   ExpectRefused(train(), {"photos.ckpt", {}, "older version"});
   EXPECT_FALSE(fs::exists(blocks / "01/block.ckpt"));
@@ -294,6 +297,8 @@ TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
       {"", {"quality"}, "no effect"});
   ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (Trained() / "07").string()}),
                 {"07", {"00", "03"}, "no block"});
+  ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (*folder_ / "nowhere/03").string()}),
+                {"nowhere", {}, "no split of a run"});
 }
 
 }  // namespace

@@ -64,6 +64,9 @@ constexpr char kSeeds[] = "seeds";
 // ... and that of what things stand on, where that is known.
 constexpr char kGround[] = "ground";
 
+// Share of the sites that a block will train, which are there when it begins to refine.
+constexpr double kFilled = 0.65;
+
 template <size_t N>
 bool IsAmong(const char* const (&names)[N], const std::string& name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
@@ -170,13 +173,33 @@ void PlaceNewSites(const StartSites& sites, OwnedContents* start) {
     for (int c = 0; c < 3; ++c) row[c] = ShOfSeedColor(sites.points[i].color[c]);
   };
   EditRows<float>("sh", num_sites, rows, color, start);
-  const auto make_opaque = [](size_t, std::span<float> row) { row[0] = std::max(row[0], RawDensityOfSeed()); };
+  const auto make_opaque = [](size_t, std::span<float> row) {
+    row[0] = std::max(row[0], RawDensityOfSeed());
+  };
   EditRows<float>("raw_density", num_sites, rows, make_opaque, start);
   const auto clear = [](size_t, auto row) { std::fill(row.begin(), row.end(), 0); };
   EditRows<float>("color_gradient", num_sites, rows, clear, start);
   EditRows<float>("first_moments", num_moments, moment_rows, clear, start);
   EditRows<float>("second_moments", num_moments, moment_rows, clear, start);
   EditRows<uint32_t>("steps", num_moments, moment_rows, clear, start);
+}
+
+// Returns the statistics with which a block begins: those of the sites of the split or, where its
+// densification begins anew, none. Frozen sites are neither pruned nor divided.
+DensificationStatistics StatisticsOfStart(const CheckpointContents& start,
+                                          const std::vector<uint8_t>& is_frozen,
+                                          bool begins_anew) {
+  DensificationStatistics statistics;
+  statistics.Reset(is_frozen.size(), is_frozen);
+  if (begins_anew) return statistics;
+  const auto errors = ValuesOf<float>(start, "squared_error");
+  const auto contributions = ValuesOf<float>(start, "contribution");
+  for (size_t k = 0; k < is_frozen.size(); ++k) {
+    if (is_frozen[k]) continue;
+    statistics.squared_error[k] = errors[k];
+    statistics.contribution[k] = contributions[k];
+  }
+  return statistics;
 }
 
 // Returns the places of a block's sites in its file, in the order of JoinBlocks.
@@ -322,8 +345,9 @@ OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, Bl
   const BlockBox padded = block.box.Padded(block.halo);
   StartSites sites = ChooseStartSites(positions, padded, block.rays.is_met);
   if (block.refines) {
-    const int64_t trained = block.options.final_sites - static_cast<int64_t>(sites.NumFrozen());
-    AddSitesAtSeeds(block.seeds, positions, padded, trained * 65 / 100, &sites);
+    const auto num_frozen = static_cast<int64_t>(sites.NumFrozen());
+    const double most = kFilled * double(block.options.final_sites - num_frozen);
+    AddSitesAtSeeds(block.seeds, positions, padded, std::llround(most), &sites);
   }
   const std::vector<uint8_t>& is_frozen = sites.is_frozen;
   const size_t num_sites = sites.origin.size();
@@ -345,21 +369,13 @@ OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, Bl
     }
   }
   PlaceNewSites(sites, &start);
-  DensificationStatistics statistics;
-  statistics.Reset(num_sites, is_frozen);
   auto& state = start.contents.texts["state"];
   if (block.refines) {
     state[kDensifications] = "0";
     state[kWatchedSince] = state.at("iteration");
-  } else {
-    const auto errors = ValuesOf<float>(start.contents, "squared_error");
-    const auto contributions = ValuesOf<float>(start.contents, "contribution");
-    for (size_t k = 0; k < num_sites; ++k) {
-      if (is_frozen[k]) continue;
-      statistics.squared_error[k] = errors[k];
-      statistics.contribution[k] = contributions[k];
-    }
   }
+  const DensificationStatistics statistics =
+      StatisticsOfStart(start.contents, is_frozen, block.refines);
   SetArray("is_frozen", is_frozen, &start);
   SetArray("ancestor", sites.origin, &start);
   SetArray("squared_error", statistics.squared_error, &start);

@@ -74,8 +74,9 @@ void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options);
 
 // Returns the checkpoint from which a block begins. Borrows arrays of `split`. Sites outside of
 // block and halo are frozen, and those of them that no ray of the block meets are left out. A block
-// that refines has sites at seeds in block and halo until half of the sites that it may train are
-// there, each after the one nearest to it, whose identity and ancestor it has.
+// that refines gets sites at seeds in block and halo (AddSitesAtSeeds) until 0.65 of the sites that
+// it will train are there; of the site nearest to it a new one has the identity, the ancestor and
+// the density, if that is greater than that of a seed.
 OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block);
 
 // Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.

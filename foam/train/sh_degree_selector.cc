@@ -51,7 +51,8 @@ ProbeUse ShDegreeSelector::ProbeUseAt(int64_t iteration) const {
   // been tried; each iteration takes one of these steps at the most.
   const int degrees = options_.sh_degree;
   const double interval = options_.sh_degree_interval;
-  if (schedule_.RunFraction(known - degrees) >= interval * (degrees + 1)) return ProbeUse::kTrainedOn;
+  if (schedule_.RunFraction(known - degrees) >= interval * (degrees + 1))
+    return ProbeUse::kTrainedOn;
   if (!unknown && schedule_.RunFraction(iteration) < 2 * interval) return ProbeUse::kSetApart;
   return ProbeUse::kUnknown;
 }

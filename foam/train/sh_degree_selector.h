@@ -14,10 +14,10 @@
 namespace semfoam {
 
 // Raises the SH degree as long as that lowers the error. The run starts at degree 0; degree d is
-// added at d tenths of the run. A tenth later, the degree stays if the squared error of the colours
-// without it is greater by 1 % on the probes, pixels that training has not seen until then;
-// otherwise it is removed and the degree is final. Without probes every degree up to
-// TrainingOptions::sh_degree stays.
+// added at d intervals of the run (TrainingOptions::sh_degree_interval). An interval later, the
+// degree stays if the squared error of the colours without it is greater by 1 % on the probes,
+// pixels that training has not seen until then; otherwise it is removed and the degree is final.
+// Without probes every degree up to TrainingOptions::sh_degree stays.
 class ShDegreeSelector {
  public:
   // All arguments must outlive this object.

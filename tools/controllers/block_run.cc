@@ -473,7 +473,7 @@ void RequireValid(const SplitOptions& options) {
     throw FieldError("coarse_sites",
                      " is ",
                      options.coarse_sites,
-                     "; it must be 0 or at least ",
+                     "; it must be 0, -1 or at least ",
                      kFewestSites,
                      ".");
   }

@@ -8,6 +8,30 @@
 #include <filesystem>
 
 namespace semfoam {
+namespace {
+
+// Without --coarse_sites: foams of more sites are split while they have one in so many. Smaller
+// ones lose some quality by that, and have no need of it.
+constexpr int kLargestFineSplit = 200'000;
+constexpr int kSitesOfCoarse = 8;
+// Without --coarse_share.
+constexpr double kShareOfFine = 0.3, kShareOfCoarse = 0.1;
+
+// Chooses what the options leave open of the foam that is split.
+void ChooseCoarseness(const TrainingOptions& training, BlockRunOptions* run) {
+  SplitOptions& split = run->split;
+  split.coarse_sites = run->coarse_sites;
+  if (split.coarse_sites == -1) {
+    const bool is_large = training.final_sites > kLargestFineSplit && training.late_rays == 0;
+    split.coarse_sites = is_large ? training.final_sites / kSitesOfCoarse : 0;
+  }
+  split.coarse_share = run->coarse_share;
+  if (split.coarse_share == 0) {
+    split.coarse_share = split.coarse_sites > 0 ? kShareOfCoarse : kShareOfFine;
+  }
+}
+
+}  // namespace
 
 void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
   options->AddRequiredOption(
@@ -25,15 +49,16 @@ void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
                             &run->split.max_sites,
                             "as many blocks as it takes for the training of each, with what it "
                             "sees around it, to have no more sites than this; 0 = --blocks");
-  options->AddDefaultOption("coarse_sites",
-                            &run->split.coarse_sites,
-                            "sites of the foam that is split, to which blocks add theirs: less "
-                            "memory for split and blocks, and some quality; 0 = as many as the run "
-                            "has by then, most of final_sites");
+  options->AddDefaultOption(
+      "coarse_sites",
+      &run->coarse_sites,
+      "sites of the foam that is split, to which blocks add theirs: less "
+      "memory for split and blocks; 0 = as many as the run has by then, most "
+      "of final_sites; -1 = 0 up to 200000 final_sites, and an eighth of more");
   options->AddDefaultOption("coarse_share",
                             &run->coarse_share,
-                            "share of the run that is trained before the split; 0 = 0.3, or 0.1 "
-                            "with --coarse_sites");
+                            "share of the run that is trained before the split; 0 = 0.1 where "
+                            "--coarse_sites are trained, 0.3 else");
   options->AddDefaultOption("polish_share",
                             &run->split.polish_share,
                             "share of the run that is trained after the merge, on all of it");
@@ -55,13 +80,9 @@ void FinishBlockRun(const OptionManager& options, BlockRunOptions* run) {
                     Shortened(run->blocks),
                     "') for option '--blocks' is invalid; it takes two numbers, such as 3x2.");
   }
-  constexpr double kUsualShare = 0.3, kShareOfCoarse = 0.1;
-  split.coarse_share = run->coarse_share;
-  if (split.coarse_share == 0) {
-    split.coarse_share = split.coarse_sites > 0 ? kShareOfCoarse : kUsualShare;
-  }
-  RequireValid(split);
   FinishTrainingRun(options, run->workspace_path, &run->training);
+  ChooseCoarseness(run->training.run.training, run);
+  RequireValid(split);
   RequireSplittable(split, run->training.run);
 }
 

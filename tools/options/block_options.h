@@ -5,6 +5,7 @@
 #include "tools/controllers/block_run.h"
 #include "tools/options/training_run_options.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -17,6 +18,8 @@ struct BlockRunOptions {
   TrainingRunOptions training;
   // "3x2"; empty: by SplitOptions::max_sites.
   std::string blocks;
+  // -1: by TrainingOptions::final_sites.
+  int64_t coarse_sites = -1;
   // 0: by SplitOptions::coarse_sites.
   double coarse_share = 0;
   SplitOptions split;

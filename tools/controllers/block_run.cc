@@ -384,12 +384,8 @@ SplitPlan PlanSplit(const SplitOptions& options,
   const Foam foam = FoamOf(split);
   const DensificationStatistics statistics = StatisticsOf(split);
   const ViewRenderer renderer(foam, run.device);
-  float halo =
+  const float halo =
       HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
-  // Of more sites on the same surfaces, layers of cells are thinner.
-  if (run.coarse_sites > 0) {
-    halo *= static_cast<float>(std::sqrt(double(foam.NumSites()) / run.training.final_sites));
-  }
   const BlockPlanner planner(
       foam, renderer, scene, ExpectedSites(statistics, run.training.final_sites), halo);
   SplitPlan plan = options.max_sites > 0 ? planner.PlanForSites(options.max_sites)
@@ -401,7 +397,9 @@ SplitPlan PlanSplit(const SplitOptions& options,
   const double seconds_per_iteration = seconds / double(plan.record.split_iteration);
   for (BlockRecord& block : plan.record.blocks) {
     const auto iterations = double(plan.record.merge_iteration - plan.record.split_iteration);
-    block.seconds = iterations * seconds_per_iteration * block.ray_share;
+    // Most of an iteration of many cells goes into these.
+    const double growth = std::max(1.0, double(block.sites) / double(foam.NumSites()));
+    block.seconds = iterations * seconds_per_iteration * block.ray_share * growth;
     block.memory_bytes = PlanMemory(OptionsOfBlock(run.training, block.sites),
                                     scene.NumClasses(),
                                     /*num_seeds=*/0,

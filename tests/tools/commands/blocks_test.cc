@@ -2,6 +2,8 @@
 //
 // scene_splitter, foam_trainer --block_path and foam_merger.
 #include "foam/train/block_checkpoint.h"
+#include "tools/cli/option_manager.h"
+#include "tools/options/block_options.h"
 
 #include <algorithm>
 #include <csignal>
@@ -299,6 +301,37 @@ TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
                 {"07", {"00", "03"}, "no block"});
   ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (*folder_ / "nowhere/03").string()}),
                 {"nowhere", {}, "no split of a run"});
+}
+
+// What scene_splitter makes of options besides the workspace and --blocks.
+SplitOptions SplitOf(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(),
+                   {"scene_splitter", "--workspace_path", kTabletop.string(), "--blocks", "2x2"});
+  std::vector<const char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+  BlockRunOptions run;
+  OptionManager options("scene_splitter", "");
+  AddBlockRunOptions(&options, &run);
+  EXPECT_TRUE(options.Parse(static_cast<int>(argv.size()), argv.data()));
+  FinishBlockRun(options, &run);
+  return run.split;
+}
+
+TEST(BlockOptions, SplitLargeFoamsWhileTheyAreCoarse) {
+  const SplitOptions large = SplitOf({"--final_sites", "400000"});
+  EXPECT_EQ(large.coarse_sites, 50000);
+  EXPECT_EQ(large.coarse_share, 0.1);
+  const SplitOptions small = SplitOf({"--final_sites", "200000"});
+  EXPECT_EQ(small.coarse_sites, 0);
+  EXPECT_EQ(small.coarse_share, 0.3);
+  // Its schedule has no room for the blocks' densification.
+  const SplitOptions late = SplitOf({"--final_sites", "400000", "--FoamTraining.late_rays", "1M"});
+  EXPECT_EQ(late.coarse_sites, 0);
+  const SplitOptions given =
+      SplitOf({"--final_sites", "400000", "--coarse_sites", "1000", "--coarse_share", "0.2"});
+  EXPECT_EQ(given.coarse_sites, 1000);
+  EXPECT_EQ(given.coarse_share, 0.2);
+  EXPECT_EQ(SplitOf({"--final_sites", "400000", "--coarse_sites", "0"}).coarse_share, 0.3);
 }
 
 }  // namespace

@@ -247,8 +247,13 @@ function loadOverlays(viewer: Viewer, report: Report): void {
   void viewer.loadPictures();
 }
 
-// Waits until the browser has shown what the page holds now: compiling shaders keeps it busy for long.
-const painted = (): Promise<void> => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+// Waits until the browser has shown what the page holds now, for compiling shaders keeps it busy for
+// long; no longer than a moment, as it shows no frame of a page in the background.
+const painted = (): Promise<void> =>
+  new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done, 0));
+    setTimeout(done, 200);
+  });
 
 async function start(): Promise<void> {
   showHead();

@@ -148,7 +148,8 @@ void EditRows(const std::string& name,
 }
 
 // Makes the new sites of a start such as those at the points with which a run begins. Of the rows
-// of their origins they keep the identity.
+// of their origins they keep the identity and a greater density, which would otherwise open holes in
+// surfaces that are opaque.
 void PlaceNewSites(const StartSites& sites, OwnedContents* start) {
   const size_t num_sites = sites.origin.size();
   // Among the sites, and among those that have moments.

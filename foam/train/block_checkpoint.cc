@@ -147,9 +147,9 @@ void EditRows(const std::string& name,
   SetArray(name, edited, owned);
 }
 
-// Makes the new sites of a start such as those at the points with which a run begins. Of the rows
-// of their origins they keep the identity and a greater density, which would otherwise open holes in
-// surfaces that are opaque.
+// Makes the new sites of a start such as those at the points with which a run begins. They keep the
+// identity of their origins, and the density where it is greater: else they would open holes in
+// what is opaque.
 void PlaceNewSites(const StartSites& sites, OwnedContents* start) {
   const size_t num_sites = sites.origin.size();
   // Among the sites, and among those that have moments.

@@ -3,6 +3,7 @@
 
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/nearest_cell.h"
+#include "foam/util/freed_memory.h"
 #include "foam/util/parallel.h"
 
 #include <algorithm>
@@ -129,20 +130,19 @@ void BuildAdjacency(Delaunay* delaunay) {
   });
 }
 
-// Sets tets and tet_neighbors. CGAL's triangulation, some 700 bytes a site, is gone on return.
-void FindTets(const std::vector<Eigen::Vector3f>& cell_positions, Delaunay* delaunay) {
+// Inserts the sites in an order that lies close together in space.
+void Insert(const std::vector<Eigen::Vector3f>& cell_positions, Triangulation* triangulation) {
   std::vector<Kernel::Point_3> points = ToPoints(cell_positions);
   std::vector<size_t> order(points.size());
   std::iota(order.begin(), order.end(), size_t{0});
   CGAL::spatial_sort(order.begin(), order.end(), SortTraits(CGAL::make_property_map(points)));
 
-  Triangulation triangulation;
   Triangulation::Cell_handle hint;
   for (const size_t index : order) {
     const uint32_t i = static_cast<uint32_t>(index);
-    const size_t before = triangulation.number_of_vertices();
-    const Triangulation::Vertex_handle vertex = triangulation.insert(points[i], hint);
-    if (triangulation.number_of_vertices() > before) {
+    const size_t before = triangulation->number_of_vertices();
+    const Triangulation::Vertex_handle vertex = triangulation->insert(points[i], hint);
+    if (triangulation->number_of_vertices() > before) {
       vertex->info() = i;
     } else {
       // Of sites at the same place, the lowest index owns the cell, whatever the order of
@@ -151,26 +151,31 @@ void FindTets(const std::vector<Eigen::Vector3f>& cell_positions, Delaunay* dela
     }
     hint = vertex->cell();
   }
+}
+
+// Sets tets and tet_neighbors. CGAL's triangulation, some 550 bytes a site, is gone on return.
+void FindTets(const std::vector<Eigen::Vector3f>& cell_positions, Delaunay* delaunay) {
+  Triangulation triangulation;
+  Insert(cell_positions, &triangulation);
   CHECK_EQ(triangulation.dimension(), 3);
 
-  std::vector<Triangulation::Cell_handle> handles;
-  handles.reserve(triangulation.number_of_cells());
+  // With CGAL's triangulation and ours, memory is at its peak: a list of the cells, to read them in
+  // parallel, would be another tenth.
+  uint32_t num_tets = 0;
   for (auto cell = triangulation.all_cells_begin(); cell != triangulation.all_cells_end(); ++cell) {
-    cell->info() = kNoTet;
-    if (triangulation.is_infinite(cell)) continue;
-    cell->info() = static_cast<uint32_t>(handles.size());
-    handles.push_back(cell);
+    cell->info() = triangulation.is_infinite(cell) ? kNoTet : num_tets++;
   }
-  delaunay->tets.resize(handles.size());
-  delaunay->tet_neighbors.resize(handles.size());
-  ParallelForBlocks(handles.size(), 4096, [&](int64_t begin, int64_t end) {
-    for (int64_t t = begin; t < end; ++t) {
-      for (int k = 0; k < 4; ++k) {
-        delaunay->tets[t][k] = handles[t]->vertex(k)->info();
-        delaunay->tet_neighbors[t][k] = handles[t]->neighbor(k)->info();
-      }
+  delaunay->tets.reserve(num_tets);
+  delaunay->tet_neighbors.reserve(num_tets);
+  for (auto cell = triangulation.all_cells_begin(); cell != triangulation.all_cells_end(); ++cell) {
+    if (cell->info() == kNoTet) continue;
+    auto& tet = delaunay->tets.emplace_back();
+    auto& neighbors = delaunay->tet_neighbors.emplace_back();
+    for (int k = 0; k < 4; ++k) {
+      tet[k] = cell->vertex(k)->info();
+      neighbors[k] = cell->neighbor(k)->info();
     }
-  });
+  }
 }
 
 }  // namespace
@@ -182,6 +187,8 @@ Delaunay Triangulate(const std::vector<Eigen::Vector3f>& cell_positions) {
   delaunay.num_cells = static_cast<uint32_t>(cell_positions.size());
   delaunay.num_sites = delaunay.num_cells - kNumGuardSites;
   FindTets(cell_positions, &delaunay);
+  // What CGAL's triangulation has left.
+  ReturnFreedMemory();
   BuildAdjacency(&delaunay);
   return delaunay;
 }

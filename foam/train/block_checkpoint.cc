@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <span>
 #include <string>
@@ -55,9 +56,15 @@ constexpr char kWatchedSince[] = "watched_since";
 // Numbers of the state that say how far the schedule has come, the same for all blocks.
 constexpr const char* kProgress[] = {"iteration", kDensifications, "frozen"};
 
+// The array that tells which sites are frozen.
+constexpr char kIsFrozen[] = "is_frozen";
+
 // The iteration of the last triangulation, of which blocks that found theirs stale have one of
 // their own.
 constexpr char kLastTriangulation[] = "last_triangulation";
+
+// The array of the reports of the log.
+constexpr char kReports[] = "reports";
 
 // The array of a block's start that holds the positions of the seeds.
 constexpr char kSeeds[] = "seeds";
@@ -215,6 +222,80 @@ std::vector<uint32_t> OrderOfJoined(const Checkpoint& block, size_t num_sites) {
   return order;
 }
 
+// Throws DamagedCheckpoint where the schedule of a block has not come as far as that of the blocks
+// before it, whose progress is given; empty: it is the first.
+void RequireSameProgress(const Checkpoint& block, std::map<std::string, std::string>* progress) {
+  const auto& state = block.Texts("state");
+  for (const char* name : kProgress) {
+    const auto found = state.find(name);
+    if (found != state.end() &&
+        progress->emplace(name, found->second).first->second == found->second)
+      continue;
+    block.ThrowDamaged("its '" + std::string(name) + "' is not that of other blocks");
+  }
+}
+
+// Collects sites of several checkpoints, which it orders as JoinBlocks does.
+class SiteCollector {
+ public:
+  // Adds these of the `num_rows` sites of a checkpoint, each of which has moments unless they are
+  // frozen. Throws DamagedCheckpoint where an array has another length.
+  void Add(const Checkpoint& checkpoint,
+           size_t num_rows,
+           const std::vector<size_t>& chosen,
+           bool are_frozen) {
+    const auto add = [&](const char* name) {
+      const auto bytes = checkpoint.Array(name);
+      if (num_rows > 0 && bytes.size() % num_rows != 0) {
+        checkpoint.ThrowDamaged("its array '" + std::string(name) + "' has another length");
+      }
+      std::vector<std::byte>& rows = arrays_[name];
+      for (const size_t row : chosen) AppendRow(bytes, num_rows, row, &rows);
+    };
+    for (const char* name : kSiteArrays) {
+      if (std::string(name) != kIsFrozen) add(name);
+    }
+    if (!are_frozen) {
+      for (const char* name : kMomentArrays) add(name);
+    }
+    is_frozen_.insert(is_frozen_.end(), chosen.size(), are_frozen ? 1 : 0);
+  }
+
+  size_t NumSites() const { return is_frozen_.size(); }
+
+  // Adds the arrays of all sites. Call it once.
+  void Finish(OwnedContents* contents) {
+    const size_t num_sites = NumSites();
+    const auto ancestors = reinterpret_cast<const uint32_t*>(arrays_["ancestor"].data());
+    std::vector<size_t> order(num_sites);
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      return ancestors[a] < ancestors[b];
+    });
+    // The rows of the moments, in this order.
+    std::vector<size_t> moment_of(num_sites), moments;
+    size_t num_moments = 0;
+    for (size_t i = 0; i < num_sites; ++i) moment_of[i] = is_frozen_[i] ? 0 : num_moments++;
+    for (const size_t i : order) {
+      if (!is_frozen_[i]) moments.push_back(moment_of[i]);
+    }
+    arrays_[kIsFrozen].resize(num_sites);
+    std::memcpy(arrays_[kIsFrozen].data(), is_frozen_.data(), num_sites);
+    for (auto& [name, rows] : arrays_) {
+      const bool of_moments = IsAmong(kMomentArrays, name);
+      AddRows({name, rows},
+              of_moments ? num_moments : num_sites,
+              of_moments ? moments : order,
+              contents);
+      rows = {};
+    }
+  }
+
+ private:
+  std::map<std::string, std::vector<std::byte>> arrays_;
+  std::vector<uint8_t> is_frozen_;
+};
+
 // Returns the first `row` of every `stride` values of an array, in this order of its rows.
 template <typename Vector>
 void TakeRows(const Vector& values,
@@ -270,6 +351,8 @@ int64_t IterationOf(const Checkpoint& checkpoint) {
   StateReader("state", checkpoint).Number("iteration", &iteration);
   return iteration;
 }
+
+bool IsOfRun(const std::string& array) { return array == kSeeds || array == kGround; }
 
 std::vector<SeedPoint> SeedsOf(const Checkpoint& start) {
   const auto positions = ValuesOf<Eigen::Vector3f>(start.Contents(), kSeeds);
@@ -427,7 +510,63 @@ OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box
   for (const char* name : kMomentArrays) {
     AddRows({name, ArrayOf(trained, name)}, num_moments, own_moments, &result);
   }
+  result.contents.arrays.push_back({kReports, ArrayOf(trained, kReports)});
   return result;
+}
+
+OwnedContents PolishStart(const Checkpoint& start,
+                          const BlockBox& padded,
+                          size_t own,
+                          const std::vector<size_t>& blocks,
+                          const ReadBlock& read) {
+  OwnedContents polish;
+  SiteCollector sites;
+  {
+    const CheckpointContents contents = start.Contents();
+    const auto is_frozen = ValuesOf<uint8_t>(contents, "is_frozen");
+    std::vector<size_t> frozen;
+    for (size_t i = 0; i < is_frozen.size(); ++i) {
+      if (is_frozen[i]) frozen.push_back(i);
+    }
+    sites.Add(start, is_frozen.size(), frozen, /*are_frozen=*/true);
+    for (const CheckpointContents::Array& array : contents.arrays) {
+      if (IsAmong(kSiteArrays, array.name) || IsAmong(kMomentArrays, array.name)) continue;
+      polish.bytes.emplace_back(array.bytes.begin(), array.bytes.end());
+      polish.contents.arrays.push_back({array.name, polish.bytes.back()});
+    }
+  }
+  int64_t oldest_triangulation = std::numeric_limits<int64_t>::max();
+  std::map<std::string, std::string> progress;
+  for (const size_t b : blocks) {
+    const std::unique_ptr<const Checkpoint> result = read(b);
+    size_t num_sites = 0;
+    int64_t last_triangulation = 0;
+    StateReader state("state", *result);
+    state.Number("sites", &num_sites);
+    state.Number(kLastTriangulation, &last_triangulation);
+    oldest_triangulation = std::min(oldest_triangulation, last_triangulation);
+    RequireSameProgress(*result, &progress);
+    std::vector<Eigen::Vector3f> positions;
+    state.Array("positions", &positions, num_sites);
+    std::vector<size_t> inside;
+    for (size_t i = 0; i < num_sites; ++i) {
+      if (padded.Contains(positions[i])) inside.push_back(i);
+    }
+    sites.Add(*result, num_sites, inside, /*are_frozen=*/false);
+    if (b != own) continue;
+    polish.contents.texts = result->Contents().texts;
+    SetArray(kReports, ValuesOf<std::byte>(result->Contents(), kReports), &polish);
+  }
+  // The cells of the cameras are found anew, and the topology is that of the last positions.
+  SetArray("start_cells",
+           std::vector<uint32_t>(start.Array("start_cells").size() / sizeof(uint32_t), 0),
+           &polish);
+  polish.contents.texts.erase("pending");
+  auto& state = polish.contents.texts["state"];
+  state["sites"] = FormatNumber(sites.NumSites());
+  state[kLastTriangulation] = FormatNumber(oldest_triangulation);
+  sites.Finish(&polish);
+  return polish;
 }
 
 std::vector<Eigen::Vector3f> SitesOfBlock(const Checkpoint& block) {
@@ -479,6 +618,7 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
   // (ancestor, block, site) of each site.
   std::vector<std::tuple<uint32_t, uint32_t, uint32_t>> order;
   int64_t oldest_triangulation = std::numeric_limits<int64_t>::max();
+  std::map<std::string, std::string> progress;
   for (size_t b = 0; b < blocks.size(); ++b) {
     StateReader reader("state", *blocks[b]);
     reader.Number("sites", &num_sites[b]);
@@ -488,12 +628,7 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
     std::vector<uint32_t> ancestor;
     reader.Array("ancestor", &ancestor, num_sites[b]);
     for (uint32_t i = 0; i < num_sites[b]; ++i) order.emplace_back(ancestor[i], b, i);
-    for (const char* name : kProgress) {
-      const auto& state = blocks[b]->Texts("state");
-      if (state.count(name) == 0 || state.at(name) != blocks[0]->Texts("state").at(name)) {
-        blocks[b]->ThrowDamaged("its '" + std::string(name) + "' is not that of other blocks");
-      }
-    }
+    RequireSameProgress(*blocks[b], &progress);
     parts.push_back(blocks[b]->Contents());
   }
   std::sort(order.begin(), order.end());
@@ -522,7 +657,7 @@ OwnedContents JoinBlocks(const Checkpoint& split, const std::vector<const Checkp
   SetArray("start_cells", start_cells, &joined);
 
   state["sites"] = FormatNumber(order.size());
-  for (const char* name : kProgress) state[name] = parts[0].texts.at("state").at(name);
+  for (const auto& [name, value] : progress) state[name] = value;
   state[kLastTriangulation] = FormatNumber(oldest_triangulation);
   const CheckpointContents before = split.Contents();
   for (const char* name : kCounts) {

@@ -12,6 +12,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -79,6 +81,8 @@ void ReadOptions(const Checkpoint& checkpoint, TrainingOptions* options);
 // the density, if that is greater than that of a seed.
 OwnedContents BlockStart(const Checkpoint& split, const TrainingViews& views, BlockTraining block);
 
+// Returns whether SeedsOf and GroundOf read this array of a block's start.
+bool IsOfRun(const std::string& array);
 // Returns the seeds of the run, for TrainFoam, of a block's start. Their colours are not kept.
 std::vector<SeedPoint> SeedsOf(const Checkpoint& start);
 // Returns what things stand on in the run (TrainingViews::Ground), of a block's start.
@@ -87,6 +91,20 @@ std::optional<SolidGround> GroundOf(const Checkpoint& start);
 // Returns the result of a block: of a checkpoint of its run, the sites in its box. Borrows arrays
 // of `trained`; `begin` is the iteration at which the space was split.
 OwnedContents BlockResult(const CheckpointContents& trained, const BlockBox& box, int64_t begin);
+
+// Reads the result of a block, by its number.
+using ReadBlock = std::function<std::unique_ptr<const Checkpoint>(size_t block)>;
+
+// Returns the checkpoint from which the block `own` trains the end of the run: the sites that the
+// results of `blocks` have in `padded`, its box with the halo, and around these the frozen ones of
+// `start`, with which the block began. `blocks` must be all whose boxes meet `padded`, `own` among
+// them, ascending. One result at a time is in memory. Borrows nothing. Throws DamagedCheckpoint
+// where they do not belong to one run.
+OwnedContents PolishStart(const Checkpoint& start,
+                          const BlockBox& padded,
+                          size_t own,
+                          const std::vector<size_t>& blocks,
+                          const ReadBlock& read);
 
 // Returns the checkpoint of the whole run that the results of all blocks make, in the order of the
 // sites that they were when the space was split. Borrows arrays of `split`. Throws

@@ -23,9 +23,9 @@ constexpr double kTetsPerSite = 6.8;
 // Blocks of 16 faces, 272 to 320 bytes each; a cell has 1.4 of them, and its position.
 constexpr int64_t kPlaneBytesPerSite = 450 + 12;
 
-// CGAL's own: 72 bytes a tetrahedron, 48 a vertex. Ours while that is read out: a handle and twice
-// four indices a tetrahedron; a point, its place in the order and its position as a cell.
-constexpr double kTriangulationBytesPerSite = kTetsPerSite * (72 + 8 + 32) + 48 + 24 + 8 + 12;
+// CGAL's own: 72 bytes a tetrahedron, 48 a vertex. Ours while that is read out: twice four indices
+// a tetrahedron, and its position as a cell.
+constexpr double kTriangulationBytesPerSite = kTetsPerSite * (72 + 32) + 48 + 12;
 
 // While iterations go on, the topology that there is: a neighbour and its weight for each of 15.5
 // faces, offset, position when triangulated, step lengths; and the positions to triangulate.

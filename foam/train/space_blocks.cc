@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "foam/train/space_blocks.h"
 
+#include "foam/model/activation.h"
+#include "foam/model/cell_labels.h"
 #include "foam/render/ray_tracer.h"
 #include "foam/util/median.h"
 #include "foam/util/parallel.h"
@@ -256,12 +258,22 @@ std::array<double, 2> SpreadOfSites(const std::vector<Eigen::Vector3f>& sites,
   return {sorted.spread[sorted.axes[0]], sorted.spread[sorted.axes[1]]};
 }
 
-float HaloWidth(const std::vector<float>& radii, const DensificationStatistics& statistics) {
+float HaloWidth(const Foam& foam,
+                const std::vector<float>& radii,
+                const DensificationStatistics& statistics) {
   constexpr float kSeen = 0.1f;
   constexpr float kLayers = 4;
   std::vector<float> seen;
   for (size_t i = 0; i < radii.size(); ++i) {
     if (statistics.contribution[i] > kSeen) seen.push_back(radii[i]);
+  }
+  // Right after a densification the statistics have seen none.
+  if (seen.empty()) {
+    for (size_t i = 0; i < radii.size(); ++i) {
+      if (Density(foam.raw_density[i]) * radii[i] >= kSolidOpticalDepth) {
+        seen.push_back(radii[i]);
+      }
+    }
   }
   if (seen.empty()) return 0;
   return kLayers * Median(std::move(seen));

@@ -31,6 +31,10 @@ struct BlockBox {
   BlockBox Padded(float width) const {
     return {(low.array() - width).matrix(), (high.array() + width).matrix()};
   }
+  // Returns whether the two boxes have points in common.
+  bool Meets(const BlockBox& other) const {
+    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
+  }
   // Returns whether a ray meets the box nearer than `distance`.
   bool IsMetBefore(const Eigen::Vector3f& origin,
                    const Eigen::Vector3f& direction,
@@ -56,8 +60,11 @@ std::array<double, 2> SpreadOfSites(const std::vector<Eigen::Vector3f>& sites,
                                     const std::vector<double>& weights);
 
 // Returns the width of the halo around a block: sites there are trained with the block and belong
-// to its neighbours. Some layers of the cells that `statistics` have seen.
-float HaloWidth(const std::vector<float>& radii, const DensificationStatistics& statistics);
+// to its neighbours. Some layers of the cells that `statistics` have seen or, where they have seen
+// none, of the solid ones; 0 where there are none. `radii` [N].
+float HaloWidth(const Foam& foam,
+                const std::vector<float>& radii,
+                const DensificationStatistics& statistics);
 
 // The rays of one block.
 struct BlockRays {

@@ -97,7 +97,7 @@ TrainingSummary Trainer::Run(const TrainingHooks& hooks) {
     if (hooks.between_iterations) hooks.between_iterations(log_.iteration(), save);
   }
   log_.Report(schedule_, state_.foam, hooks.report);
-  return Finish(hooks.device);
+  return Finish(hooks);
 }
 
 bool Trainer::IterateAndUpdate(const TrainingHooks& hooks, const TrainingHooks::Save& save) try {
@@ -234,7 +234,8 @@ TrainingHooks::RenderPixels Trainer::PixelRenderer() {
 
 void Trainer::AdaptViewsIfDue(const TrainingHooks& hooks) {
   if (!hooks.adapt_views || num_adaptations_ == std::ssize(kViewAdaptations)) return;
-  if (schedule_.RunFraction(log_.iteration()) < kViewAdaptations[num_adaptations_]) return;
+  const double due = hooks.adapted_part * kViewAdaptations[num_adaptations_];
+  if (schedule_.RunFraction(log_.iteration()) < due) return;
   ++num_adaptations_;
   hooks.adapt_views(PixelRenderer());
 }
@@ -253,7 +254,7 @@ void Trainer::ClearHangingCellsIfDue() {
   device_->Upload();
 }
 
-TrainingSummary Trainer::Finish(const Device& device) {
+TrainingSummary Trainer::Finish(const TrainingHooks& hooks) {
   if (log_.rays() == 0) {
     throw UserError(
         "There is nothing to train on: no pixel that was drawn has a ray and a finite colour.");
@@ -270,11 +271,12 @@ TrainingSummary Trainer::Finish(const Device& device) {
   device_.reset();
   summary_.foam = std::move(state_.foam);
   state_ = {};  // The renderer makes its own topology.
-  const ViewRenderer renderer(summary_.foam, device);
+  const ViewRenderer renderer(summary_.foam, hooks.device);
   const bool spreads_labels =
       summary_.foam.HasSemantics() && !TrainsBlock() && FewViewsHaveLabels(views_);
   const int stride = StatisticsStride(views_, options_.num_rays);
-  CellMeasurements measured = MeasureCells(summary_.foam, renderer, views_, stride);
+  CellMeasurements measured =
+      MeasureCells(summary_.foam, renderer, views_, stride, hooks.measured_rays);
   if (spreads_labels) {
     summary_.spreading = SpreadLabels(
         renderer.delaunay(),
@@ -282,11 +284,8 @@ TrainingSummary Trainer::Finish(const Device& device) {
         MeasureLabels(summary_.foam, renderer, views_, LabelStride(views_, options_.num_rays)),
         &summary_.foam);
   }
-  // Last, because a renderer may cast rays only while its foam keeps its colours. Of a block's
-  // cells most are seen by photos of other blocks, too.
-  if (!TrainsBlock()) {
-    summary_.hidden_cells = CompleteHiddenCells(renderer.delaunay(), &measured, &summary_.foam);
-  }
+  // Last, because a renderer may cast rays only while its foam keeps its colours.
+  summary_.hidden_cells = CompleteHiddenCells(renderer.delaunay(), &measured, &summary_.foam);
   summary_.statistics = std::move(measured.statistics);
   return std::move(summary_);
 }

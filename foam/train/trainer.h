@@ -11,6 +11,7 @@
 #include "foam/train/label_spreading.h"
 #include "foam/train/training_options.h"
 #include "foam/util/device_kind.h"
+#include "foam/view/cell_statistics.h"
 
 #include <cmath>
 #include <cstdint>
@@ -119,6 +120,8 @@ struct TrainingHooks {
   using RenderPixels =
       std::function<std::vector<RenderedRay>(const std::vector<ViewPixel>& pixels)>;
   std::function<void(const RenderPixels& render)> adapt_views;
+  // The part of the run at whose fractions kViewAdaptations that is; > 0, 1: all of it.
+  double adapted_part = 1;
 
   // Called after every iteration, with the number of those done and whether there is no other, so
   // that the caller can show the foam in training. Must not change the views.
@@ -134,6 +137,10 @@ struct TrainingHooks {
   // device, which the caller must ensure; the number of threads and ranks may differ. Seconds
   // continue from those of the checkpoint.
   std::unique_ptr<const Checkpoint> resume_from;
+
+  // The rays by which the trained cells are measured (MeasureCells), and hidden ones completed.
+  // With a part of them, cells that others meet are as if hidden.
+  RayFilter measured_rays;
 
   // The device for the training and for the measurements of the trained foam.
   Device device;

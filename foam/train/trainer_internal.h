@@ -54,7 +54,7 @@ class Trainer {
   TrainingHooks::RenderPixels PixelRenderer();
   void AdaptViewsIfDue(const TrainingHooks& hooks);
   void ClearHangingCellsIfDue();
-  TrainingSummary Finish(const Device& device);
+  TrainingSummary Finish(const TrainingHooks& hooks);
 
   void Save(CheckpointContents* contents);
   void RequireSameRun(int num_classes, const Checkpoint& checkpoint) const;

@@ -79,6 +79,13 @@ struct PixelGrid {
   bool asks_classes;
   // The view's pixels where the views do not hold them and their classes are asked for.
   const ViewPixels* pixels;
+  RayFilter casts = {};
+
+  // Returns whether the pixel is cast, and its ray's direction.
+  bool Direction(int x, int y, Eigen::Vector3f* direction) const {
+    return views.RayDirection(view, x, y, direction) &&
+           (!casts || casts(views.Origin(view).cast<float>(), *direction));
+  }
 
   ClassIndex ClassAt(int x, int y) const {
     if (!asks_classes) return kUnlabelled;
@@ -103,7 +110,7 @@ void ObserveRows(const PixelGrid& grid,
     Eigen::Vector3f direction;
     const int y = static_cast<int>(row * grid.stride);
     for (int x = 0; x < views.Width(grid.view); x += grid.stride) {
-      if (!views.RayDirection(grid.view, x, y, &direction)) continue;
+      if (!grid.Direction(x, y, &direction)) continue;
       directions.push_back(direction);
       classes.push_back(grid.ClassAt(x, y));
     }
@@ -268,7 +275,8 @@ int64_t CellStatisticsBytes(int64_t num_sites) {
 CellMeasurements MeasureCells(const Foam& foam,
                               const ViewRenderer& renderer,
                               const TrainingViews& views,
-                              int stride) {
+                              int stride,
+                              const RayFilter& casts) {
   const size_t n = foam.NumSites();
   ObservationSums sums(n);
   const std::vector<float> radii = CellRadii(renderer.geometry().positions, renderer.delaunay());
@@ -276,8 +284,9 @@ CellMeasurements MeasureCells(const Foam& foam,
   RayDensity density;
   for (int view = 0; view < views.NumViews(); ++view) {
     if (views.IsHeldOut(view)) continue;
-    const PixelGrid grid =
+    PixelGrid grid =
         MakeGrid(renderer, views, view, stride, /*asks_classes=*/false, /*pixels=*/nullptr);
+    grid.casts = casts;
     ForEachObservation(grid, n, [&](const CellObservation& observation) { sums.Add(observation); });
     AddPotentialRays(grid, foam.positions, radii, &density, &potential_rays);
   }

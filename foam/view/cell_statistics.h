@@ -7,7 +7,10 @@
 #include "foam/view/view_renderer.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace semfoam {
 
@@ -24,14 +27,19 @@ struct CellMeasurements {
   std::vector<float> potential_rays;
 };
 
-// Casts every `stride`-th pixel, in x and y, of all views that are not held out, and measures for
-// each cell the largest weight, the weight-averaged visible colour, how much light passes and is
-// stopped (CellStatistics), how much arrives, and how many rays show it of those that could. A cell
-// that no ray meets has zeros and the colour of its constant SH term.
+// Whether a ray is cast. Empty: all are.
+using RayFilter =
+    std::function<bool(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction)>;
+
+// Casts every `stride`-th pixel, in x and y, of all views that are not held out, if `casts` it, and
+// measures for each cell the largest weight, the weight-averaged visible colour, how much light
+// passes and is stopped (CellStatistics), how much arrives, and how many rays show it of those that
+// could. A cell that no ray meets has zeros and the colour of its constant SH term.
 CellMeasurements MeasureCells(const Foam& foam,
                               const ViewRenderer& renderer,
                               const TrainingViews& views,
-                              int stride);
+                              int stride,
+                              const RayFilter& casts = {});
 
 // How much of a class the masks show in a cell.
 struct LabelVote {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "foam/edit/model_sites.h"
 #include "foam/model/model.h"
 #include "foam/train/checkpoint.h"
 #include "foam/train/space_blocks.h"
 #include "foam/util/number_text.h"
+#include "tools/controllers/training_log.h"
 
 #include <cmath>
 #include <cstdint>
@@ -63,12 +65,36 @@ inline void WriteBlockResult(const std::filesystem::path& path,
   WriteCheckpoint(path, contents);
 }
 
-// Cuts a model into columns x rows blocks, all trained, in the folder `blocks_path`.
+// Writes the polished sites of a block, and its log.
+inline void WritePolishedBlock(const std::filesystem::path& folder,
+                               const Model& model,
+                               const std::vector<uint32_t>& sites,
+                               const std::string& split,
+                               const std::string& name) {
+  Model polished = WithSites(model, sites);
+  polished.options["split"] = split;
+  polished.options["block"] = name;
+  WriteModel(folder / "polished.foam", polished);
+  TrainingProgress coarse, end;
+  coarse.iteration = 1;
+  coarse.rays = 1000;
+  coarse.seconds = 1;
+  coarse.sites = static_cast<int64_t>(model.foam.NumSites());
+  end.iteration = 3;
+  end.rays = 1500;
+  end.seconds = 3;
+  end.sites = static_cast<int64_t>(sites.size());
+  std::ofstream(folder / "training_log.csv") << FormatTrainingLog({coarse, end});
+}
+
+// Cuts a model into columns x rows blocks, all trained and, if asked for, polished, in the folder
+// `blocks_path`.
 inline void WriteTrainedBlocks(const std::filesystem::path& blocks_path,
                                const Model& model,
                                int columns,
                                int rows,
-                               float halo) {
+                               float halo,
+                               bool are_polished = false) {
   const Foam& foam = model.foam;
   const std::string split = "of a test";
   const std::vector<BlockBox> boxes =
@@ -83,6 +109,7 @@ inline void WriteTrainedBlocks(const std::filesystem::path& blocks_path,
     }
     std::filesystem::create_directories(blocks_path / name);
     WriteBlockResult(blocks_path / name / "block.ckpt", foam, sites, split, name);
+    if (are_polished) WritePolishedBlock(blocks_path / name, model, sites, split, name);
     const auto corner = [](const Eigen::Vector3f& x) {
       nlohmann::json json = nlohmann::json::array();
       for (const float value : x) {
@@ -108,12 +135,14 @@ inline void WriteTrainedBlocks(const std::filesystem::path& blocks_path,
   run.foam.classifier_bias = foam.classifier_bias;
   run.options["split"] = split;
   WriteModel(blocks_path / "run.foam", run);
-  std::ofstream(blocks_path / "blocks.json") << nlohmann::json({{"version", 1},
+  std::ofstream(blocks_path / "effects.json") << nlohmann::json({{"version", 1}, {"effects", {}}});
+  std::ofstream(blocks_path / "blocks.json") << nlohmann::json({{"version", 2},
                                                                 {"split", split},
                                                                 {"split_iteration", 1},
                                                                 {"merge_iteration", 2},
                                                                 {"num_iterations", 3},
                                                                 {"halo", halo},
+                                                                {"polishes_blocks", are_polished},
                                                                 {"blocks", blocks}});
 }
 

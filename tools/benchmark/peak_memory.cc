@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/benchmark/peak_memory.h"
 
+#include "foam/util/freed_memory.h"
+
 #include <algorithm>
 #include <fstream>
 #include <string>
-
-#include <malloc.h>
 
 namespace semfoam {
 namespace {
@@ -24,7 +24,7 @@ int64_t StatusBytes(const std::string& name) {
 
 PeakMemory::PeakMemory() {
   // What was freed before must not hide what is asked for now.
-  malloc_trim(0);
+  ReturnFreedMemory();
   held_ = StatusBytes("VmRSS:");
   // 5 sets the mark to what is held now (proc(5)).
   std::ofstream mark("/proc/self/clear_refs");

@@ -26,24 +26,31 @@
 namespace semfoam {
 namespace {
 
-// Trains a block of a split, in its folder.
+// Trains a block of a split, in its folder, or its part of the end of the run.
 void TrainBlockIn(const std::filesystem::path& block_path,
+                  bool polish,
                   CheckpointOptions checkpoints,
                   const OptionManager& options) {
-  options.RequireOnly({"block_path", "checkpoint_every", "preview_every", "resume", "overwrite"},
-                      "with --block_path, which has the options of scene_splitter");
+  options.RequireOnly(
+      {"block_path", "polish", "checkpoint_every", "preview_every", "resume", "overwrite"},
+      "with --block_path, which has the options of scene_splitter");
   const std::filesystem::path path = std::filesystem::absolute(block_path / "").parent_path();
   TrainingRun run = ReadBlockRun(path.parent_path());
-  if (IsTrained(path) && !checkpoints.overwrite) {
-    LOG(INFO) << path.string() << " is trained already.";
+  const char* const done = polish ? " is polished" : " is trained";
+  if ((polish ? IsPolished(path) : IsTrained(path)) && !checkpoints.overwrite) {
+    LOG(INFO) << path.string() << done << " already.";
     return;
   }
   // A scheduler that starts a job again gives the same command.
   if (!options.IsGiven("resume")) checkpoints.resume = true;
   TrainingFolder folder(path, checkpoints, ResumeCommand(options));
-  TrainBlock(&folder, &run);
+  if (polish) {
+    PolishBlock(&folder, &run);
+  } else {
+    TrainBlock(&folder, &run);
+  }
   folder.Finish();
-  LOG(INFO) << path.string() << " is trained.";
+  LOG(INFO) << path.string() << done << ".";
 }
 
 // Trains a foam and writes all that foam_trainer writes; `ranks` null: this process alone.
@@ -116,6 +123,11 @@ void RunFoamTrainer(int argc, char** argv) {
                            &block_path,
                            "instead of all of the above: the folder of a block of scene_splitter, "
                            "which is trained there");
+  bool polish = false;
+  options.AddDefaultOption("polish",
+                           &polish,
+                           "with --block_path, 1 = train the end of the run on the block, whose "
+                           "neighbours are trained; foam_merger does so with all that are left");
   AddTrainingRunOptions(&options, &training);
   AddCheckpointOptions(&options, &checkpoints);
   options.AddDefaultOption(
@@ -146,7 +158,15 @@ void RunFoamTrainer(int argc, char** argv) {
   const std::unique_ptr<RankGroup> ranks = mpi ? JoinMpiRanks() : nullptr;
   RunOnRanks(ranks.get(), [&] {
     if (refusal != nullptr) std::rethrow_exception(refusal);
-    if (options.IsGiven("block_path")) return TrainBlockIn(block_path, checkpoints, options);
+    if (options.IsGiven("block_path")) {
+      return TrainBlockIn(block_path, polish, checkpoints, options);
+    }
+    if (polish) {
+      throw FieldError("polish",
+                       " is 1, which is for a block; ",
+                       Field{"block_path"},
+                       " with it would be right.");
+    }
     TrainFoamIn(output_path, checkpoints, options, ranks.get(), &training);
   });
 }

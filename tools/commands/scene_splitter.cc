@@ -20,13 +20,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the commands that train the blocks, one a line.
-std::string JobsText(const fs::path& blocks_path, const BlocksRecord& record) {
+// The commands that train the blocks, and those that train their parts of the end of the run. The
+// latter may run when the former are done; foam_merger runs what is left of them.
+constexpr char kJobs[] = "jobs.txt";
+constexpr char kPolishJobs[] = "polish_jobs.txt";
+
+// Returns such commands, one a line.
+std::string JobsText(const fs::path& blocks_path,
+                     const BlocksRecord& record,
+                     const std::string& more) {
   const fs::path folder = fs::absolute(blocks_path).lexically_normal();
   std::string jobs;
   for (const BlockRecord& block : record.blocks) {
-    jobs +=
-        "semfoam foam_trainer --block_path " + ShellQuoted((folder / block.name).string()) + "\n";
+    jobs += "semfoam foam_trainer --block_path " + ShellQuoted((folder / block.name).string()) +
+            more + "\n";
   }
   return jobs;
 }
@@ -38,7 +45,10 @@ constexpr char kParallelScript[] =
 # usage: [JOBS=2] run_parallel.sh [OUTPUT_FOLDER]
 set -e
 blocks=$(cd "$(dirname "$0")" && pwd)
-parallel --jobs "${JOBS:-1}" --halt soon,fail=1 < "$blocks/jobs.txt"
+for jobs in jobs.txt polish_jobs.txt; do
+  test ! -f "$blocks/$jobs" ||
+    parallel --jobs "${JOBS:-1}" --halt soon,fail=1 < "$blocks/$jobs"
+done
 exec semfoam foam_merger --blocks_path "$blocks" --output_path "${1:-$blocks/merged}"
 )sh";
 
@@ -48,19 +58,26 @@ std::string SlurmScript(const BlocksRecord& record) {
   for (const BlockRecord& block : record.blocks) memory = std::max(memory, block.memory_bytes);
   const std::string megabytes = std::to_string(memory / 1'000'000 + 1);
   return R"sh(#!/bin/sh
-# Gives the blocks to Slurm as one array job, and the merge as a job that waits for all of them. A
-# job that is requeued goes on from its checkpoint. MEMORY (megabytes) is that of the largest block,
+# Gives the blocks to Slurm as an array job, their polishing, if they are polished one by one, as a
+# second one that waits for all of them, and the merge as a job that waits for that. A job that is requeued goes on from its checkpoint. MEMORY (megabytes) is that of the largest block,
 # without its photos.
 # usage: [CPUS=2] [MEMORY=)sh" +
          megabytes + R"sh(] [SBATCH_OPTIONS=...] run_slurm.sh [OUTPUT_FOLDER]
 set -e
 blocks=$(cd "$(dirname "$0")" && pwd)
 export SEMFOAM_OUTPUT=$(realpath -m "${1:-$blocks/merged}")
-array=$(sbatch --parsable --requeue --job-name=semfoam_blocks --array=1-)sh" +
+# usage: give_array JOB_NAME JOBS_FILE LOGS [OPTION]
+give_array() {
+  sbatch --parsable --requeue --job-name="$1" --array=1-)sh" +
          std::to_string(record.blocks.size()) + R"sh( \
-  --cpus-per-task="${CPUS:-2}" --mem="${MEMORY:-)sh" +
-         megabytes + R"sh(}M" --chdir="$blocks" --output=block_%a.log ${SBATCH_OPTIONS:-} \
-  --wrap='sh -c "$(sed -n "${SLURM_ARRAY_TASK_ID}p" jobs.txt)"')
+    --cpus-per-task="${CPUS:-2}" --mem="${MEMORY:-)sh" +
+         megabytes + R"sh(}M" --chdir="$blocks" --output="$3_%a.log" ${SBATCH_OPTIONS:-} $4 \
+    --wrap='sh -c "$(sed -n "${SLURM_ARRAY_TASK_ID}p" '"$2"')"'
+}
+array=$(give_array semfoam_blocks jobs.txt block)
+if test -f "$blocks/polish_jobs.txt"; then
+  array=$(give_array semfoam_polish polish_jobs.txt polish "--dependency=afterok:$array")
+fi
 sbatch --parsable --requeue --job-name=semfoam_merger --dependency="afterok:$array" \
   --cpus-per-task="${CPUS:-2}" --mem="${MERGE_MEMORY:-0}" --chdir="$blocks" --output=merge.log \
   ${SBATCH_OPTIONS:-} \
@@ -78,7 +95,10 @@ void WriteScript(const fs::path& path, const std::string& text) {
 
 // Writes the commands of the blocks and the scripts that run them.
 void WriteJobs(const fs::path& blocks_path, const BlocksRecord& record) {
-  WriteTextFile(blocks_path / "jobs.txt", JobsText(blocks_path, record));
+  WriteTextFile(blocks_path / kJobs, JobsText(blocks_path, record, ""));
+  if (record.polishes_blocks) {
+    WriteTextFile(blocks_path / kPolishJobs, JobsText(blocks_path, record, " --polish 1"));
+  }
   WriteScript(blocks_path / "run_parallel.sh", kParallelScript);
   WriteScript(blocks_path / "run_slurm.sh", SlurmScript(record));
 }
@@ -91,9 +111,14 @@ void LogBlocks(const fs::path& blocks_path, const BlocksRecord& record) {
               << FormatBytes(block.memory_bytes) << " of memory, about "
               << std::lround(block.seconds) << " s";
   }
-  LOG(INFO) << "Each line of " << (blocks_path / "jobs.txt").string()
-            << " trains one block, in any order; then: semfoam foam_merger --blocks_path "
-            << ShellQuoted(blocks_path.string()) << " --output_path OUT";
+  LOG(INFO) << "Each line of " << (blocks_path / kJobs).string()
+            << " trains one block, in any order; "
+            << (record.polishes_blocks
+                    ? "when all are trained, each line of " + (blocks_path / kPolishJobs).string() +
+                          " may polish one; "
+                    : "")
+            << "then: semfoam foam_merger --blocks_path " << ShellQuoted(blocks_path.string())
+            << " --output_path OUT";
 }
 
 }  // namespace
@@ -147,6 +172,7 @@ void RunSceneSplitter(int argc, char** argv) {
       fs::remove_all(folder.path() / block.name);
     }
     fs::remove(record_path);
+    fs::remove(folder.path() / kPolishJobs);
   }
   WriteTextFile(
       ProjectPath(folder.path()),

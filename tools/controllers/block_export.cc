@@ -46,7 +46,7 @@ void Open(const BlockExport& what, const std::set<ExportFormat>& formats, Opened
                     ": has no labels, and of a foam in blocks only objects are written; masks in "
                     "the training, or merging the blocks, would be right.");
   }
-  opened->checksum = ModelChecksum(run_path);
+  opened->checksum = ChecksumOfBlocks(what.blocks_path);
   RequireSameFoam(what.output_path, opened->checksum);
   TakeLabelNames(run_path, what.output_path, what.labels_path, run);
   ExportableSceneOptions options;
@@ -72,6 +72,29 @@ void ExportBlockMeshes(const BlockExport& blocks,
   const std::vector<WrittenFile> files = WriteBlockMeshes(
       &*opened.scenes, &opened.objects, blocks.output_path, formats, std::move(surface));
   WriteLabels(opened.objects, blocks.output_path, {opened.checksum, files});
+}
+
+int64_t MemoryOfObjects(int64_t num_sites) {
+  // Triangulation, corners, faces and planes of all cells; measured with 0.4 M cells.
+  constexpr int64_t kBytesPerSite = 1400;
+  return kBytesPerSite * num_sites;
+}
+
+void WriteLabelsOfBlocks(const std::filesystem::path& blocks_path,
+                         const std::filesystem::path& foam_path) {
+  FoamBlocks blocks = OpenBlocks(blocks_path);
+  TakeLabelNames(foam_path, {}, {}, &blocks.run);
+  ExportableSceneOptions options;
+  options.transform = FindFrame(blocks.run, {});
+  const FinishedExport finished{ModelChecksum(foam_path), {}, /*is_new_foam=*/true};
+  if (IsWhole(blocks.run)) {
+    WriteLabels(MakeExportableScene(blocks.run, options), foam_path.parent_path(), finished);
+    return;
+  }
+  BlockScenes scenes(blocks, options);
+  const ExportableScene objects = FindBlockObjects(&scenes);
+  LogLeftOut(objects);
+  WriteLabels(objects, foam_path.parent_path(), finished);
 }
 
 void ExportBlockVolumeFiles(const BlockExport& blocks, VolumeExportOptions volume) {

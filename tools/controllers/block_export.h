@@ -9,6 +9,7 @@
 #include "export/scene/label_choice.h"
 #include "tools/controllers/export_format.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -41,5 +42,15 @@ void ExportBlockMeshes(const BlockExport& blocks,
 // Writes the volumes of the scene and of the objects, and labels.json. `volume` holds the other
 // options, as for WriteVolumes. Throws as ExportBlockMeshes does, and as ExportBlockVolumes.
 void ExportBlockVolumeFiles(const BlockExport& blocks, VolumeExportOptions volume);
+
+// Returns the memory, in bytes, that the objects of a foam of `num_sites` cells take that is in
+// memory as a whole (PrepareExport), besides the foam.
+int64_t MemoryOfObjects(int64_t num_sites);
+
+// Writes labels.json beside `foam_path`, which was just made of the blocks: what PrepareExport
+// finds of a whole foam, but as ExportBlockMeshes does, and in the memory of a block. Of blocks
+// without labels it lists no objects. Throws as OpenBlocks does.
+void WriteLabelsOfBlocks(const std::filesystem::path& blocks_path,
+                         const std::filesystem::path& foam_path);
 
 }  // namespace semfoam

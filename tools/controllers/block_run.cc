@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/controllers/block_run.h"
 
+#include "foam/edit/model_sites.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/block_sites.h"
 #include "foam/train/checkpoint_state.h"
+#include "foam/train/label_spreading.h"
 #include "foam/train/memory_plan.h"
 #include "foam/train/training_schedule.h"
+#include "foam/util/array_rows.h"
 #include "foam/util/checksummed_file.h"
 #include "foam/util/error.h"
+#include "foam/util/input_file.h"
 #include "foam/util/json_file.h"
 #include "foam/util/number_text.h"
 #include "foam/util/output_file.h"
 #include "foam/util/scratch_folder.h"
 #include "foam/view/view_renderer.h"
+#include "tools/controllers/effects_report.h"
+#include "tools/controllers/export_record.h"
+#include "tools/controllers/training_log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,16 +43,20 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr int kRecordVersion = 1;
+constexpr int kRecordVersion = 2;
 constexpr char kRecord[] = "blocks.json";
 constexpr char kSplit[] = "split.ckpt";
 constexpr char kStart[] = "start.ckpt";
 constexpr char kResult[] = "block.ckpt";
+constexpr char kPolished[] = "polished.foam";
 constexpr char kRun[] = "run.foam";
+constexpr char kEffects[] = "effects.json";
+constexpr char kLog[] = "training_log.csv";
 constexpr char kFindings[] = "photos.ckpt";
 constexpr char kSweep[] = "sweep.ckpt";
-// Among the options of the model in kRun.
+// Among the options of the models in kRun and kPolished, and in the latter.
 constexpr char kSplitOption[] = "split";
+constexpr char kBlockOption[] = "block";
 
 // Most blocks along one axis.
 constexpr int kMostBlocksAcross = 64;
@@ -82,6 +93,7 @@ Json RecordJson(const BlocksRecord& record) {
           {"merge_iteration", record.merge_iteration},
           {"num_iterations", record.num_iterations},
           {"halo", record.halo},
+          {"polishes_blocks", record.polishes_blocks},
           {"blocks", std::move(blocks)}};
 }
 
@@ -181,9 +193,10 @@ fs::path KnownBySplit(const fs::path& path) {
 
 // Writes what the foams of all blocks have in common.
 void WriteRun(const fs::path& path,
-              const TrainingScene& scene,
+              const TrainingAtStop& stopped,
               const Checkpoint& split,
               const BlocksRecord& record) {
+  const TrainingScene& scene = stopped.scene;
   const Foam coarse = FoamOf(split);
   Model run;
   run.foam.sh_degree = coarse.sh_degree;
@@ -193,6 +206,7 @@ void WriteRun(const fs::path& path,
   run.world_from_normalized = scene.WorldFromNormalized();
   run.labels = scene.Labels();
   run.photos = scene.Photos();
+  run.options = stopped.model_options;
   run.options[kSplitOption] = record.split;
   WriteModel(path, run);
 }
@@ -355,6 +369,17 @@ class BlockPlanner {
   float halo_;
 };
 
+// Returns whether the end of the run is trained block by block.
+bool ChoosePolish(const SplitOptions& options, const TrainingScene& scene) {
+  const bool spreads_labels = scene.NumClasses() > 0 && FewViewsHaveLabels(scene);
+  if (!options.polishes_blocks) return options.coarse_sites > 0 && !spreads_labels;
+  if (*options.polishes_blocks && spreads_labels) {
+    LOG(WARNING) << "Few photos have masks, and blocks that are polished apart do not spread their "
+                    "labels over the foam; polishing all together (polish_by_block 0) would.";
+  }
+  return *options.polishes_blocks;
+}
+
 // Returns what identifies a split: the same for the same run and blocks.
 std::string IdentityOfSplit(const Checkpoint& split, const BlocksRecord& record) {
   Json json = {{"options", split.Texts("training_options")},
@@ -362,6 +387,7 @@ std::string IdentityOfSplit(const Checkpoint& split, const BlocksRecord& record)
                {"split_iteration", record.split_iteration},
                {"merge_iteration", record.merge_iteration},
                {"halo", record.halo},
+               {"polishes_blocks", record.polishes_blocks},
                {"boxes", Json::array()}};
   for (const BlockRecord& block : record.blocks) {
     json["boxes"].push_back({CornerJson(block.box.low), CornerJson(block.box.high)});
@@ -385,7 +411,7 @@ SplitPlan PlanSplit(const SplitOptions& options,
   const DensificationStatistics statistics = StatisticsOf(split);
   const ViewRenderer renderer(foam, run.device);
   const float halo =
-      HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
+      HaloWidth(foam, CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
   const BlockPlanner planner(
       foam, renderer, scene, ExpectedSites(statistics, run.training.final_sites), halo);
   SplitPlan plan = options.max_sites > 0 ? planner.PlanForSites(options.max_sites)
@@ -393,6 +419,7 @@ SplitPlan PlanSplit(const SplitOptions& options,
   plan.record.split_iteration = IterationOf(split);
   plan.record.merge_iteration = std::max(merge_iteration, plan.record.split_iteration);
   plan.record.num_iterations = TrainingSchedule(run.training).num_iterations();
+  plan.record.polishes_blocks = ChoosePolish(options, scene);
   plan.record.split = IdentityOfSplit(split, plan.record);
   const double seconds_per_iteration = seconds / double(plan.record.split_iteration);
   for (BlockRecord& block : plan.record.blocks) {
@@ -407,6 +434,116 @@ SplitPlan PlanSplit(const SplitOptions& options,
                              .Total();
   }
   return plan;
+}
+
+// Sets what a training of the block in `path` takes over from its split.
+void TakeWhatSplitKnows(const fs::path& path, const BlockRecord& block, TrainingRun* run) {
+  run->block_sites = block.sites;
+  run->block_photos = block.photos;
+  run->known_findings = KnownBySplit(path.parent_path() / kFindings);
+  if (Sweeps(*run)) run->known_sweep = KnownBySplit(path.parent_path() / kSweep);
+}
+
+// Reads the polished sites of a block. Throws UserError where the file is missing, damaged or
+// another's.
+Model ReadPolished(const fs::path& blocks_path,
+                   const BlocksRecord& record,
+                   const BlockRecord& block) {
+  const fs::path path = blocks_path / block.name / kPolished;
+  Model polished = ReadModel(path);
+  const auto is_option = [&](const char* name, const std::string& value) {
+    const auto found = polished.options.find(name);
+    return found != polished.options.end() && found->second == value;
+  };
+  if (is_option(kSplitOption, record.split) && is_option(kBlockOption, block.name)) return polished;
+  throw UserError(path.string(),
+                  ": is not of block ",
+                  block.name,
+                  " of this split of the space; removing it, so that the block is polished again, "
+                  "would be right.");
+}
+
+// Returns the foam with SH degree 0, without gradients of colour and the classifier's weights.
+Foam WithoutDetail(Foam foam) {
+  Foam constant;
+  constant.num_classes = foam.num_classes;
+  constant.positions = std::move(foam.positions);
+  constant.raw_density = std::move(foam.raw_density);
+  constant.sh = ResizeRows(foam.sh, foam.ShStride(), constant.ShStride(), constant.ShStride());
+  constant.identity = std::move(foam.identity);
+  return constant;
+}
+
+// Returns the reports of a run in polished blocks: those up to the split, and one of its end.
+std::vector<TrainingProgress> LogOfBlocks(const fs::path& blocks_path,
+                                          const BlocksRecord& record,
+                                          int64_t num_sites) {
+  std::vector<TrainingProgress> log;
+  TrainingProgress end;
+  end.iteration = record.num_iterations;
+  end.sites = num_sites;
+  double seconds_of_split = 0;
+  int64_t rays_of_split = 0;
+  for (const BlockRecord& block : record.blocks) {
+    const std::vector<TrainingProgress> reports = ReadTrainingLog(blocks_path / block.name / kLog);
+    const auto after = std::find_if(reports.begin(), reports.end(), [&](const auto& report) {
+      return report.iteration > record.split_iteration;
+    });
+    if (log.empty()) {
+      log.assign(reports.begin(), after);
+      if (!log.empty()) {
+        seconds_of_split = log.back().seconds;
+        rays_of_split = log.back().rays;
+      }
+    }
+    if (after == reports.end()) continue;
+    end.seconds += reports.back().seconds - seconds_of_split;
+    end.rays += reports.back().rays - rays_of_split;
+  }
+  end.seconds += seconds_of_split;
+  end.rays += rays_of_split;
+  log.push_back(end);
+  return log;
+}
+
+// Writes the model with refined poses of a split, where it has refined them.
+void WritePosesOf(const fs::path& blocks_path,
+                  const Model& model,
+                  const TrainingRun& run,
+                  const fs::path& model_path) {
+  Effect poses;
+  poses.name = "poses";
+  poses.on = model.options.count(poses.name) > 0;
+  for (const Json& effect : ReadJsonFile(blocks_path / kEffects)["effects"]) {
+    if (effect.value("effect", "") == poses.name) poses.evidence = effect.value("evidence", "");
+  }
+  WriteRefinedPoses(run.scene.input_path, model.photos, poses, model_path);
+}
+
+// Joins the polished blocks, and writes what TrainAndWrite writes. Holds the foam, and one block
+// besides.
+Model JoinPolished(const fs::path& blocks_path,
+                   const BlocksRecord& record,
+                   const TrainingRun& run,
+                   TrainingFolder* folder) {
+  Model model = ReadRun(blocks_path / kRun, record);
+  model.options.erase(kSplitOption);
+  for (const BlockRecord& block : record.blocks) {
+    AppendSites(ReadPolished(blocks_path, record, block), &model);
+  }
+  SortSites(&model);
+  const std::vector<TrainingProgress> log =
+      LogOfBlocks(blocks_path, record, static_cast<int64_t>(model.foam.NumSites()));
+  folder->SetIdentity({{"options", {{"blocks", record.split}}}});
+  folder->Begin();
+  WritePosesOf(blocks_path, model, run, folder->path() / "sparse" / "0");
+  WriteModel(folder->path() / "scene.foam", model);
+  WriteTextFile(folder->path() / kEffects,
+                ReadFileBytes(blocks_path / kEffects, "the effects of a split"));
+  WriteTextFile(folder->path() / kLog, FormatTrainingLog(log));
+  if (run.when_written) run.when_written(log, *folder);
+  folder->EndTraining();
+  return model;
 }
 
 }  // namespace
@@ -437,6 +574,7 @@ BlocksRecord ReadBlocksRecord(const fs::path& blocks_path) {
     record.merge_iteration = json.at("merge_iteration").get<int64_t>();
     record.num_iterations = json.at("num_iterations").get<int64_t>();
     record.halo = json.at("halo").get<float>();
+    record.polishes_blocks = json.at("polishes_blocks").get<bool>();
     for (const Json& block : json.at("blocks")) record.blocks.push_back(BlockOf(block));
     if (version && !record.blocks.empty()) return record;
   } catch (const Json::exception&) {
@@ -534,7 +672,13 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       static_cast<int64_t>(std::floor((1 - options.polish_share) * double(num_iterations)));
   run->coarse_sites = static_cast<int>(options.coarse_sites);
   run->coarse_share = options.coarse_share;
-  run->more_identity["coarse_sites"] = std::to_string(run->coarse_sites);
+  // Blocks that go their own ways to the end keep the light that the split has found. A coarse foam
+  // is ready for that by then.
+  if (options.coarse_sites > 0 || options.polishes_blocks.value_or(false)) {
+    run->adapted_part = options.coarse_share;
+  }
+  run->more_identity["coarse_sites"] = FormatNumber(run->coarse_sites);
+  run->more_identity["coarse_share"] = FormatNumber(run->coarse_share);
   run->between_iterations = [&](int64_t iteration, const TrainingHooks::Save& save) {
     if (iteration < split_iteration) return;
     {
@@ -552,7 +696,8 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
   run->findings_path = path / kFindings;
   run->sweep_path = path / kSweep;
   BlocksRecord record;
-  run->when_stopped = [&](const TrainingScene& scene, const std::vector<SeedPoint>& seeds) {
+  run->when_stopped = [&](const TrainingAtStop& stopped) {
+    const TrainingScene& scene = stopped.scene;
     const Checkpoint split(path / kSplit, /*keeps=*/{}, kRemedyOfSplit);
     double seconds = 0;
     ParseNumber(split.Texts("state").at("seconds"), &seconds);
@@ -563,7 +708,7 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       training.box = block.box;
       training.halo = plan.record.halo;
       training.rays = std::move(plan.rays[b]);
-      training.seeds = seeds;
+      training.seeds = stopped.seeds;
       training.options = OptionsOfBlock(run->training, block.sites);
       if (run->coarse_sites > 0) {
         training.refines = true;
@@ -575,7 +720,8 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
       start.contents.texts["block"] = TextsOf(plan.record, block);
       WriteCheckpoint(path / block.name / kStart, start.contents);
     }
-    WriteRun(path / kRun, scene, split, plan.record);
+    WriteRun(path / kRun, stopped, split, plan.record);
+    WriteEffects(path / kEffects, stopped.effects, scene.Photos());
     record = std::move(plan.record);
   };
   try {
@@ -590,16 +736,29 @@ BlocksRecord SplitRun(const SplitOptions& options, TrainingFolder* folder, Train
                    ", and the run has ended before it could be split; more would be right.");
 }
 
+bool PolishesBlocks(const fs::path& blocks_path) {
+  return ReadBlocksRecord(blocks_path).polishes_blocks;
+}
+
+bool IsPolished(const fs::path& block_path) { return fs::exists(block_path / kPolished); }
+
+std::vector<fs::path> UnpolishedBlocks(const fs::path& blocks_path) {
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  std::vector<fs::path> paths;
+  if (!record.polishes_blocks) return paths;
+  for (const BlockRecord& block : record.blocks) {
+    if (!IsPolished(blocks_path / block.name)) paths.push_back(blocks_path / block.name);
+  }
+  return paths;
+}
+
 bool IsTrained(const fs::path& block_path) { return fs::exists(block_path / kResult); }
 
 void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
   const fs::path path = folder->path();
   const BlocksRecord record = ReadBlocksRecord(path.parent_path());
   const BlockRecord& block = FindBlock(record, path);
-  run->block_sites = block.sites;
-  run->block_photos = block.photos;
-  run->known_findings = KnownBySplit(path.parent_path() / kFindings);
-  if (Sweeps(*run)) run->known_sweep = KnownBySplit(path.parent_path() / kSweep);
+  TakeWhatSplitKnows(path, block, run);
   run->begin_from = [&] { return path / kStart; };
   const auto write_result = [&](const CheckpointContents& contents) {
     const OwnedContents result = BlockResult(contents, block.box, record.split_iteration);
@@ -630,6 +789,62 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run) {
   LOG(FATAL) << "the run has ended before its merge";
 }
 
+void PolishBlock(TrainingFolder* folder, TrainingRun* run) {
+  const fs::path path = folder->path(), blocks_path = path.parent_path();
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  const BlockRecord& block = FindBlock(record, path);
+  if (!record.polishes_blocks) {
+    throw UserError((blocks_path / kRecord).string(),
+                    ": is of a split whose blocks are polished all together, by foam_merger; a "
+                    "split with ",
+                    Field{"polish_by_block"},
+                    " 1 would be right.");
+  }
+  const BlockBox padded = block.box.Padded(record.halo);
+  // The blocks that have sites there.
+  std::vector<size_t> near;
+  for (size_t b = 0; b < record.blocks.size(); ++b) {
+    if (record.blocks[b].box.Meets(padded)) near.push_back(b);
+  }
+  const auto own = static_cast<size_t>(&block - record.blocks.data());
+  const std::set<std::string> no_arrays;
+  for (const size_t b : near) ReadResult(blocks_path, record, record.blocks[b], no_arrays);
+
+  TakeWhatSplitKnows(path, block, run);
+  {
+    const Checkpoint start(path / kStart, IsOfRun, kRemedyOfSplit);
+    RequireOfBlock(start, record, block);
+    run->block_seeds = SeedsOf(start);
+    run->block_ground = GroundOf(start);
+  }
+  const ScratchFolder scratch(path);
+  run->begin_from = [&] {
+    const fs::path begin_path = scratch.path() / "polish.ckpt";
+    const Checkpoint start(path / kStart, /*keeps=*/{}, kRemedyOfSplit);
+    const OwnedContents contents = PolishStart(start, padded, own, near, [&](size_t b) {
+      return ReadResult(blocks_path, record, record.blocks[b]);
+    });
+    WriteCheckpoint(begin_path, contents.contents);
+    return begin_path;
+  };
+  run->measured_rays = [padded](const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) {
+    return padded.IsMetBefore(origin, direction, std::numeric_limits<float>::infinity());
+  };
+  run->take_result = [&](const Model& model, const std::vector<TrainingProgress>& log) {
+    std::vector<uint32_t> inside;
+    for (uint32_t i = 0; i < model.foam.NumSites(); ++i) {
+      if (block.box.Contains(model.foam.positions[i])) inside.push_back(i);
+    }
+    Model polished = WithSites(model, inside);
+    for (const auto& [name, text] : TextsOf(record, block)) {
+      polished.options[name == "name" ? kBlockOption : kSplitOption] = text;
+    }
+    WriteTextFile(path / kLog, FormatTrainingLog(log));
+    WriteModel(path / kPolished, polished);
+  };
+  TrainAndWrite(folder, run);
+}
+
 void RequireTrained(const fs::path& blocks_path) {
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
   const std::set<std::string> no_arrays;
@@ -640,6 +855,14 @@ void RequireTrained(const fs::path& blocks_path) {
 
 fs::path RunPath(const fs::path& blocks_path) { return blocks_path / kRun; }
 
+std::string ChecksumOfBlocks(const fs::path& blocks_path) {
+  const std::string run = ModelChecksum(RunPath(blocks_path));
+  const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  if (!record.polishes_blocks || !UnpolishedBlocks(blocks_path).empty()) return run;
+  const std::string polished = run + " polished";
+  return ChecksumText({std::as_bytes(std::span(polished))});
+}
+
 FoamBlocks OpenBlocks(const fs::path& blocks_path) {
   RequireTrained(blocks_path);
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
@@ -647,6 +870,15 @@ FoamBlocks OpenBlocks(const fs::path& blocks_path) {
   blocks.run = ReadRun(blocks_path / kRun, record);
   blocks.halo = record.halo;
   blocks.num_blocks = record.blocks.size();
+  if (record.polishes_blocks && UnpolishedBlocks(blocks_path).empty()) {
+    blocks.read_positions = [blocks_path, record](size_t block) {
+      return ReadPolished(blocks_path, record, record.blocks[block]).foam.positions;
+    };
+    blocks.read_foam = [blocks_path, record](size_t block) {
+      return WithoutDetail(ReadPolished(blocks_path, record, record.blocks[block]).foam);
+    };
+    return blocks;
+  }
   blocks.read_positions = [blocks_path, record](size_t block) {
     return SitesOfBlock(*ReadResult(blocks_path, record, record.blocks[block], ArraysOfSites()));
   };
@@ -668,6 +900,7 @@ void RequireKnownSweep(const fs::path& blocks_path, const TrainingRun& run) {
 
 Model MergeBlocks(const fs::path& blocks_path, TrainingFolder* folder, TrainingRun* run) {
   const BlocksRecord record = ReadBlocksRecord(blocks_path);
+  if (record.polishes_blocks) return JoinPolished(blocks_path, record, *run, folder);
   const ScratchFolder scratch(folder->path());
   const fs::path joined_path = scratch.path() / "joined.ckpt";
   run->more_identity["blocks"] = record.split;

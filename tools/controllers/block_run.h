@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,11 @@
 //               and keeps what it looked up in the photos                  B/photos.ckpt
 //               and what its plane sweep found                             B/sweep.ckpt
 //   TrainBlock  goes on with one of them, most of the run                  B/07/block.ckpt
-//   MergeBlocks joins the blocks and trains the end of the run             OUT/scene.foam
+//   PolishBlock trains its end, with the neighbours' sites around it       B/07/polished.foam
+//   MergeBlocks joins the blocks                                           OUT/scene.foam
 //
-// All three have the options, the photos and the schedule of one run, and its checkpoints
+// Of a run that is not polished by block, MergeBlocks trains the end, on the sites of all blocks.
+// All have the options, the photos and the schedule of one run, and its checkpoints
 // (foam/train/block_checkpoint.h). What is decided once for all blocks - labels, corrected masks,
 // exposure, frame, SH degree, classifier - is decided at the beginning of the run.
 
@@ -39,6 +42,9 @@ struct SplitOptions {
   // Shares of the run before the split and after the merge, > 0 and together at most 1.
   double coarse_share = 0.3;
   double polish_share = 0.2;
+  // Whether the end of the run is trained block by block. Nothing: with coarse_sites it is, unless
+  // few photos have labels, which are spread over the whole foam at the end.
+  std::optional<bool> polishes_blocks;
 };
 
 // One block of a split, as blocks.json describes it.
@@ -69,6 +75,8 @@ struct BlocksRecord {
   int64_t num_iterations = 0;
   // In the normalised frame.
   float halo = 0;
+  // Whether the end of the run is trained block by block.
+  bool polishes_blocks = false;
   std::vector<BlockRecord> blocks;
 };
 
@@ -99,12 +107,31 @@ void TrainBlock(TrainingFolder* folder, TrainingRun* run);
 // split.
 void RequireTrained(const std::filesystem::path& blocks_path);
 
+// Trains the end of the run on the block in `folder` and the sites of other blocks around it, and
+// writes the former to polished.foam, and its training_log.csv. Throws as TrainBlock does, where a
+// block is not trained that has sites there, and where the split is not polished by block.
+void PolishBlock(TrainingFolder* folder, TrainingRun* run);
+
+// Returns whether the blocks of a split are polished one by one.
+bool PolishesBlocks(const std::filesystem::path& blocks_path);
+
+// Returns whether that is done in this folder of a block.
+bool IsPolished(const std::filesystem::path& block_path);
+
+// Returns the paths of the blocks that are to be polished before MergeBlocks; none where the split
+// is not polished by block.
+std::vector<std::filesystem::path> UnpolishedBlocks(const std::filesystem::path& blocks_path);
+
 // Returns the path of the file with what the foams of all blocks have in common: labels, photos,
-// frame and classifier, as a model without cells. Its checksum identifies the foam in blocks, which
-// its split determines.
+// frame, options and classifier, as a model without cells.
 std::filesystem::path RunPath(const std::filesystem::path& blocks_path);
 
-// Opens the trained blocks for exports that hold one of them at a time. Throws as RequireTrained
+// Returns what identifies the foam in blocks: the checksum of that file, as its split determines
+// the foam, or another once all blocks are polished.
+std::string ChecksumOfBlocks(const std::filesystem::path& blocks_path);
+
+// Opens the trained blocks, if all are polished these, for exports that hold one of them at a time.
+// Throws as RequireTrained
 // does, and where the file of RunPath is missing, damaged or of another split.
 FoamBlocks OpenBlocks(const std::filesystem::path& blocks_path);
 
@@ -112,8 +139,10 @@ FoamBlocks OpenBlocks(const std::filesystem::path& blocks_path);
 // `run` needs.
 void RequireKnownSweep(const std::filesystem::path& blocks_path, const TrainingRun& run);
 
-// Joins the blocks below `blocks_path`, trains the end of the run, and writes what TrainAndWrite
-// writes. Throws as RequireTrained and RequireKnownSweep, and as TrainAndWrite.
+// Joins the blocks below `blocks_path`, and writes what TrainAndWrite writes. There must be no
+// UnpolishedBlocks. Where the split is not polished by block, trains the end of the run; else reads
+// no photo, and the log says of the part after the split no more than its end. Throws as
+// RequireTrained and RequireKnownSweep, and as TrainAndWrite.
 Model MergeBlocks(const std::filesystem::path& blocks_path,
                   TrainingFolder* folder,
                   TrainingRun* run);

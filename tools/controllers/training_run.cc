@@ -256,6 +256,8 @@ TrainingSummary Train(const TrainingScene& scene,
     if (previews) previews->Report(progress);
     if (run.when_reported && !run.when_reported(progress)) goes_on = false;
   };
+  hooks.measured_rays = run.measured_rays;
+  hooks.adapted_part = run.adapted_part;
   // The blocks of a scene have one light, that of the run which they are of.
   if (!IsOfBlock(checkpoint.get())) {
     hooks.adapt_views = [&](const TrainingHooks::RenderPixels& render) {
@@ -561,38 +563,8 @@ void LogWarnings(const TrainingSummary& summary) {
   }
 }
 
-// Writes the model with refined poses into `model_path`, beside a text by which later runs know it,
-// or removes that of the foam that was there before. Models of others stay, with a warning.
-void WriteRefinedPoses(const TrainingRun& run,
-                       const TrainingScene& scene,
-                       const Effect& poses,
-                       const std::filesystem::path& model_path) {
-  namespace fs = std::filesystem;
-  const fs::path mark = model_path / "refined_poses.txt";
-  std::error_code error;
-  const bool is_input = fs::equivalent(FindModelFolder(run.scene.input_path), model_path, error);
-  const bool is_ours = !is_input && fs::exists(mark);
-  if (poses.on && !is_ours && fs::exists(model_path) && !fs::is_empty(model_path)) {
-    LOG(WARNING) << model_path.string()
-                 << ": holds files that no training wrote, so the model with refined poses is not "
-                    "written there; scene.foam has the poses. Another output_path would be right.";
-  } else if (poses.on) {
-    fs::create_directories(model_path);
-    WriteTextFile(mark, poses.evidence + "\n");
-    WriteRefinedModel(run.scene.input_path, scene.Photos(), model_path);
-  } else if (is_ours) {
-    for (const char* name : {"cameras", "frames", "images", "points3D", "rigs"}) {
-      for (const char* extension : {".bin", ".txt"}) {
-        fs::remove(model_path / (std::string(name) + extension), error);
-      }
-    }
-    fs::remove(mark, error);
-    LOG(WARNING) << "Removed the model in " << model_path.string()
-                 << ": its poses are of the foam that was here before.";
-  }
-}
-
-// Writes scene.foam, effects.json and training_log.csv, and ends the training of `folder`.
+// Writes scene.foam, effects.json and training_log.csv, and ends the training of `folder`; or gives
+// the result to the run's take_result.
 Model WriteResult(const TrainingRun& run,
                   const TrainingScene& scene,
                   const SceneEffects& effects,
@@ -605,7 +577,12 @@ Model WriteResult(const TrainingRun& run,
   model.labels = scene.Labels();
   model.photos = scene.Photos();
   model.options = ModelOptions(run, effects);
-  WriteRefinedPoses(run, scene, effects.Find("poses"), folder->path() / "sparse" / "0");
+  if (run.take_result) {
+    run.take_result(model, summary.log);
+    return model;
+  }
+  WriteRefinedPoses(
+      run.scene.input_path, model.photos, effects.Find("poses"), folder->path() / "sparse" / "0");
   WriteModel(folder->path() / "scene.foam", model);
   WriteEffects(folder->path() / "effects.json", effects, scene.Photos());
   WriteTextFile(folder->path() / "training_log.csv", FormatTrainingLog(summary.log));
@@ -625,6 +602,35 @@ void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* 
   if (run->scene.image_path.empty()) run->scene.image_path = workspace / "images";
   if (run->scene.input_path.empty()) run->scene.input_path = workspace / "sparse";
   run->scene.workspace_path = workspace;
+}
+
+void WriteRefinedPoses(const std::filesystem::path& input_path,
+                       const std::vector<PhotoRecord>& photos,
+                       const Effect& poses,
+                       const std::filesystem::path& model_path) {
+  namespace fs = std::filesystem;
+  const fs::path mark = model_path / "refined_poses.txt";
+  std::error_code error;
+  const bool is_input = fs::equivalent(FindModelFolder(input_path), model_path, error);
+  const bool is_ours = !is_input && fs::exists(mark);
+  if (poses.on && !is_ours && fs::exists(model_path) && !fs::is_empty(model_path)) {
+    LOG(WARNING) << model_path.string()
+                 << ": holds files that no training wrote, so the model with refined poses is not "
+                    "written there; scene.foam has the poses. Another output_path would be right.";
+  } else if (poses.on) {
+    fs::create_directories(model_path);
+    WriteTextFile(mark, poses.evidence + "\n");
+    WriteRefinedModel(input_path, photos, model_path);
+  } else if (is_ours) {
+    for (const char* name : {"cameras", "frames", "images", "points3D", "rigs"}) {
+      for (const char* extension : {".bin", ".txt"}) {
+        fs::remove(model_path / (std::string(name) + extension), error);
+      }
+    }
+    fs::remove(mark, error);
+    LOG(WARNING) << "Removed the model in " << model_path.string()
+                 << ": its poses are of the foam that was here before.";
+  }
 }
 
 void CompleteTrainingRun(TrainingRun* run) {
@@ -807,17 +813,21 @@ Model TrainAndWrite(TrainingFolder* folder, TrainingRun* run) {
   const DeferInterruption until_written;
   log_stop.reset();
   TrainingSummary summary;
+  const auto add_adaptations = [&] {
+    effects.effects.push_back(sweep.sky);
+    effects.effects.push_back(adaptation.transients().MakeEffect());
+    effects.effects.push_back(adaptation.light().MakeEffect());
+    effects.effects.push_back(adaptation.poses().MakeEffect());
+    effects.lights = adaptation.light().lights();
+  };
   try {
     summary = Train(scene, seeds, *run, texts, std::move(checkpoint), &adaptation, folder);
   } catch (const TrainingStopped&) {
-    if (run->when_stopped) run->when_stopped(scene, seeds);
+    add_adaptations();
+    if (run->when_stopped) run->when_stopped({scene, seeds, effects, ModelOptions(*run, effects)});
     throw;
   }
-  effects.effects.push_back(sweep.sky);
-  effects.effects.push_back(adaptation.transients().MakeEffect());
-  effects.effects.push_back(adaptation.light().MakeEffect());
-  effects.effects.push_back(adaptation.poses().MakeEffect());
-  effects.lights = adaptation.light().lights();
+  add_adaptations();
   ReportTraining(summary, run);
   ReportHangingCells(summary);
   ReportHiddenCells(summary);

@@ -32,6 +32,15 @@ inline constexpr EnumName<MaskConsistency> kMaskConsistencyNames[] = {
 // Ends a training before its end, whose state the thrower has written.
 struct TrainingStopped {};
 
+// What is known when a training has been stopped so.
+struct TrainingAtStop {
+  const TrainingScene& scene;
+  const std::vector<SeedPoint>& seeds;
+  const SceneEffects& effects;
+  // The options of the model that the run would end with.
+  const std::map<std::string, std::string>& model_options;
+};
+
 // The input and options of a training. The seed is that of `training`; CompleteTrainingRun copies
 // the values that `scene`, `training` and `effects` have in common.
 struct TrainingRun {
@@ -68,6 +77,8 @@ struct TrainingRun {
   // it that is trained before (OptionsOfCoarse); 0: training.final_sites.
   int coarse_sites = 0;
   double coarse_share = 0;
+  // See TrainingHooks.
+  double adapted_part = 1;
   // Number of sites of a run that trains one block, to plan its memory; 0: training.final_sites.
   int64_t block_sites = 0;
   // Names of the photos of which a run that trains one block draws pixels, and the file of what is
@@ -84,10 +95,14 @@ struct TrainingRun {
   // Parts of a checkpoint's identity besides options and inputs.
   std::map<std::string, std::string> more_identity;
   // Called, unless empty, as TrainingHooks::between_iterations, before checkpoints are written. May
-  // throw TrainingStopped: then `when_stopped` is called, unless empty, with scene and seeds, when
-  // the training's memory is free again, and TrainAndWrite throws TrainingStopped.
+  // throw TrainingStopped: then `when_stopped` is called, unless empty, when the training's memory
+  // is free again, and TrainAndWrite throws TrainingStopped.
   std::function<void(int64_t iteration, const TrainingHooks::Save& save)> between_iterations;
-  std::function<void(const TrainingScene&, const std::vector<SeedPoint>&)> when_stopped;
+  std::function<void(const TrainingAtStop&)> when_stopped;
+  // See TrainingHooks.
+  RayFilter measured_rays;
+  // Called, unless empty, in place of writing the result, with it and the reports of the log.
+  std::function<void(const Model&, const std::vector<TrainingProgress>&)> take_result;
 
   // Called, unless empty, when the scene is planned, before photos are read, and when the labels
   // are known, before the training: may throw to refuse a run that would only fail afterwards.
@@ -110,6 +125,14 @@ struct TrainingRun {
 // `workspace`: images/, sparse/, object_mask/ or Annotations/. Throws UserError where `workspace`
 // is no folder.
 void CompleteFromWorkspace(const std::filesystem::path& workspace, TrainingRun* run);
+
+// Writes the model with the poses of `photos` into `model_path`, beside a text by which later runs
+// know it, where the effect `poses` is on; else removes that of the foam that was there before.
+// Models of others stay, with a warning. `input_path`: the model of the run.
+void WriteRefinedPoses(const std::filesystem::path& input_path,
+                       const std::vector<PhotoRecord>& photos,
+                       const Effect& poses,
+                       const std::filesystem::path& model_path);
 
 // Copies the seed, the SH degree and the choices of `effects` to the other fields that need them.
 // Throws UserError, naming field and range, when a value is out of range. Must be called before any

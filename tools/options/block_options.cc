@@ -61,7 +61,14 @@ void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run) {
                             "--coarse_sites are trained, 0.3 else");
   options->AddDefaultOption("polish_share",
                             &run->split.polish_share,
-                            "share of the run that is trained after the merge, on all of it");
+                            "share of the run, its end, in which the seams between the blocks "
+                            "close");
+  options->AddDefaultOption("polish_by_block",
+                            &run->polish_by_block,
+                            "1 = train that share block by block, each with its neighbours' sites "
+                            "around it, in the memory of a block; 0 = on all sites together, in "
+                            "foam_merger; -1 = 1 where --coarse_sites are trained, unless labels "
+                            "of few masks are to be spread over the foam");
   AddTrainingRunOptions(options, &run->training);
 }
 
@@ -80,6 +87,10 @@ void FinishBlockRun(const OptionManager& options, BlockRunOptions* run) {
                     Shortened(run->blocks),
                     "') for option '--blocks' is invalid; it takes two numbers, such as 3x2.");
   }
+  if (run->polish_by_block < -1 || run->polish_by_block > 1) {
+    throw FieldError("polish_by_block", " is ", run->polish_by_block, "; it must be 0, 1 or -1.");
+  }
+  if (run->polish_by_block != -1) split.polishes_blocks = run->polish_by_block == 1;
   FinishTrainingRun(options, run->workspace_path, &run->training);
   ChooseCoarseness(run->training.run.training, run);
   RequireValid(split);

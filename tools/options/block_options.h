@@ -22,11 +22,13 @@ struct BlockRunOptions {
   int64_t coarse_sites = -1;
   // 0: by SplitOptions::coarse_sites.
   double coarse_share = 0;
+  // 0, 1, or -1: see SplitOptions::polishes_blocks.
+  int polish_by_block = -1;
   SplitOptions split;
 };
 
 // Adds --workspace_path, --image_path, --input_path, --blocks, --max_sites, --coarse_sites,
-// --coarse_share, --polish_share and the options of AddTrainingRunOptions.
+// --coarse_share, --polish_share, --polish_by_block and the options of AddTrainingRunOptions.
 void AddBlockRunOptions(OptionManager* options, BlockRunOptions* run);
 
 // Completes `run` after Parse. Throws UserError when an option is out of range.

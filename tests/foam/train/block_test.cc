@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "tests/foam/train/stopped_runs.h"
 
@@ -41,7 +42,8 @@ class BlockTest : public ResumeTest {
     const DensificationStatistics statistics = StatisticsOf(*split_);
     const ViewRenderer renderer(foam);
     boxes_ = SplitSpace(foam.positions, ExpectedSites(statistics, options_.final_sites), 2, 2);
-    halo_ = HaloWidth(CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
+    halo_ =
+        HaloWidth(foam, CellRadii(WithGuardSites(foam.positions), renderer.delaunay()), statistics);
     rays_ = ChooseRays(Views(), renderer, boxes_, halo_);
   }
 
@@ -127,9 +129,34 @@ TEST_F(BlockTest, BoxesHoldEverySiteOnceAndAboutAsMany) {
   }
 }
 
+TEST_F(BlockTest, HaloIsSomeLayersOfTheCellsThatWereSeen) {
+  DensificationStatistics statistics;
+  statistics.contribution.assign(40, 0.f);
+  std::vector<float> radii(40, 1.f);
+  for (size_t i = 0; i < 10; ++i) {
+    statistics.contribution[i] = 0.5f;
+    radii[i] = 0.25f;
+  }
+  Foam foam;
+  foam.raw_density.assign(40, kTransparentRawDensity);
+  EXPECT_FLOAT_EQ(HaloWidth(foam, radii, statistics), 1);
+  // As after a densification.
+  statistics.contribution.assign(40, 0.f);
+  EXPECT_EQ(HaloWidth(foam, radii, statistics), 0);
+  for (size_t i = 20; i < 40; ++i) {
+    foam.raw_density[i] = 10;
+    radii[i] = 0.5f;
+  }
+  EXPECT_FLOAT_EQ(HaloWidth(foam, radii, statistics), 2);
+}
+
 TEST_F(BlockTest, RaysOfAllBlocksAreThoseOfThePhotosAndSomeMore) {
+  // The halos of so few cells would be as wide as the scene.
+  const Foam foam = FoamOf(*split_);
+  const ViewRenderer renderer(foam);
+  const std::vector<BlockRays> of_blocks = ChooseRays(Views(), renderer, boxes_, /*halo=*/0);
   double sum = 0;
-  for (const BlockRays& rays : rays_) {
+  for (const BlockRays& rays : of_blocks) {
     EXPECT_GT(rays.share, 0.1);
     EXPECT_LT(rays.share, 1);
     EXPECT_FALSE(rays.views.empty());
@@ -143,7 +170,7 @@ TEST_F(BlockTest, RaysOfAllBlocksAreThoseOfThePhotosAndSomeMore) {
     for (int y = 0; y < Views().Height(view); ++y) {
       for (int x = 0; x < Views().Width(view); ++x) {
         ++pixels;
-        drawn += std::any_of(rays_.begin(), rays_.end(), [&](const BlockRays& rays) {
+        drawn += std::any_of(of_blocks.begin(), of_blocks.end(), [&](const BlockRays& rays) {
           return rays.squares.Contains({view, x, y});
         });
       }
@@ -299,6 +326,81 @@ TEST_F(BlockTest, StoppedBlockEndsWithTheSameBytes) {
        {"positions", "raw_density", "sh", "color_gradient", "identity", "first_moments"}) {
     EXPECT_EQ(ArrayOf<uint8_t>(*whole, name), ArrayOf<uint8_t>(*resumed, name)) << name;
   }
+}
+
+// Around its own sites and those of its neighbours, whatever the order, a block keeps what it began
+// with.
+TEST_F(BlockTest, PolishedBlocksBeginWithTheResultsOfAll) {
+  std::vector<std::unique_ptr<const Checkpoint>> results;
+  std::vector<size_t> near;
+  for (size_t b = 0; b < boxes_.size(); ++b) {
+    WriteStart(b);
+    results.push_back(TrainBlock(b, StartOf(b)));
+    near.push_back(b);
+  }
+  constexpr size_t kOwn = 1;
+  const BlockBox padded = boxes_[kOwn].Padded(halo_);
+  const Checkpoint start(StartOf(kOwn));
+  WriteCheckpoint(folder_ / "polish.ckpt",
+                  PolishStart(start, padded, kOwn, near, [&](size_t b) {
+                    return std::make_unique<const Checkpoint>(results[b]->path());
+                  }).contents);
+  const Checkpoint polish(folder_ / "polish.ckpt");
+  const Foam foam = FoamOf(polish), before = FoamOf(start);
+  const auto frozen = ArrayOf<uint8_t>(polish, "is_frozen");
+  const auto steps = ArrayOf<uint32_t>(polish, "steps");
+  // (position, density, steps) of each site that is trained.
+  using Site = std::tuple<float, float, float, float, uint32_t>;
+  const auto site = [](const Eigen::Vector3f& x, float density, uint32_t steps) {
+    return Site(x[0], x[1], x[2], density, steps);
+  };
+  std::vector<Site> found, expected, kept, kept_expected;
+  for (size_t i = 0, m = 0; i < foam.NumSites(); ++i) {
+    if (frozen[i]) {
+      kept.push_back(site(foam.positions[i], foam.raw_density[i], 0));
+    } else {
+      found.push_back(site(foam.positions[i], foam.raw_density[i], steps[m++]));
+    }
+  }
+  for (const auto& result : results) {
+    const auto positions = ArrayOf<Eigen::Vector3f>(*result, "positions");
+    const auto density = ArrayOf<float>(*result, "raw_density");
+    const auto steps_of_result = ArrayOf<uint32_t>(*result, "steps");
+    for (size_t i = 0; i < positions.size(); ++i) {
+      if (!padded.Contains(positions[i])) continue;
+      expected.push_back(site(positions[i], density[i], steps_of_result[i]));
+    }
+  }
+  const auto was_frozen = ArrayOf<uint8_t>(start, "is_frozen");
+  for (size_t i = 0; i < before.NumSites(); ++i) {
+    if (was_frozen[i]) kept_expected.push_back(site(before.positions[i], before.raw_density[i], 0));
+  }
+  for (auto* sites : {&found, &expected, &kept, &kept_expected}) {
+    std::sort(sites->begin(), sites->end());
+  }
+  EXPECT_EQ(found, expected);
+  EXPECT_EQ(kept, kept_expected);
+  EXPECT_FALSE(kept.empty());
+  const auto ancestor = ArrayOf<uint32_t>(polish, "ancestor");
+  EXPECT_TRUE(std::is_sorted(ancestor.begin(), ancestor.end()));
+
+  // It trains to the end, and measures its cells.
+  TrainingHooks hooks;
+  hooks.resume_from = std::make_unique<Checkpoint>(folder_ / "polish.ckpt");
+  hooks.measured_rays = [&](const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) {
+    return padded.IsMetBefore(origin, direction, std::numeric_limits<float>::infinity());
+  };
+  const TrainingSummary polished =
+      TrainFoam(Views(), SeedsOf(start), kClasses, BlockOptions(), std::move(hooks));
+  EXPECT_EQ(polished.last.iteration, whole_.last.iteration);
+  EXPECT_EQ(polished.foam.NumSites(), foam.NumSites());
+  double looks = 0;
+  for (size_t i = 0; i < foam.NumSites(); ++i) {
+    if (!boxes_[kOwn].Contains(polished.foam.positions[i])) continue;
+    looks += polished.statistics.passed[i] + polished.statistics.stopped[i];
+  }
+  EXPECT_GT(looks, 100);
+  EXPECT_FALSE(polished.log.empty());
 }
 
 // Runs as short as these scatter: the joined ones are worse by 0.7 dB in the mean of ten seeds,

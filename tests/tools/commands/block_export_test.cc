@@ -89,6 +89,43 @@ class BlockExports : public testing::Test {
   static inline TempFolder* folder_ = nullptr;
 };
 
+// Polished blocks are read in place of those that are only trained, and make the foam that they
+// were cut from.
+TEST_F(BlockExports, OfPolishedBlocks) {
+  const fs::path blocks = *folder_ / "polished", merged = *folder_ / "merged";
+  const Model model = ReadModel(FoamPath());
+  fs::create_directories(blocks);
+  WriteTrainedBlocks(blocks, model, 2, 2, 0.05f, /*are_polished=*/true);
+  WriteFile(blocks / "project.ini", "workspace_path=" + kTabletop.string() + "\nblocks=2x2\n");
+  const Outcome outcome = Merge(blocks, merged);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Model joined = ReadModel(merged / "scene.foam");
+  EXPECT_EQ(joined.foam.NumSites(), model.foam.NumSites());
+  EXPECT_EQ(joined.foam.classifier_weight, model.foam.classifier_weight);
+  EXPECT_EQ(joined.options, model.options);
+  const std::string log = ReadFile(merged / "training_log.csv");
+  // Of four blocks: the rays and seconds of the split, and four times what each has after it.
+  EXPECT_THAT(log, HasSubstr("9.000,3,3000,6000"));
+
+  const fs::path whole = *folder_ / "meshes of merged", output = *folder_ / "meshes of polished";
+  const std::vector<std::string> options = {"--MeshExport.method", "cells", "--formats", "ply"};
+  const Outcome expected = RunSemfoam(
+      Exporter("mesh_exporter", {"--foam_path", (merged / "scene.foam").string()}, whole, options));
+  ASSERT_EQ(expected.exit_code, 0) << expected.err;
+  for (const char* name : {"00", "03"}) fs::remove(blocks / name / "block.ckpt");
+  ExpectRefused(RunSemfoam(Exporter("mesh_exporter", ByBlock(blocks), output)),
+                {"00/block.ckpt", {}, "not trained"});
+  for (const char* name : {"00", "03"}) {
+    fs::copy_file(Blocks() / name / "block.ckpt", blocks / name / "block.ckpt");
+  }
+  const Outcome by_block =
+      RunSemfoam(Exporter("mesh_exporter", ByBlock(blocks), output, {"--formats", "ply"}));
+  ASSERT_EQ(by_block.exit_code, 0) << by_block.err;
+  ExpectSameObjects(output, whole);
+  EXPECT_NE(nlohmann::json::parse(ReadFile(output / "labels.json"))["source_model_xxh64"],
+            ChecksumOf(blocks / "run.foam"));
+}
+
 TEST_F(BlockExports, MeshesAreThoseOfTheWholeFoam) {
   const fs::path whole = *folder_ / "whole meshes", output = *folder_ / "meshes";
   const Outcome expected =

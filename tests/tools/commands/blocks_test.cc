@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // scene_splitter, foam_trainer --block_path and foam_merger.
+#include "foam/model/model.h"
 #include "foam/train/block_checkpoint.h"
 #include "tools/cli/option_manager.h"
 #include "tools/options/block_options.h"
 
 #include <algorithm>
 #include <csignal>
+#include <sstream>
 
 #include "tests/tools/block_jobs.h"
 #include "tests/tools/stopped_training.h"
@@ -171,6 +173,67 @@ TEST_F(Blocks, AddSitesToACoarseFoam) {
       << "other bytes";
 }
 
+// Each is polished by a job of its own, or by the merge; in any order, stopped or not.
+TEST_F(Blocks, ArePolishedOneByOne) {
+  const fs::path blocks = *folder_ / "polished", again = *folder_ / "polished again";
+  const Outcome split = RunSemfoam(Splitter(blocks, "2x1", {"--polish_by_block", "1"}));
+  ASSERT_EQ(split.exit_code, 0) << split.err;
+  EXPECT_THAT(split.err, HasSubstr("polish_jobs.txt"));
+  TrainBlock(blocks, "00");
+  const auto polish = [](const fs::path& block) {
+    return RunSemfoam({"foam_trainer", "--block_path", block.string(), "--polish", "1"});
+  };
+  ExpectRefused(polish(blocks / "00"), {"01/block.ckpt", {}, "not trained"});
+  ExpectRefused(polish(Trained() / "00"), {"blocks.json", {"polish_by_block"}, "all together"});
+  TrainBlock(blocks, "01");
+  fs::copy(blocks, again, fs::copy_options::recursive);
+  const Outcome merged = Merge(blocks, *folder_ / "of polished");
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_THAT(merged.err, HasSubstr("01 is polished."));
+  const Model foam = ReadModel(*folder_ / "of polished/scene.foam");
+  const Model one = ReadModel(*folder_ / "merged/scene.foam");
+  EXPECT_EQ(foam.options, one.options);
+  EXPECT_EQ(foam.photos.size(), one.photos.size());
+  EXPECT_EQ(foam.statistics.passed.size(), foam.foam.NumSites());
+  EXPECT_NEAR(double(foam.foam.NumSites()), double(one.foam.NumSites()), 200);
+  for (const char* file : {"effects.json", "labels.json", "training_log.csv"}) {
+    EXPECT_TRUE(fs::exists(*folder_ / "of polished" / file)) << file;
+  }
+
+  // By jobs, the other block first; one is killed.
+  std::istringstream lines(ReadFile(again / "polish_jobs.txt"));
+  std::vector<std::string> jobs;
+  for (std::string line; std::getline(lines, line);) jobs.push_back(line);
+  ASSERT_EQ(jobs.size(), 2u);
+  EXPECT_THAT(jobs[1], HasSubstr(" --polish 1"));
+  Running running({"foam_trainer",
+                   "--block_path",
+                   (again / "01").string(),
+                   "--polish",
+                   "1",
+                   "--checkpoint_every",
+                   "0.001",
+                   "--num_threads",
+                   "1"});
+  ASSERT_TRUE(running.WaitUntil([&] { return CheckpointsIn(again / "01").size() == 2; }));
+  EXPECT_EQ(running.End(SIGKILL).exit_code, 128 + SIGKILL);
+  for (const char* name : {"01", "00"}) {
+    const Outcome polished = polish(again / name);
+    EXPECT_EQ(polished.exit_code, 0) << polished.err;
+  }
+  const Outcome merged_again = Merge(again, *folder_ / "of polished again");
+  ASSERT_EQ(merged_again.exit_code, 0) << merged_again.err;
+  for (const char* file : {"scene.foam", "labels.json", "effects.json"}) {
+    EXPECT_TRUE(ReadFile(*folder_ / "of polished" / file) ==
+                ReadFile(*folder_ / "of polished again" / file))
+        << file;
+  }
+
+  fs::copy_file(
+      again / "00/polished.foam", again / "01/polished.foam", fs::copy_options::overwrite_existing);
+  ExpectMergeRefused(again, {"01/polished.foam", {"01"}, "not of block 01"});
+}
+
 // As if the splitter had been killed right after it wrote blocks.json.
 TEST_F(Blocks, SplitGoesOnWhereItsJobsAreMissing) {
   const fs::path blocks = CopyOfTrained("without jobs");
@@ -255,13 +318,13 @@ TEST_F(Blocks, MergeRefusesWhatIsMissingCutForeignOrOlder) {
   {
     const fs::path blocks = CopyOfTrained("older");
     std::string json = ReadFile(blocks / "blocks.json");
-    const std::string version = "\"version\": 1";
-    json.replace(json.find(version), version.size(), "\"version\": 0");
+    const std::string version = "\"version\": 2";
+    json.replace(json.find(version), version.size(), "\"version\": 1");
     WriteFile(blocks / "blocks.json", json);
-    ExpectMergeRefused(blocks, {"blocks.json", {"0", "1"}, "version"});
+    ExpectMergeRefused(blocks, {"blocks.json", {"1", "2"}, "version"});
     fs::remove(blocks / "01/block.ckpt");
     ExpectRefused(RunSemfoam({"foam_trainer", "--block_path", (blocks / "01").string()}),
-                  {"blocks.json", {"0", "1"}, "version"});
+                  {"blocks.json", {"1", "2"}, "version"});
   }
   ExpectMergeRefused(*folder_ / "no blocks", {"blocks.json", {}, "no such file"});
 }
@@ -279,6 +342,8 @@ TEST_F(Blocks, OptionsThatSayNothingAreRefused) {
   ExpectRefused(RunSemfoam(Splitter(
                     output, "2x2", {"--coarse_sites", "1000", "--FoamTraining.late_rays", "9999"})),
                 {"", {"late_rays", "9999"}, "0 would be right"});
+  ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--polish_by_block", "2"})),
+                {"", {"polish_by_block", "2"}, "0, 1 or -1"});
   ExpectRefused(RunSemfoam(Splitter(output, "2x2", {"--coarse_share", "0.95"})),
                 {"", {"polish_share", "0.2"}, "at most 1"});
   ExpectRefused(RunSemfoam({"scene_splitter",

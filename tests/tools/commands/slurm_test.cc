@@ -20,7 +20,7 @@ class SlurmTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TempFolder;
-    const Outcome outcome = RunSemfoam(Splitter(Split(), "2x2"));
+    const Outcome outcome = RunSemfoam(Splitter(Split(), "2x2", {"--polish_by_block", "1"}));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     fs::copy(Split(), *folder_ / "plain", fs::copy_options::recursive);
     for (const std::string name : {"00", "01", "02", "03"}) {
@@ -47,6 +47,7 @@ class SlurmTest : public testing::Test {
     fs::remove_all(*folder_ / "out");
     for (const std::string name : {"00", "01", "02", "03"}) {
       fs::remove(Split() / name / "block.ckpt");
+      fs::remove(Split() / name / "polished.foam");
     }
     const int status =
         std::system((runner + " sh " + Quoted((*folder_ / "script").string())).c_str());

@@ -4,6 +4,7 @@
 #include "foam/edit/model_sites.h"
 #include "foam/geometry/guard_sites.h"
 #include "foam/geometry/voronoi.h"
+#include "foam/optim/initialization.h"
 #include "foam/train/block_checkpoint.h"
 #include "foam/train/block_sites.h"
 #include "foam/train/checkpoint_state.h"
@@ -463,14 +464,20 @@ Model ReadPolished(const fs::path& blocks_path,
                   "would be right.");
 }
 
-// Returns the foam with SH degree 0, without gradients of colour and the classifier's weights.
-Foam WithoutDetail(Foam foam) {
+// Returns the foam with SH degree 0, without gradients of colour and the classifier's weights: in
+// the mean colours that photos show, where these were measured.
+Foam WithoutDetail(Model model) {
+  Foam& foam = model.foam;
   Foam constant;
   constant.num_classes = foam.num_classes;
   constant.positions = std::move(foam.positions);
   constant.raw_density = std::move(foam.raw_density);
   constant.sh = ResizeRows(foam.sh, foam.ShStride(), constant.ShStride(), constant.ShStride());
   constant.identity = std::move(foam.identity);
+  const std::vector<Eigen::Vector3f>& colors = model.statistics.mean_color;
+  for (size_t i = 0; i < colors.size(); ++i) {
+    for (int c = 0; c < 3; ++c) constant.sh[3 * i + c] = ShOfSeedColor(colors[i][c]);
+  }
   return constant;
 }
 
@@ -875,7 +882,7 @@ FoamBlocks OpenBlocks(const fs::path& blocks_path) {
       return ReadPolished(blocks_path, record, record.blocks[block]).foam.positions;
     };
     blocks.read_foam = [blocks_path, record](size_t block) {
-      return WithoutDetail(ReadPolished(blocks_path, record, record.blocks[block]).foam);
+      return WithoutDetail(ReadPolished(blocks_path, record, record.blocks[block]));
     };
     return blocks;
   }

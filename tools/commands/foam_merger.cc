@@ -42,10 +42,10 @@ void RunFoamMerger(int argc, char** argv) {
   }
   folder.RequireReplaceable();
   const std::filesystem::path foam_path = folder.path() / "scene.foam";
-  CheckpointOptions of_blocks = checkpoints;
-  of_blocks.resume = true;
   for (const std::filesystem::path& block_path : UnpolishedBlocks(blocks_path)) {
     TrainingRun of_block = run;
+    CheckpointOptions of_blocks = checkpoints;
+    of_blocks.resume = HoldsStoppedTraining(block_path);
     TrainingFolder block_folder(block_path, of_blocks, ResumeCommand(options));
     PolishBlock(&block_folder, &of_block);
     block_folder.Finish();

@@ -42,7 +42,7 @@ void TrainBlockIn(const std::filesystem::path& block_path,
     return;
   }
   // A scheduler that starts a job again gives the same command.
-  if (!options.IsGiven("resume")) checkpoints.resume = true;
+  if (!options.IsGiven("resume")) checkpoints.resume = HoldsStoppedTraining(path);
   TrainingFolder folder(path, checkpoints, ResumeCommand(options));
   if (polish) {
     PolishBlock(&folder, &run);

@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr char kCheckpoints[] = "checkpoints";
 constexpr char kExtension[] = ".ckpt";
 constexpr char kTrained[] = "trained.ckpt";
 constexpr char kReplaced[] = "replaced";
@@ -60,7 +61,7 @@ TrainingFolder::TrainingFolder(const fs::path& output_path,
                                const std::string& resume_command,
                                bool writes)
     : output_path_(output_path),
-      folder_(output_path / "checkpoints"),
+      folder_(output_path / kCheckpoints),
       options_([&] {
         if (!(options.every >= 0)) {
           throw FieldError("checkpoint_every",
@@ -370,6 +371,10 @@ void TrainingFolder::Finish() {
   LOG(WARNING) << folder_.string()
                << " holds files that are no checkpoints of this run, or cannot be removed: they "
                   "stay, and with them the folder, by which a run counts as not finished.";
+}
+
+bool HoldsStoppedTraining(const fs::path& output_path) {
+  return fs::exists(output_path / kCheckpoints);
 }
 
 }  // namespace semfoam

@@ -142,4 +142,7 @@ class TrainingFolder {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+// Returns whether a training was begun in this output folder and has not ended.
+bool HoldsStoppedTraining(const std::filesystem::path& output_path);
+
 }  // namespace semfoam

@@ -2,12 +2,14 @@
 #include "export/surface/boundary_cut.h"
 
 #include "export/surface/clean_cells.h"
+#include "foam/util/median.h"
 #include "foam/util/min_cut.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include <glog/logging.h>
 
@@ -28,7 +30,15 @@ constexpr double kContactLengths = 3;
 // Without any evidence.
 constexpr double kLeastCost = 0.05;
 // Number of looks that make half of the evidence.
-constexpr double kHalfLooks = 20;
+constexpr double kHalfLooks = 5;
+
+// A hollow (IsHollow) leaves the object for as much of the area of its faces.
+constexpr double kHollowGain = 0.5;
+// It lets this share of the light pass, has at most this density times radius, and at least so many
+// times the median radius of the object's cells that photos show.
+constexpr double kHollowPassed = 0.95;
+constexpr double kHollowDensity = 0.15;
+constexpr double kHollowRadii = 1.4;
 
 constexpr int kSteps = 3;
 // Cells of the supporting object are taken within this number of lengths of the plane.
@@ -82,6 +92,11 @@ class BoundaryCutter {
       radius += scene_.radius[nodes_[node]];
     }
     max_radius_ = kMaxRadii * radius / static_cast<double>(nodes_.size());
+    std::vector<double> shown;
+    for (const uint32_t cell : nodes_) {
+      if (scene_.photographed[cell]) shown.push_back(scene_.radius[cell]);
+    }
+    if (!shown.empty()) hollow_radius_ = kHollowRadii * Median(std::move(shown));
     const int32_t self = scene_.object_of_cell[nodes_.front()];
     size_t begin = 0;
     for (int step = 0; step < kSteps; ++step) {
@@ -143,6 +158,11 @@ class BoundaryCutter {
         to_outside += scene_.face_areas[e];
       }
     }
+    if (IsHollow(cell)) {
+      to_outside += kHollowGain * Evidence(cell) * AreaOf(cell);
+      cut->AddTerminals(node, 0, InUnits(to_outside));
+      return;
+    }
     const int64_t to_change = InUnits(CostOfChange(cell) * AreaOf(cell));
     cut->AddTerminals(node,
                       is_inside_[cell] ? to_change : 0,
@@ -150,6 +170,23 @@ class BoundaryCutter {
   }
 
   int64_t InUnits(double area) const { return static_cast<int64_t>(area * unit_); }
+
+  // Whether a cell of the object is a hollow: thin, larger than most that photos show, and nearly
+  // all light passes it before it has met its surface. Few photos look into a cup or between
+  // leaves, and training leaves haze there; before glossy surfaces it leaves it, too, but in small
+  // cells.
+  bool IsHollow(uint32_t cell) const {
+    const double passed = scene_.passed[cell], stopped = scene_.stopped[cell];
+    return is_inside_[cell] && passed > kHollowPassed * (passed + stopped) &&
+           scene_.density[cell] * scene_.radius[cell] < kHollowDensity &&
+           scene_.radius[cell] > hollow_radius_;
+  }
+
+  // 0 without looks, towards 1 with many.
+  double Evidence(uint32_t cell) const {
+    const double looks = scene_.passed[cell] + scene_.stopped[cell];
+    return looks / (looks + kHalfLooks);
+  }
 
   double CostOfChange(uint32_t cell) const {
     const double passed = scene_.passed[cell], stopped = scene_.stopped[cell];
@@ -164,8 +201,7 @@ class BoundaryCutter {
       cost = kHazeCost;
     }
     if (LengthsToContact(cell) < kContactLengths) cost = std::min(cost, kContactCost);
-    const double looks = passed + stopped;
-    return kLeastCost + cost * looks / (looks + kHalfLooks);
+    return kLeastCost + cost * Evidence(cell);
   }
 
   const ExportableScene& scene_;
@@ -176,6 +212,7 @@ class BoundaryCutter {
   std::vector<uint8_t> is_inside_;
   std::vector<uint32_t> node_of_;
   double max_radius_ = 0;
+  double hollow_radius_ = std::numeric_limits<double>::infinity();
   double unit_ = 0;
 };
 

@@ -20,6 +20,8 @@ namespace semfoam {
 // within. To change sides costs a share of the area of the cell's own faces, which grows with the
 // light that has looked at it (ExportableScene: passed, stopped): most for matter that photos show,
 // so that leaves and walls of one cell stay, and for clear air, little for what no photo knows.
+// Hollows that few photos look into hold haze in large cells, which is solid but lets nearly all
+// light pass before it meets a surface: there the change is a gain, so cups and gaps are open.
 //
 // Near the planes of `contacts` labels and densities are chance, so changes cost little there,
 // hidden cells of the supporting object may be taken, and faces towards cells beyond a plane count

@@ -30,7 +30,7 @@ constexpr double kContactLengths = 3;
 // Without any evidence.
 constexpr double kLeastCost = 0.05;
 // Number of looks that make half of the evidence.
-constexpr double kHalfLooks = 5;
+constexpr double kHalfLooks = 20;
 
 // A hollow (IsHollow) leaves the object for as much of the area of its faces.
 constexpr double kHollowGain = 0.5;
@@ -39,6 +39,8 @@ constexpr double kHollowGain = 0.5;
 constexpr double kHollowPassed = 0.95;
 constexpr double kHollowDensity = 0.15;
 constexpr double kHollowRadii = 1.4;
+// Number of looks that make half of its evidence: few photos look into one.
+constexpr double kHalfHollowLooks = 10;
 
 constexpr int kSteps = 3;
 // Cells of the supporting object are taken within this number of lengths of the plane.
@@ -159,7 +161,7 @@ class BoundaryCutter {
       }
     }
     if (IsHollow(cell)) {
-      to_outside += kHollowGain * Evidence(cell) * AreaOf(cell);
+      to_outside += kHollowGain * Evidence(cell, kHalfHollowLooks) * AreaOf(cell);
       cut->AddTerminals(node, 0, InUnits(to_outside));
       return;
     }
@@ -183,9 +185,9 @@ class BoundaryCutter {
   }
 
   // 0 without looks, towards 1 with many.
-  double Evidence(uint32_t cell) const {
+  double Evidence(uint32_t cell, double half_looks) const {
     const double looks = scene_.passed[cell] + scene_.stopped[cell];
-    return looks / (looks + kHalfLooks);
+    return looks / (looks + half_looks);
   }
 
   double CostOfChange(uint32_t cell) const {
@@ -201,7 +203,7 @@ class BoundaryCutter {
       cost = kHazeCost;
     }
     if (LengthsToContact(cell) < kContactLengths) cost = std::min(cost, kContactCost);
-    return kLeastCost + cost * Evidence(cell);
+    return kLeastCost + cost * Evidence(cell, kHalfLooks);
   }
 
   const ExportableScene& scene_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "export/surface/smooth_surface.h"
 
+#include "export/surface/even_triangles.h"
 #include "export/surface/flat_parts.h"
 #include "export/surface/surface_geometry.h"
 #include "export/surface/surface_smoothing.h"
@@ -422,14 +423,20 @@ void SmoothInContacts(const Builder& builder,
   }
 }
 
-void Untangle(const Triangles& triangles,
-              const std::vector<Vector3d>& on_edges,
-              std::vector<Vector3d>* positions) {
+// Makes the triangles even, and moves the vertices of those that intersect onto their edges, where
+// the triangles stay as they were marched.
+void EvenAndUntangle(const Triangles& marched,
+                     const std::vector<Vector3d>& on_edges,
+                     std::vector<Vector3d>* positions,
+                     Triangles* triangles) {
+  std::vector<uint8_t> is_on_edge(positions->size(), 0);
   for (bool moved = true; moved;) {
     moved = false;
-    for (const uint32_t f : SelfIntersections(*positions, triangles)) {
-      for (const uint32_t v : triangles[f]) {
-        moved |= (*positions)[v] != on_edges[v];
+    *triangles = EvenTriangles(marched, *positions, is_on_edge);
+    for (const uint32_t f : SelfIntersections(*positions, *triangles)) {
+      for (const uint32_t v : (*triangles)[f]) {
+        moved |= is_on_edge[v] == 0;
+        is_on_edge[v] = 1;
         (*positions)[v] = on_edges[v];
       }
     }
@@ -477,7 +484,8 @@ ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
       FindFlatParts({surface.triangles, positions, builder.Shown(), radii});
   surface.vertex_flat = Flatten(flat, surface.triangles, radii, is_fixed, &positions);
   for (Vector3d& x : positions) x = x.cwiseMax(box.min()).cwiseMin(box.max());
-  Untangle(surface.triangles, on_edges, &positions);
+  const Triangles marched = surface.triangles;
+  EvenAndUntangle(marched, on_edges, &positions, &surface.triangles);
 
   surface.vertices.reserve(positions.size());
   for (size_t v = 0; v < positions.size(); ++v) {

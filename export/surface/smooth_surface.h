@@ -50,10 +50,12 @@ namespace semfoam {
 // - The tetrahedra around an edge form one cycle in which neighbours share a facet; so do the faces
 //   around a vertex: one fan.
 //
-// With every vertex on its edge, each triangle would lie in its tetrahedron and none could meet
-// another. So where faces intersect, their vertices are moved onto their edges (to the middle, or
-// to where a spike would end), until no faces intersect except those that cannot be moved
-// (tetrahedra without volume, from cospherical sites).
+// Then edges between faces that are nearly in one plane are flipped where that makes these more
+// even (EvenTriangles), which changes no vertex. With every vertex on its edge, each triangle that
+// was not flipped would lie in its tetrahedron and none could meet another. So where faces
+// intersect, their vertices are moved onto their edges (to the middle, or to where a spike would
+// end), and no edge beside them is flipped, until no faces intersect except those that cannot be
+// moved (tetrahedra without volume, from cospherical sites).
 ObjectSurface ExtractSmoothSurface(const ExportableScene& scene,
                                    const ObjectInfo& object,
                                    const ObjectSurface& cells,

@@ -422,24 +422,29 @@ TEST_F(MeshFiles, ExportOfSmoothSurfacesSaysHowFarTheyAreFromTheCells) {
 }
 
 TEST_F(MeshFiles, ExportCountsTheFacesThatADecimationMadeIntersect) {
-  // Crumbs and tunnels in every direction.
-  std::mt19937 random(1);
-  const ExportableScene scene =
-      MakeExportableScene(MakeModel(RandomSites(2000, 1), 1, [&](const Eigen::Vector3f& p) {
-        return p.norm() < 0.7f && random() % 2 == 0 ? 0 : kAir;
-      }));
   SurfaceExportOptions options;
   options.method = SurfaceMethod::kSmooth;
   options.target_faces = 100;
-  ObjectInfo object = scene.objects[0];
-  object.cells = FillPitsAndTunnels(scene, object.cells).cells;
-  const ObjectSurface small =
-      Decimate(ExtractSmoothSurface(scene, object, ExtractSurface(scene, object)), 100);
-  const size_t crossing = SelfIntersections(small.vertices, small.triangles).size();
-  ASSERT_GT(crossing, 0u);
-  EXPECT_THAT(ExportSurfaces(scene, folder_, options)[0].summary,
-              ::testing::HasSubstr(" faces, " + std::to_string(crossing) +
-                                   " of which intersect, 1 shell, no cavities, genus "));
+  bool has_crossing = false;
+  for (unsigned seed = 1; seed <= 8 && !has_crossing; ++seed) {
+    // Crumbs and tunnels in every direction.
+    std::mt19937 random(seed);
+    const ExportableScene scene =
+        MakeExportableScene(MakeModel(RandomSites(2000, seed), 1, [&](const Eigen::Vector3f& p) {
+          return p.norm() < 0.7f && random() % 2 == 0 ? 0 : kAir;
+        }));
+    ObjectInfo object = scene.objects[0];
+    object.cells = FillPitsAndTunnels(scene, object.cells).cells;
+    const ObjectSurface small =
+        Decimate(ExtractSmoothSurface(scene, object, ExtractSurface(scene, object)), 100);
+    const size_t crossing = SelfIntersections(small.vertices, small.triangles).size();
+    has_crossing = crossing > 0;
+    const std::string counted =
+        has_crossing ? ", " + std::to_string(crossing) + " of which intersect" : "";
+    EXPECT_THAT(ExportSurfaces(scene, folder_, options)[0].summary,
+                ::testing::HasSubstr(" faces" + counted + ", 1 shell, no cavities, genus "));
+  }
+  EXPECT_TRUE(has_crossing);
 }
 
 TEST_F(MeshFiles, OptionsOutOfRangeAreNamed) {

@@ -130,8 +130,11 @@ MadeSurface MakeSurface(const ExportableScene& scene,
   bool is_sheet = false;
   if (options.method == SurfaceMethod::kSmooth) {
     const std::vector<ContactPlane> contacts = ContactPlanes(scene, object);
-    object.cells =
-        CutBoundary(scene, contacts, CellsUpToContacts(scene, contacts, object.cells), box);
+    object.cells = CutBoundary(scene,
+                               contacts,
+                               CellsUpToContacts(scene, contacts, object.cells),
+                               box,
+                               /*opens_hollows=*/object.id != kNoObject);
     CleanCells clean = FillPitsAndTunnels(scene, object.cells);
     object.cells = CellsInBox(scene, CellsUpToContacts(scene, contacts, clean.cells), box);
     if (object.cells.empty()) return made;

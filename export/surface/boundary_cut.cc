@@ -58,10 +58,12 @@ class BoundaryCutter {
   BoundaryCutter(const ExportableScene& scene,
                  const std::vector<ContactPlane>& contacts,
                  const std::vector<uint32_t>& cells,
-                 const Eigen::AlignedBox3d& box)
+                 const Eigen::AlignedBox3d& box,
+                 bool opens_hollows)
       : scene_(scene),
         contacts_(contacts),
         box_(box),
+        opens_hollows_(opens_hollows),
         nodes_(cells),
         is_inside_(scene.delaunay.num_cells, 0),
         node_of_(scene.delaunay.num_cells, kNoNode) {
@@ -98,7 +100,7 @@ class BoundaryCutter {
     for (const uint32_t cell : nodes_) {
       if (scene_.photographed[cell]) shown.push_back(scene_.radius[cell]);
     }
-    if (!shown.empty()) hollow_radius_ = kHollowRadii * Median(std::move(shown));
+    if (opens_hollows_ && !shown.empty()) hollow_radius_ = kHollowRadii * Median(std::move(shown));
     const int32_t self = scene_.object_of_cell[nodes_.front()];
     size_t begin = 0;
     for (int step = 0; step < kSteps; ++step) {
@@ -209,6 +211,7 @@ class BoundaryCutter {
   const ExportableScene& scene_;
   const std::vector<ContactPlane>& contacts_;
   const Eigen::AlignedBox3d box_;
+  const bool opens_hollows_;
   // The object's cells first.
   std::vector<uint32_t> nodes_;
   std::vector<uint8_t> is_inside_;
@@ -223,10 +226,11 @@ class BoundaryCutter {
 std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const std::vector<ContactPlane>& contacts,
                                   const std::vector<uint32_t>& cells,
-                                  const Eigen::AlignedBox3d& box) {
+                                  const Eigen::AlignedBox3d& box,
+                                  bool opens_hollows) {
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   if (scene.passed.empty() || cells.empty()) return cells;
-  std::vector<uint32_t> cut = BoundaryCutter(scene, contacts, cells, box).Cut();
+  std::vector<uint32_t> cut = BoundaryCutter(scene, contacts, cells, box, opens_hollows).Cut();
   std::vector<uint32_t> kept;
   std::set_intersection(
       cut.begin(), cut.end(), cells.begin(), cells.end(), std::back_inserter(kept));

@@ -21,7 +21,8 @@ namespace semfoam {
 // light that has looked at it (ExportableScene: passed, stopped): most for matter that photos show,
 // so that leaves and walls of one cell stay, and for clear air, little for what no photo knows.
 // Hollows that few photos look into hold haze in large cells, which is solid but lets nearly all
-// light pass before it meets a surface: there the change is a gain, so cups and gaps are open.
+// light pass before it meets a surface: there the change is a gain, so cups and gaps are open; but
+// not without `opens_hollows`, for whole scenes, whose cells are as large as they are far off.
 //
 // Near the planes of `contacts` labels and densities are chance, so changes cost little there,
 // hidden cells of the supporting object may be taken, and faces towards cells beyond a plane count
@@ -36,6 +37,7 @@ namespace semfoam {
 std::vector<uint32_t> CutBoundary(const ExportableScene& scene,
                                   const std::vector<ContactPlane>& contacts,
                                   const std::vector<uint32_t>& cells,
-                                  const Eigen::AlignedBox3d& box = WholeSpace());
+                                  const Eigen::AlignedBox3d& box = WholeSpace(),
+                                  bool opens_hollows = true);
 
 }  // namespace semfoam
